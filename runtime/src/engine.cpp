@@ -256,7 +256,9 @@ void Engine::begin(Rollout& rollout) {
 }
 
 void Engine::begin_other(Rollout& rollout) {
-  for (const auto& [name, value] : workspace_->params()) rollout.set_param(name, value);
+  for (const auto& [name, value] : workspace_->params()) {
+    if (name != "dt") rollout.set_param(name, value);  // its steps are those of its setup
+  }
   give_controls(rollout);
   begin(rollout);
 }

@@ -86,10 +86,13 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
       return link.kind == DPDE_LINK_SUM && link.derived_kind == DPDE_LINK_PARAM && link.derived == p;
     };
     if (name == "t" || std::ranges::any_of(links_of(program), is_seed)) continue;
-    if (name == "dt") bound.executor.set_param(p, setup.dt);
+    if (name == "dt") {  // what the caller binds under that name is not asked
+      bound.executor.set_param(p, setup.dt);
+      continue;
+    }
     const auto found = std::ranges::find(setup.params, name, &BoundParam::name);
-    if (found == setup.params.end() && name != "dt") not_bound(program, "parameter", name);
-    if (found != setup.params.end()) bound.executor.set_param(p, found->value);
+    if (found == setup.params.end()) not_bound(program, "parameter", name);
+    bound.executor.set_param(p, found->value);
   }
   bound.t_param = bound.executor.param_index("t");
   bound.dt_param = bound.executor.param_index("dt");

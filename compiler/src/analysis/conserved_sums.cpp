@@ -47,7 +47,6 @@ class Sums {
 
   void look(double t, const std::vector<std::vector<double>>& states, const std::vector<void*>& fields) {
     std::vector<std::string> squares;
-    Integrals* all = nullptr;
     double total = 0;
     for (std::size_t s = 0; s < states.size(); ++s) {
       const model::State* state = session_.problem().find_state(session_.rollout().state_name(static_cast<int>(s)));
@@ -59,9 +58,9 @@ class Sums {
       total += square.values.back();
     }
     if (squares.size() > 1) {
-      all = &integrals_[fmt::format("integral({})", fmt::join(squares, " + "))];
-      all->values.push_back(total);
-      all->magnitude = total;
+      Integrals& all = integrals_[fmt::format("integral({})", fmt::join(squares, " + "))];
+      all.values.push_back(total);
+      all.magnitude = total;
     }
     for (const auto& [name, value] : session_.observe(t, fields)) {
       Integrals& observable = integrals_[name];
@@ -104,7 +103,6 @@ std::optional<std::vector<std::string>> conserved_sums(const SourceFile& source,
   const double step = setup.dt;
   Rollout rollout(std::move(setup));
   session->engine().begin_other(rollout);
-  rollout.set_param("dt", step);
   std::vector<std::vector<double>> states;
   std::vector<void*> fields;
   for (int s = 0; s < rollout.state_count(); ++s) {

@@ -199,6 +199,27 @@ bool reads(const Expr& e, const std::string& field) {
   });
 }
 
+namespace {
+
+void collect_terms(const Expr& e, bool negative, std::vector<Term>& terms) {
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return collect_terms(neg->operand, !negative, terms);
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
+    collect_terms(b->left, negative, terms);
+    collect_terms(b->right, negative != (b->op == BinaryOp::subtract), terms);
+    return;
+  }
+  terms.push_back({e, negative});
+}
+
+}  // namespace
+
+std::vector<Term> terms_of(const Expr& e) {
+  std::vector<Term> terms;
+  collect_terms(e, false, terms);
+  return terms;
+}
+
 std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
   if (!reads(e, field)) return Linear{e, 0.0};
   if (std::holds_alternative<Field>(e->kind)) return Linear{0.0, 1.0};

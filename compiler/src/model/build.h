@@ -41,6 +41,14 @@ bool is_uniform(const Expr& e);
 bool holds_reduction(const Expr& e);
 
 bool reads(const Expr& e, const std::string& field);
+/// A term of a sum, and whether it is subtracted.
+struct Term {
+  Expr value;
+  bool negative;
+};
+/// Those that `e` is a sum of.
+std::vector<Term> terms_of(const Expr& e);
+
 /// rest + factor*field, neither of which reads the field.
 struct Linear {
   Expr rest = 0.0, factor = 0.0;

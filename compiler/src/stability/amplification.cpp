@@ -78,6 +78,9 @@ Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
 
 Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }
 
+namespace {
+
+/// The waves that are looked at first: all signs that differ, long ones too.
 std::vector<Angles> first_waves(int rank) {
   const int count = waves_along[static_cast<std::size_t>(rank - 1)];
   std::vector<Angles> result;
@@ -110,8 +113,6 @@ std::vector<Angles> first_waves(int rank) {
   }
   return result;
 }
-
-namespace {
 
 /// Longer than all that are looked at first: there rounding is as large as what a difference leaves, and the root of it
 /// is in the eigenvalues of equations of second order.

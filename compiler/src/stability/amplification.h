@@ -38,14 +38,11 @@ class Amplification {
 /// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd matrix);
 
-/// The waves that are looked at first: all signs that differ, long ones too.
-std::vector<Angles> first_waves(int rank);
-
 struct Largest {
   Angles angles{};
   double value = 0;
 };
-/// The largest value of `f` over all waves: from the best of first_waves() uphill.
+/// The largest value of `f` over all waves: from the best ones of a lattice, of its diagonals and of long waves uphill.
 Largest largest_over_waves(int rank, const std::function<double(const Angles&)>& f);
 
 }  // namespace dpde::stability

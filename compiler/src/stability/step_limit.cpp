@@ -103,13 +103,13 @@ bool FrozenAnalysis::measure_rates(double step) {
     }
   }
   growth_ = std::max(
-      largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? rate_of_growth(a) : -infinite; }).value,
-      rate_of_growth({}) > rounding_of_mean * rate_ ? rate_of_growth({}) : 0.0);
+      largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? growth_rate_of(a) : -infinite; }).value,
+      growth_rate_of({}) > rounding_of_mean * rate_ ? growth_rate_of({}) : 0.0);
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
   return true;
 }
 
-double FrozenAnalysis::rate_of_growth(const Angles& wave) const {
+double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
   double largest = -infinite;
   if (rates_) {
     for (const std::complex<double> rate : rates_->eigenvalues(wave)) largest = std::max(largest, rate.real());
@@ -133,7 +133,7 @@ Largest FrozenAnalysis::excess(double step) const {
   return largest_over_waves(rank_, [&](const Angles& a) {
     const double growth = std::log(g->spectral_radius(a));
     // Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
-    const double rate = growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(rate_of_growth(a), 0.0, growth_);
+    const double rate = growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(growth_rate_of(a), 0.0, growth_);
     const double by_equations = rate * step;
     if (by_equations > unresolved) return 0.0;
     return std::isnan(growth) ? infinite : growth - 2 * by_equations;

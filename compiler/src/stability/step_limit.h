@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The largest stable step at a frozen point: the one up to which no wave grows faster than the equations let it.
 //
-// A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, continuous in time, let it
-// grow by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0. The step is stable where
+// A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, as they are discretised in
+// space, let it grow by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0, at most that
+// of waves of eight cells and more (is_resolved). The step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
 // von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
 // that the equations multiply by more than exp(1/2) in a step are not judged: that is blow-up of theirs, or a step that
@@ -38,11 +39,9 @@ class FrozenAnalysis {
   /// `step` sets the scale of steps that are tried. nullopt where values are not finite.
   static std::optional<FrozenAnalysis> make(const LinearStep& linear, const FrozenPoint& point, int rank, double step);
 
-  /// The largest magnitude of the equations' eigenvalues, and their largest real part, both 1/time.
-  double largest_rate() const { return rate_; }
+  /// The largest real part of the equations' eigenvalues, 1/time: of waves that are resolved, and of one.
   double growth_rate() const { return growth_; }
-  /// The largest real part of one wave.
-  double growth_rate_of(const Angles& wave) const { return rate_of_growth(wave); }
+  double growth_rate_of(const Angles& wave) const;
   /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
   Largest excess(double step) const;
   /// The wave as this step has it: |g|, and the state with the largest share.
@@ -57,7 +56,6 @@ class FrozenAnalysis {
   std::optional<Amplification> at(double step) const;
   bool measure_rates(double step);
   bool differentiate(double step);
-  double rate_of_growth(const Angles& wave) const;
   StepLimit bisect(double stable, double unstable) const;
   StepLimit descend(double unstable) const;
   double tolerance() const;

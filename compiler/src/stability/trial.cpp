@@ -58,10 +58,8 @@ class Pair {
         values[i] += disturbance * scales_.back() * (shares[i] - (cells > 1 ? mean : 0));
       disturbed_.initial(s).copy_in(values);
     }
-    for (Rollout* rollout : {&plain_, &disturbed_}) {
-      rollout->set_param("dt", step);  // begin_other() gave it the scene's
-      rollout->restart();
-    }
+    plain_.restart();
+    disturbed_.restart();
   }
 
   void advance(int steps) {

@@ -9,31 +9,16 @@
 #include <complex>
 #include <numbers>
 
-#include "driver/over_time.h"
-#include "model/build.h"
+#include "stability/courant_number.h"
 #include "stability/frozen_points.h"
 #include "stability/wall_spectrum.h"
-#include "stencil/from_model.h"
-#include "support/evaluate.h"
 
 namespace dpde::stability {
 
 namespace {
 
-std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step);
-
 constexpr double hundred = 4.605170185988092;  // ln 100
 constexpr double wall_tolerance = 1e-6;        // ln |g| of a dense matrix
-
-/// The states' perturbations in a step of a problem, lowered anew.
-std::optional<LinearStep> linear_step(const model::Problem& problem) {
-  DiagnosticSink sink;
-  const stencil::ProgramNames names = stencil::program_names(problem);
-  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
-  if (sink.has_errors()) return std::nullopt;
-  std::string why;
-  return LinearStep::make(module, names.step, why);
-}
 
 /// Into how many equal parts the Courant number splits the first step.
 int parts_of(driver::Session& session) {
@@ -44,6 +29,7 @@ int parts_of(driver::Session& session) {
     bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
   session.workspace().run(*rate, session.problem().t_begin, bound);
   const std::vector<double> rates = session.workspace().dense(session.compiled().names.rate_field);
+  session.workspace().release(*rate);
   const double largest = *std::ranges::max_element(rates);
   const double parts = std::ceil(session.problem().step * largest / session.problem().courant);
   return std::isfinite(parts) && parts >= 1 && parts < 1e9 ? static_cast<int>(parts) : 1;
@@ -216,89 +202,6 @@ std::vector<double> growths_at(const driver::Session& session, const Verdict& ve
   return growths;
 }
 
-namespace {
-
-/// Terms that an expression is a sum of, with their signs.
-void collect_terms(const model::Expr& e, bool is_negative, std::vector<model::Expr>& terms) {
-  const model::Binary* b = std::get_if<model::Binary>(&e->kind);
-  if (b != nullptr && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
-    collect_terms(b->left, is_negative, terms);
-    collect_terms(b->right, is_negative != (b->op == BinaryOp::subtract), terms);
-  } else if (const model::Neg* n = std::get_if<model::Neg>(&e->kind)) {
-    collect_terms(n->operand, !is_negative, terms);
-  } else {
-    terms.push_back(is_negative ? model::negate(e, e->origin) : e);
-  }
-}
-
-/// The terms that do not come from this part of the text.
-model::Expr sum_without(const std::vector<model::Expr>& terms, const SourceRange& left_out) {
-  model::Expr sum = model::number(0);
-  for (const model::Expr& term : terms) {
-    if (term->origin.range != left_out) sum = model::binary(BinaryOp::add, sum, term);
-  }
-  return sum;
-}
-
-/// Infinite where there is none, 0 where every step is unstable.
-double limit_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
-  const auto analysis = FrozenAnalysis::make(linear, point, rank, step);
-  if (!analysis) return 0;
-  const StepLimit limit = analysis->limit();
-  return limit.kind == StepLimit::Kind::limit  ? limit.step
-         : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
-                                               : 0;
-}
-
-}  // namespace
-
-std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
-  if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || verdict.is_of_walls ||
-      !problem.program.empty())
-    return std::nullopt;
-  std::optional<SourceRange> best;
-  double largest = verdict.limit.step * 1.25;
-  for (std::size_t s = 0; s < problem.states.size(); ++s) {
-    const std::optional<model::Expr>& rate = problem.states[s].rhs;
-    if (!rate || !problem.states[s].history_of.empty() || std::holds_alternative<model::Field>((*rate)->kind)) continue;
-    std::vector<model::Expr> terms;
-    collect_terms(*rate, false, terms);
-    std::vector<SourceRange> tried;
-    for (const model::Expr& term : terms) {
-      const SourceRange range = term->origin.range;
-      if (!range.is_known() || std::ranges::find(tried, range) != tried.end()) continue;
-      tried.push_back(range);
-      model::Problem without = problem;
-      without.states[s].rhs = sum_without(terms, range);
-      const std::optional<LinearStep> linear = linear_step(without);
-      const int rank = static_cast<int>(problem.axes.size());
-      const double limit = linear ? limit_of(*linear, verdict.worst, rank, verdict.step) : 0;
-      if (!(limit > largest)) continue;
-      largest = limit;
-      best = range;
-    }
-  }
-  return best;
-}
-
-std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict) {
-  const model::Problem& problem = session.problem();
-  if (!problem.program.empty()) return std::nullopt;
-  constexpr std::pair<model::TimeScheme, const char*> others[] = {{model::TimeScheme::ssp_rk3, "ssp_rk3"},
-                                                                  {model::TimeScheme::rk4, "rk4"}};
-  for (const auto& [time, name] : others) {
-    model::Problem other = problem;
-    std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
-    other.scheme.time = time;
-    const std::optional<LinearStep> linear = linear_step(other);
-    double limit = std::numeric_limits<double>::infinity();
-    for (const ScenePoint& point : linear ? frozen_points(session, *linear) : std::vector<ScenePoint>{})
-      limit = std::min(limit, limit_of(*linear, point.point, static_cast<int>(problem.axes.size()), verdict.step));
-    if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
-  }
-  return std::nullopt;
-}
-
 std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
   if (verdict.is_of_walls) return "what walls do";
   std::vector<std::string> parts;
@@ -315,48 +218,5 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
   return fmt::format("the wave {}",
                      parts.empty() ? "as long as the grid" : fmt::format("{}", fmt::join(parts, " and ")));
 }
-
-namespace {
-
-/// Of expressions without derivatives; not a number of others.
-double value_at(const model::Expr& e, const FrozenPoint& point) {
-  constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-  if (const auto* n = std::get_if<model::Number>(&e->kind)) return n->value;
-  if (const auto* p = std::get_if<model::Param>(&e->kind))
-    return point.params.contains(p->name) ? point.params.at(p->name) : not_known;
-  if (const auto* f = std::get_if<model::Field>(&e->kind))
-    return point.fields.contains(f->name) ? point.fields.at(f->name).value : not_known;
-  if (const auto* c = std::get_if<model::Coordinate>(&e->kind)) return point.place[static_cast<std::size_t>(c->axis)];
-  if (const auto* n = std::get_if<model::Neg>(&e->kind)) return -value_at(n->operand, point);
-  if (const auto* i = std::get_if<model::Interpolate>(&e->kind)) return value_at(i->operand, point);
-  if (const auto* b = std::get_if<model::Binary>(&e->kind))
-    return evaluate_binary(b->op, value_at(b->left, point), value_at(b->right, point));
-  if (const auto* c = std::get_if<model::Call>(&e->kind))
-    return evaluate_call(c->fn, value_at(c->arguments.front(), point), value_at(c->arguments.back(), point));
-  return not_known;
-}
-
-std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step) {
-  double largest = 0;
-  bool is_known = true;
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
-      const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
-      if (advect == nullptr) return false;
-      double rate = 0;
-      for (std::size_t a = 0; a < advect->velocity.size(); ++a) {
-        is_known = is_known && !problem.axes[a].stretch;
-        rate += std::abs(value_at(advect->velocity[a], point)) / problem.axes[a].spacing();
-      }
-      is_known = is_known && std::isfinite(rate);
-      largest = std::max(largest, rate);
-      return false;
-    });
-  }
-  return is_known && largest * step > 1e-12 ? std::optional(largest * step) : std::nullopt;
-}
-
-}  // namespace
 
 }  // namespace dpde::stability

@@ -14,22 +14,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The terms of a sum with their signs.
-struct Term {
-  model::Expr value;
-  bool negative;
-};
-
-void collect_terms(const model::Expr& e, bool negative, std::vector<Term>& terms) {
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) return collect_terms(neg->operand, !negative, terms);
-  const auto* b = std::get_if<model::Binary>(&e->kind);
-  if (b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
-    collect_terms(b->left, negative, terms);
-    collect_terms(b->right, negative != (b->op == BinaryOp::subtract), terms);
-    return;
-  }
-  terms.push_back({e, negative});
-}
+using model::Term;
 
 const model::Advect* as_advect(const model::Expr& e) { return std::get_if<model::Advect>(&e->kind); }
 
@@ -67,8 +52,7 @@ std::optional<model::Expr> without_transport(const model::Expr& e) {
 }
 
 const model::Advect* find_transport(const model::State& state) {
-  std::vector<Term> terms;
-  collect_terms(*state.rhs, false, terms);
+  const std::vector<Term> terms = model::terms_of(*state.rhs);
   for (const Term& term : terms) {
     if (const model::Advect* advect = as_advect(term.value)) return advect;  // lives as long as the equation
   }
@@ -76,8 +60,7 @@ const model::Advect* find_transport(const model::State& state) {
 }
 
 void check_state(const model::State& state, DiagnosticSink& sink) {
-  std::vector<Term> terms;
-  collect_terms(*state.rhs, false, terms);
+  const std::vector<Term> terms = model::terms_of(*state.rhs);
   int transports = 0;
   for (const Term& term : terms) {
     const bool fine = is_transport(term, state.name);

@@ -112,7 +112,7 @@ class Engine {
   Rollout& primary() { return primary_ != nullptr ? *primary_ : scene_.task != nullptr ? objective() : stepper(); }
   /// Puts the initial state, as formulas give it now, into a rollout of this engine.
   void begin(Rollout& rollout);
-  /// The same for one that the caller has made by setup(): parameters and controls, too.
+  /// The same for one that the caller has made by setup(): parameters and controls, too. Its dt stays its own.
   void begin_other(Rollout& rollout);
   void watch_gradients(GradientCallback watch, int every);
 

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What of a problem makes its limit: the same analysis of problems with less, or another, in them.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driver/over_time.h"
+#include "model/build.h"
+#include "stability/frozen_points.h"
+#include "stability/verdict.h"
+#include "stencil/from_model.h"
+
+namespace dpde::stability {
+
+namespace {
+
+/// The states' perturbations in a step of a problem, lowered anew.
+std::optional<LinearStep> linear_step(const model::Problem& problem) {
+  DiagnosticSink sink;
+  const stencil::ProgramNames names = stencil::program_names(problem);
+  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
+  if (sink.has_errors()) return std::nullopt;
+  std::string why;
+  return LinearStep::make(module, names.step, why);
+}
+
+/// The terms that do not come from this part of the text.
+model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange& left_out) {
+  model::Expr sum = model::number(0);
+  for (const auto& [term, is_negative] : terms) {
+    if (term->origin.range == left_out) continue;
+    sum = model::binary(is_negative ? BinaryOp::subtract : BinaryOp::add, sum, term);
+  }
+  return sum;
+}
+
+/// Infinite where there is none, 0 where every step is unstable.
+double limit_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
+  const auto analysis = FrozenAnalysis::make(linear, point, rank, step);
+  if (!analysis) return 0;
+  const StepLimit limit = analysis->limit();
+  return limit.kind == StepLimit::Kind::limit  ? limit.step
+         : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
+                                               : 0;
+}
+
+}  // namespace
+
+std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
+  if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || verdict.is_of_walls ||
+      !problem.program.empty())
+    return std::nullopt;
+  std::optional<SourceRange> best;
+  double largest = verdict.limit.step * 1.25;
+  for (std::size_t s = 0; s < problem.states.size(); ++s) {
+    const std::optional<model::Expr>& rate = problem.states[s].rhs;
+    if (!rate || !problem.states[s].history_of.empty() || std::holds_alternative<model::Field>((*rate)->kind)) continue;
+    const std::vector<model::Term> terms = model::terms_of(*rate);
+    std::vector<SourceRange> tried;
+    for (const model::Term& term : terms) {
+      const SourceRange range = term.value->origin.range;
+      if (!range.is_known() || std::ranges::find(tried, range) != tried.end()) continue;
+      tried.push_back(range);
+      model::Problem without = problem;
+      without.states[s].rhs = sum_without(terms, range);
+      const std::optional<LinearStep> linear = linear_step(without);
+      const int rank = static_cast<int>(problem.axes.size());
+      const double limit = linear ? limit_of(*linear, verdict.worst, rank, verdict.step) : 0;
+      if (!(limit > largest)) continue;
+      largest = limit;
+      best = range;
+    }
+  }
+  return best;
+}
+
+std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict) {
+  const model::Problem& problem = session.problem();
+  if (!problem.program.empty()) return std::nullopt;
+  constexpr std::pair<model::TimeScheme, const char*> others[] = {{model::TimeScheme::ssp_rk3, "ssp_rk3"},
+                                                                  {model::TimeScheme::rk4, "rk4"}};
+  for (const auto& [time, name] : others) {
+    model::Problem other = problem;
+    std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
+    other.scheme.time = time;
+    const std::optional<LinearStep> linear = linear_step(other);
+    double limit = std::numeric_limits<double>::infinity();
+    for (const ScenePoint& point : linear ? frozen_points(session, *linear) : std::vector<ScenePoint>{})
+      limit = std::min(limit, limit_of(*linear, point.point, static_cast<int>(problem.axes.size()), verdict.step));
+    if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
+  }
+  return std::nullopt;
+}
+
+}  // namespace dpde::stability
