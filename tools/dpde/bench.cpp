@@ -261,12 +261,7 @@ void add_bench(CLI::App& app, int& status) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb->footer("Example:  dpde bench heat.dpde cube --threads 1 --json");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] { result = bench(job, *options); });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return bench(job, *options); }); });
 }
 
 }  // namespace dpde::tools

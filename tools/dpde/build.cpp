@@ -57,12 +57,7 @@ void add_build(CLI::App& app, int& status) {
       "Examples:\n  dpde build heat.dpde rod -o generated\n  dpde build burgers.dpde recover -o generated --march "
       "x86-64-v3\n"
       "The C++ compiler is $CXX, or else c++.");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] { result = build(job, *options); });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return build(job, *options); }); });
 }
 
 }  // namespace dpde::tools

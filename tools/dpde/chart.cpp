@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde chart: speed against accuracy. Runs a scene by several methods, cells and steps, and draws error against time.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -34,8 +32,7 @@ class Chart {
   Json operator()();
 
  private:
-  void run_entries(std::vector<chart::Entry> entries);
-  chart::Point run_entry(chart::Entry entry);
+  std::vector<chart::Point> run_entries(const std::vector<chart::Entry>& entries);
 
   Job& job_;
   const ChartOptions& options_;
@@ -45,39 +42,23 @@ class Chart {
   ChartFile file_;
 };
 
-chart::Point Chart::run_entry(chart::Entry entry) {
-  std::string why;
-  if (entry.fraction > 0 && !chart::choose_step(job_.source(), scene_.options, scene_.session->problem(), entry, why)) {
-    chart::Point point;
-    point.variant = entry.variant;
-    point.failure = why;
-    point.is_unstable = why == "unstable at every step";
-    point.does_not_fit = !point.is_unstable;
-    return point;
-  }
-  const std::string key = file_.key_of(job_, entry.variant, reference_.text());
-  if (std::optional<chart::Point> known = file_.find(key)) {
-    known->variant = entry.variant;
-    return *known;
-  }
-  chart::Point point = chart::run_point(job_.source(), scene_.options, entry.variant, reference_);
-  if (!interrupt_flag().load()) file_.add(key, point);
-  return point;
-}
-
-void Chart::run_entries(std::vector<chart::Entry> entries) {
+std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& entries) {
   std::vector<chart::Point> points;
-  for (chart::Entry& entry : entries) {
-    const auto done = static_cast<int>(points.size());
-    const std::string what = chart::method_text(entry.variant);
-    progress_.show(what, done, static_cast<int>(entries.size()));
-    chart::Point point = run_entry(std::move(entry));
-    if (interrupt_flag().load()) break;
-    points.push_back(std::move(point));
+  for (const chart::Entry& entry : entries) {
+    progress_.show(chart::method_text(entry.variant), static_cast<int>(points.size()),
+                   static_cast<int>(entries.size()));
+    const std::string key = file_.key_of(job_, entry, reference_.text());
+    std::optional<chart::Point> point = file_.find(key, entry);
+    if (!point) {
+      point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, reference_);
+      if (interrupt_flag().load()) break;
+      file_.add(key, *point);
+    }
+    points.push_back(std::move(*point));
     if (!options_.out.empty()) file_.save(job_.sink());
   }
   chart::mark_pareto(points);
-  file_.set_points(std::move(points));
+  return points;
 }
 
 Json Chart::operator()() {
@@ -86,20 +67,20 @@ Json Chart::operator()() {
   if (options_.resume && options_.out.empty())
     job_.sink().report("bad-option", {}, {"--resume needs the --out DIR of the chart"});
   if (job_.failed()) return result;
-  if (!wishes || !prepare_out(job_) || !open_chart_scene(job_, options_.timing, scene_)) return result;
+  if (!wishes || !job_.load_source() || !prepare_out(job_) || !open_chart_scene(job_, options_.timing, scene_))
+    return result;
   if (!options_.out.empty() && !file_.open(options_.out, scene_.session->problem().scene, options_.resume, job_.sink()))
     return result;
   const model::Problem& problem = scene_.session->problem();
   const std::vector<chart::Entry> entries = chart::entries_of(problem, *wishes);
   if (!find_reference(job_, scene_, chart::finest_of(problem, entries), progress_, reference_)) return result;
-  run_entries(entries);
+  const std::vector<chart::Point> points = run_entries(entries);
   if (interrupt_flag().load())
     job_.sink().report("run-failed", {}, {"stopped before all points were run; the chart is of those that were"},
                        options_.out.empty() ? "" : "the same command with --resume goes on from here");
-  const std::vector<chart::Point>& points = file_.points();
   if (!points.empty() && std::ranges::all_of(points, &chart::Point::does_not_fit))
     job_.sink().report("bad-option", {}, {fmt::format("no variant fits the scene: {}", points.front().failure)});
-  write_chart(job_, problem, file_.points(), reference_, scene_.options.threads, result);
+  write_chart(job_, problem, points, reference_, scene_.options.threads, result);
   return result;
 }
 
@@ -119,14 +100,7 @@ void add_chart(CLI::App& app, int& status) {
       "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe error is that at the end of the scene, against its "
       "exact "
       "solution or else a finer run.");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] {
-      if (job.load_source()) result = Chart(job, *options)();
-    });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Chart(job, *options)(); }); });
 }
 
 }  // namespace dpde::tools

@@ -9,6 +9,7 @@
 #include <functional>
 #include <thread>
 
+#include "files/evaluation_log.h"
 #include "files/files.h"
 #include "picture.h"
 #include "scene_output.h"
@@ -22,9 +23,8 @@ using chart::Point;
 
 constexpr double narrow = 0.25;  // quartiles further apart than this part of the median are a busy machine's
 
-bool is_complete(const Point& point) {
-  return point.failure.empty() && point.seconds > 0 && std::isfinite(point.error) && point.error > 0;
-}
+/// On logarithmic axes: what has no error is on none.
+bool is_drawn(const Point& point) { return is_complete(point) && point.error > 0; }
 
 Json variant_json(const chart::Variant& variant) {
   Json json = Json::object();
@@ -71,13 +71,6 @@ Point point_from(const Json& json) {
   return point;
 }
 
-/// FNV-1a: the same in every build.
-std::string text_hash(std::string_view text) {
-  std::uint64_t hash = 14695981039346656037u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return fmt::format("{:016x}", hash);
-}
-
 std::string cells_of(const Point& point) {
   return point.cells.empty() ? std::string("-") : fmt::format("{}", fmt::join(point.cells, "x"));
 }
@@ -108,16 +101,21 @@ bool ChartFile::open(const std::string& folder, const std::string& scene, bool r
   return !sink.has_errors();
 }
 
-std::string ChartFile::key_of(const Job& job, const chart::Variant& variant, const std::string& reference) {
+std::string ChartFile::key_of(const Job& job, const chart::Entry& entry, const std::string& reference) {
   const CommonOptions& options = job.options();
-  return fmt::format("{} {} {} {} {} {} {} {} {}", text_hash(job.source().text()), version, options.name,
-                     options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "), reference,
-                     variant_json(variant).dump());
+  const std::string_view text = job.source().text();
+  return fmt::format("{:016x} {} {} {} {} {} {} {} {} {}", files::hash_bytes(text.data(), text.size()), version,
+                     options.name, options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "),
+                     reference, entry.fraction, variant_json(entry.variant).dump());
 }
 
-std::optional<Point> ChartFile::find(const std::string& key) const {
+std::optional<Point> ChartFile::find(const std::string& key, const chart::Entry& entry) const {
   const auto known = known_.find(key);
-  return known == known_.end() ? std::nullopt : std::optional(point_from(known->second));
+  if (known == known_.end()) return std::nullopt;
+  Point point = point_from(known->second);
+  point.variant = entry.variant;
+  if (point.step > 0) point.variant.resolution["step"] = fmt::format("{}", point.step);
+  return point;
 }
 
 void ChartFile::add(const std::string& key, const Point& point) { known_[key] = point_json(point); }
@@ -151,11 +149,8 @@ std::vector<Method> methods_of(const std::vector<Point>& points) {
 std::vector<Point> hull_of(const Method& method) {
   std::vector<Point> hull;
   for (const Point& point : method.points) {
-    const auto beats = [&](const Point& other) {
-      return is_complete(other) && other.error <= point.error && other.seconds <= point.seconds &&
-             (other.error < point.error || other.seconds < point.seconds);
-    };
-    if (is_complete(point) && std::ranges::none_of(method.points, beats)) hull.push_back(point);
+    const auto is_better = [&](const Point& other) { return is_drawn(other) && beats(other, point); };
+    if (is_drawn(point) && std::ranges::none_of(method.points, is_better)) hull.push_back(point);
   }
   std::ranges::sort(hull, std::greater(), &Point::error);
   return hull;
@@ -221,7 +216,7 @@ std::string table_of(const std::vector<Method>& methods) {
       }
       std::string order = "";
       for (const Point& other : method.points) {
-        const bool has_ratio = is_complete(other) && is_complete(point) && !other.cells.empty() &&
+        const bool has_ratio = is_drawn(other) && is_drawn(point) && !other.cells.empty() &&
                                std::abs(other.step / point.step * other.cells[0] / point.cells[0] - 1) < 0.2;
         if (has_ratio && other.cells[0] < point.cells[0]) before = &other;
       }
@@ -249,7 +244,7 @@ LinePanel panel_of(const std::string& scene, const std::vector<Method>& methods,
                   true};
   double slowest = 0, fastest = INFINITY, worst = 0;
   for (const Point& point : points) {
-    if (!is_complete(point)) continue;
+    if (!is_drawn(point)) continue;
     slowest = std::max(slowest, point.seconds);
     fastest = std::min(fastest, point.seconds);
     worst = std::max(worst, point.error);
@@ -269,7 +264,7 @@ LinePanel panel_of(const std::string& scene, const std::vector<Method>& methods,
     const std::vector<Point> hull = hull_of(method);
     for (const Point& point : method.points) {
       const auto is_same = [&](const Point& p) { return p.error == point.error && p.seconds == point.seconds; };
-      if (is_complete(point) && std::ranges::none_of(hull, is_same)) {
+      if (is_drawn(point) && std::ranges::none_of(hull, is_same)) {
         others.x.push_back(point.error);
         others.y.push_back(point.seconds);
       } else if (point.is_unstable && worst > 0) {

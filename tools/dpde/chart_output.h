@@ -18,19 +18,16 @@ class ChartFile {
  public:
   /// False and a diagnostic where a file that is to be resumed cannot be read.
   bool open(const std::string& folder, const std::string& scene, bool resume, DiagnosticSink& sink);
-  /// Of the text with what it imports, the command's options, the variant and the reference.
-  static std::string key_of(const Job& job, const chart::Variant& variant, const std::string& reference);
-  std::optional<chart::Point> find(const std::string& key) const;
+  /// Of the text with what it imports, the command's options, the entry and the reference.
+  static std::string key_of(const Job& job, const chart::Entry& entry, const std::string& reference);
+  /// The point of an entry that was run before.
+  std::optional<chart::Point> find(const std::string& key, const chart::Entry& entry) const;
   void add(const std::string& key, const chart::Point& point);
   bool save(DiagnosticSink& sink) const;
-
-  void set_points(std::vector<chart::Point> points) { points_ = std::move(points); }
-  const std::vector<chart::Point>& points() const { return points_; }
 
  private:
   std::filesystem::path path_;
   std::map<std::string, Json> known_;
-  std::vector<chart::Point> points_;
 };
 
 /// Table, picture, CSV and `result`.

@@ -11,6 +11,7 @@
 #include "interrupt.h"
 #include "model/from_ast/parts.h"
 #include "preparing.h"
+#include "scene_session.h"
 #include "support/contains.h"
 
 namespace dpde::tools {
@@ -90,18 +91,9 @@ bool open_chart_scene(Job& job, const Timing& timing, ChartScene& scene) {
   std::optional<driver::CompileOptions> compile = job.compile_options();
   if (!compile) return false;
   compile->without_task = true;
-  scene.options = {*compile, thread_count(job.options()), timing.samples, timing.seconds, false, &interrupt_flag()};
+  scene.options = {*compile, thread_count(job.options()), timing.samples, timing.seconds, &interrupt_flag()};
   const Preparing preparing(job);
-  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile, job.sink());
-  if (!compiled) return false;
-  if (!compiled->problem) {
-    job.sink().report("nothing-to-do", {}, {"the file has no scene"}, "add: scene NAME : MODEL { ... }");
-    return false;
-  }
-  driver::SessionOptions session;
-  session.threads = scene.options.threads;
-  scene.session = driver::Session::open(job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session,
-                                        job.sink());
+  scene.session = open_scene(job, job.sink());
   return scene.session != nullptr;
 }
 

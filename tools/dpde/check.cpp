@@ -17,6 +17,7 @@
 #include "driver/storage.h"
 #include "model/build.h"
 #include "preparing.h"
+#include "scene_session.h"
 #include "stability_report.h"
 #include "stencil/operator_order.h"
 #include "task_run.h"
@@ -211,8 +212,9 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   return text;
 }
 
-std::string report_conserved(Job& job, const std::shared_ptr<const driver::Compiled>& compiled, Json& result) {
-  const std::optional<std::vector<std::string>> sums = analysis::conserved_sums(job.source(), compiled);
+std::string report_conserved(Job& job, const driver::Session& session, Json& result) {
+  const std::optional<std::vector<std::string>> sums =
+      analysis::conserved_sums(job.source(), session.shared_compiled());
   if (!sums) return "";
   result["conserved"] = *sums;
   return fmt::format("conserved: {}\n", sums->empty() ? "no integral of a field or its square, and no observable"
@@ -223,20 +225,13 @@ std::string report_conserved(Job& job, const std::shared_ptr<const driver::Compi
 std::string report_stability(Job& job, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
-  std::optional<driver::CompileOptions> options = job.compile_options();
-  if (!options) return "";
-  options->without_task = true;
   DiagnosticSink sink;  // what is wrong with files was told already
-  std::optional<driver::Compiled> made = driver::compile(job.source(), *options, sink);
-  if (!made) return "";
-  const auto compiled = std::make_shared<const driver::Compiled>(std::move(*made));
-  driver::SessionOptions session_options;
-  session_options.threads = thread_count(job.options());
-  const std::unique_ptr<driver::Session> session = driver::Session::open(job.source(), compiled, session_options, sink);
+  const std::unique_ptr<driver::Session> session = open_scene(job, sink);
   if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
   const stability::Verdict verdict = stability::verdict_of(*session);
-  result["stability"] = stability_json(*session, verdict, job.source());
-  return stability_text(*session, verdict, job.source()) + report_conserved(job, compiled, result);
+  StabilityReport report = report_of(session->problem(), verdict, job.source());
+  result["stability"] = std::move(report.json);
+  return report.text + report_conserved(job, *session, result);
 }
 
 void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {

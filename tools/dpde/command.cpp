@@ -223,4 +223,11 @@ bool guarded(Job& job, const std::function<void()>& body) {
   }
 }
 
+int call(const CommonOptions& options, const std::function<Json(Job&)>& body) {
+  Job job(options);
+  Json result = Json::object();
+  guarded(job, [&] { result = body(job); });
+  return job.finish(std::move(result));
+}
+
 }  // namespace dpde::tools

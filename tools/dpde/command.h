@@ -80,6 +80,9 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
 /// Adds a verb whose `body` does the work; its exit status goes to `status`.
 void on_call(CLI::App& verb, int& status, std::function<int()> body);
 
+/// A whole call: the result of `body` with the diagnostics, what it throws among them; the exit status.
+int call(const CommonOptions& options, const std::function<Json(Job&)>& body);
+
 /// `status`, or after an error of its own that of a failed machine where standard output could not be written.
 int flushed(int status);
 

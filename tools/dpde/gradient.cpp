@@ -113,12 +113,7 @@ void add_gradient(CLI::App& app, int& status) {
   add_task_options(*verb, *options);
   verb->footer(
       "Examples:\n  dpde gradient burgers.dpde recover\n  dpde gradient heat.dpde find_kappa --memory 64M --json");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] { result = gradient(job, *options); });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return gradient(job, *options); }); });
 }
 
 }  // namespace dpde::tools

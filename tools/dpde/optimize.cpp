@@ -238,12 +238,7 @@ void add_optimize(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde optimize burgers.dpde recover --out results\n"
       "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] { result = optimize(job, *options); });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return optimize(job, *options); }); });
 }
 
 }  // namespace dpde::tools

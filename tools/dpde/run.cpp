@@ -16,6 +16,7 @@
 #include "record.h"
 #include "run_checkpoint.h"
 #include "scene_output.h"
+#include "scene_session.h"
 #include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "text_plot.h"
@@ -51,7 +52,6 @@ class Run {
 
   Job& job_;
   const RunOptions& options_;
-  std::shared_ptr<const driver::Compiled> compiled_;
   std::unique_ptr<driver::Session> session_;
   RunResult outcome_;
   std::unique_ptr<Record> record_;
@@ -98,21 +98,8 @@ bool Run::prepare_checkpoints() {
 
 bool Run::open() {
   if (!check_options() || !prepare_out(job_)) return false;
-  std::optional<driver::CompileOptions> options = job_.compile_options();
-  if (!options) return false;
-  options->without_task = true;
   const Preparing preparing(job_);
-  std::optional<driver::Compiled> compiled = driver::compile(job_.source(), *options, job_.sink());
-  if (!compiled) return false;
-  if (!compiled->problem) {
-    job_.sink().report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
-    return false;
-  }
-  compiled_ = std::make_shared<driver::Compiled>(std::move(*compiled));
-  driver::SessionOptions session;
-  session.threads = thread_count(options_);
-  session.stop = &interrupt_flag();
-  session_ = driver::Session::open(job_.source(), compiled_, session, job_.sink());
+  session_ = open_scene(job_, job_.sink());
   return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink());
 }
 
@@ -161,12 +148,13 @@ void Run::report(Json& result) {
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
-  result["compile_s"] = compiled_->seconds;
-  result["code_from_cache"] = compiled_->code_from_cache;
+  result["compile_s"] = session_->compiled().seconds;
+  result["code_from_cache"] = session_->compiled().code_from_cache;
   result["points_per_s"] = rate;
   job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n",
                        session_->problem().scene, cells_text(*session_), outcome_.steps_done, time,
-                       human_seconds(outcome_.seconds), human_count(rate), human_seconds(compiled_->seconds)));
+                       human_seconds(outcome_.seconds), human_count(rate),
+                       human_seconds(session_->compiled().seconds)));
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);

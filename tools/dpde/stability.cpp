@@ -13,6 +13,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "scene_session.h"
 #include "stability/trial.h"
 #include "stability_report.h"
 #include "text_plot.h"
@@ -73,7 +74,7 @@ class Stability {
   Json operator()();
 
  private:
-  std::unique_ptr<driver::Session> open(const std::string& name, double value);
+  std::unique_ptr<driver::Session> open(const std::map<std::string, std::string>& overrides = {});
   stability::TrialOptions trial_options(const Verdict& verdict) const;
   stability::Search search(driver::Session& session, const Verdict& verdict);
   void scan_step(Json& result);
@@ -83,30 +84,16 @@ class Stability {
   void draw_growths(driver::Session& session, const Verdict& verdict, const std::vector<stability::Trial>& trials);
   void draw_limits(const Sweep& sweep, const Json& rows, const Json& points);
   void save_points(const Json& points);
-  bool tell_stop();
+  void tell_stop();
 
   Job& job_;
   const StabilityOptions& options_;
   Progress progress_;
 };
 
-/// The scene with a parameter at this value; "" leaves all as they are.
-std::unique_ptr<driver::Session> Stability::open(const std::string& name, double value) {
-  std::optional<driver::CompileOptions> options = job_.compile_options();
-  if (!options) return nullptr;
-  options->without_task = true;
-  if (!name.empty()) options->selection.overrides[name] = fmt::format("{}", value);
+std::unique_ptr<driver::Session> Stability::open(const std::map<std::string, std::string>& overrides) {
   const Preparing preparing(job_);
-  std::optional<driver::Compiled> compiled = driver::compile(job_.source(), *options, job_.sink());
-  if (!compiled) return nullptr;
-  if (!compiled->problem) {
-    job_.sink().report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
-    return nullptr;
-  }
-  driver::SessionOptions session;
-  session.threads = thread_count(options_);
-  return driver::Session::open(job_.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session,
-                               job_.sink());
+  return open_scene(job_, job_.sink(), overrides);
 }
 
 stability::TrialOptions Stability::trial_options(const Verdict& verdict) const {
@@ -124,10 +111,9 @@ stability::Search Stability::search(driver::Session& session, const Verdict& ver
       });
 }
 
-bool Stability::tell_stop() {
-  if (!interrupt_flag().load()) return false;
-  job_.sink().report("run-failed", {}, {"stopped before all runs were made; what is told is of those that were"});
-  return true;
+void Stability::tell_stop() {
+  if (interrupt_flag().load())
+    job_.sink().report("run-failed", {}, {"stopped before all runs were made; what is told is of those that were"});
 }
 
 Json points_of(const std::vector<stability::Trial>& trials, const std::vector<double>& predicted) {
@@ -222,12 +208,13 @@ void Stability::measure_growth(driver::Session& session, const Verdict& verdict,
 }
 
 void Stability::scan_step(Json& result) {
-  const std::unique_ptr<driver::Session> session = open("", 0);
+  const std::unique_ptr<driver::Session> session = open();
   if (session == nullptr) return;
   result["scene"] = session->problem().scene;
   const Verdict verdict = stability::verdict_of(*session);
-  result["predicted"] = stability_json(*session, verdict, job_.source());
-  job_.say(stability_text(*session, verdict, job_.source()));
+  StabilityReport report = report_of(session->problem(), verdict, job_.source());
+  result["predicted"] = std::move(report.json);
+  job_.say(report.text);
   const bool is_limited = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
   if (verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::never) {
     measure_growth(*session, verdict, result);
@@ -242,7 +229,7 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
   Json rows = Json::array(), points = Json::array();
   for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {
     const double value = sweep.values[i];
-    const std::unique_ptr<driver::Session> session = open(sweep.name, value);
+    const std::unique_ptr<driver::Session> session = open({{sweep.name, fmt::format("{}", value)}});
     if (session == nullptr) return;
     result["scene"] = session->problem().scene;
     const Verdict verdict = stability::verdict_of(*session);
@@ -321,7 +308,7 @@ void Stability::save_points(const Json& points) {
 
 Json Stability::operator()() {
   Json result = Json::object();
-  if (!prepare_out(job_)) return result;
+  if (!job_.load_source() || !prepare_out(job_)) return result;
   if (options_.against.empty()) {
     scan_step(result);
   } else if (const std::optional<Sweep> sweep = parse_sweep(options_, job_.sink())) {
@@ -349,14 +336,7 @@ void add_stability(CLI::App& app, int& status) {
       "--out "
       "results\n  dpde stability burgers.dpde ends --against nu=0.001..0.1 --out results\n\nA run is unstable where a "
       "random disturbance of 1e-6 grows faster than twice what the equations do.");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] {
-      if (job.load_source()) result = Stability(job, *options)();
-    });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Stability(job, *options)(); }); });
 }
 
 }  // namespace dpde::tools

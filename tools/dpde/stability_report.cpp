@@ -28,15 +28,14 @@ const char* kind_name(StepLimit::Kind kind) {
   return "";
 }
 
-}  // namespace
+using Term = std::optional<SourceRange>;
 
-Json stability_json(driver::Session& session, const Verdict& verdict, const SourceFile& source) {
+Json json_of(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
   Json result = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   if (!verdict.is_analysed()) {
     result["why"] = verdict.why;
     return result;
   }
-  const model::Problem& problem = session.problem();
   const StepLimit& limit = verdict.limit;
   result["kind"] = kind_name(limit.kind);
   if (limit.kind == StepLimit::Kind::limit) result["max_step"] = limit.step;
@@ -58,16 +57,15 @@ Json stability_json(driver::Session& session, const Verdict& verdict, const Sour
   result["walls"] = verdict.is_of_walls;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
   result["term"] = nullptr;
-  if (const std::optional<SourceRange> term = stability::limiting_term(session.problem(), verdict)) {
+  if (term) {
     const LineColumn at = source.locate(term->begin);
     result["term"] = {{"text", written_text(*term, source)}, {"line", at.line}, {"column", at.column}};
   }
   return result;
 }
 
-std::string stability_text(driver::Session& session, const Verdict& verdict, const SourceFile& source) {
+std::string text_of(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
-  const model::Problem& problem = session.problem();
   const std::string wave = stability::wave_text(verdict, problem);
   std::string text = "stability: ";
   switch (verdict.limit.kind) {
@@ -83,8 +81,7 @@ std::string stability_text(driver::Session& session, const Verdict& verdict, con
       text += fmt::format(", the scene's{} is {:.3g} times that\n", verdict.parts > 1 ? " part of a step" : "",
                           verdict.step / verdict.limit.step);
       text += fmt::format("  beyond it {} grows first", wave);
-      if (const std::optional<SourceRange> term = stability::limiting_term(session.problem(), verdict))
-        text += fmt::format(", by {} (line {})", written_text(*term, source), source.locate(term->begin).line);
+      if (term) text += fmt::format(", by {} (line {})", written_text(*term, source), source.locate(term->begin).line);
       text += "\n";
       break;
     }
@@ -96,6 +93,13 @@ std::string stability_text(driver::Session& session, const Verdict& verdict, con
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);
   return text;
+}
+
+}  // namespace
+
+StabilityReport report_of(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
+  const Term term = stability::limiting_term(problem, verdict);
+  return {json_of(problem, verdict, term, source), text_of(problem, verdict, term, source)};
 }
 
 }  // namespace dpde::tools

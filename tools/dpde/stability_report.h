@@ -9,9 +9,10 @@
 
 namespace dpde::tools {
 
-/// The object `stability` of dpde check.
-Json stability_json(driver::Session& session, const stability::Verdict& verdict, const SourceFile& source);
-/// One line or more.
-std::string stability_text(driver::Session& session, const stability::Verdict& verdict, const SourceFile& source);
+struct StabilityReport {
+  Json json;         // the object `stability` of dpde check
+  std::string text;  // one line or more
+};
+StabilityReport report_of(const model::Problem& problem, const stability::Verdict& verdict, const SourceFile& source);
 
 }  // namespace dpde::tools

@@ -97,7 +97,8 @@ Json tune_scene(Job& job, const TuneCommand& options) {
     job.sink().report("bad-option", {}, {"dpde tune chooses cells and steps by itself: --vary has scheme keys here"});
   if (job.failed()) return result;
   ChartScene scene;
-  if (!wishes || !prepare_out(job) || !open_chart_scene(job, options.timing, scene)) return result;
+  if (!wishes || !job.load_source() || !prepare_out(job) || !open_chart_scene(job, options.timing, scene))
+    return result;
   const model::Problem& problem = scene.session->problem();
   Progress progress(options.progress, options.quiet || options.json);
   chart::Reference reference;
@@ -110,8 +111,10 @@ Json tune_scene(Job& job, const TuneCommand& options) {
     return result;
   }
   int runs = 0;
-  const chart::TuneOptions tuning{scene.options, options.tolerance, options.most_cells,
-                                  [&](const std::string& what) { progress.show(what, ++runs, runs + 10); }};
+  const chart::TuneOptions tuning{scene.options, options.tolerance, options.most_cells, [&](const std::string& what) {
+                                    ++runs;
+                                    progress.show(what, runs, runs + 10);  // how many there will be nobody knows
+                                  }};
   const chart::Choice choice = chart::tune(job.source(), tuning, problem, *wishes, reference);
   report_choice(job, scene, choice, options.tolerance, result);
   if (interrupt_flag().load()) {
@@ -142,14 +145,7 @@ void add_tune(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde tune advection.dpde ring --tolerance 1e-4\n  dpde tune heat.dpde rod --tolerance 1e-5 --vary "
       "lap=central2,central4,central6 --vary time=euler,rk4 --json");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] {
-      if (job.load_source()) result = tune_scene(job, *options);
-    });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return tune_scene(job, *options); }); });
 }
 
 }  // namespace dpde::tools

@@ -198,12 +198,7 @@ void add_verify(CLI::App& app, int& status) {
   CLI::App* verb = app.add_subcommand("verify", "certify derivatives: tangent against adjoint, and Taylor slopes");
   add_common_options(*verb, *options, {.out = false});
   verb->footer("Examples:\n  dpde verify burgers.dpde recover\n  dpde verify heat.dpde plate --set cells=33 --json");
-  on_call(*verb, status, [options] {
-    Job job(*options);
-    Json result = Json::object();
-    guarded(job, [&] { result = verify(job); });
-    return job.finish(std::move(result));
-  });
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return verify(job); }); });
 }
 
 }  // namespace dpde::tools

@@ -43,6 +43,8 @@ std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptio
 
 namespace {
 
+const std::string never_stable = "unstable at every step";
+
 /// Seconds of each sample, per run.
 std::vector<double> time_runs(driver::Session& session, const PointOptions& options) {
   using Clock = std::chrono::steady_clock;
@@ -62,52 +64,74 @@ std::vector<double> time_runs(driver::Session& session, const PointOptions& opti
   return samples;
 }
 
-void fail(Point& point, std::string why) { point.failure = std::move(why); }
-
 /// False where the step is not run.
-bool is_allowed(Point& point, driver::Session& session, const PointOptions& options) {
+bool is_allowed(Point& point, driver::Session& session) {
   const stability::Verdict verdict = stability::verdict_of(session);
-  if (!verdict.is_analysed()) return true;
   if (verdict.limit.kind == stability::StepLimit::Kind::limit) point.largest_step = verdict.limit.step;
-  if (!verdict.ruins_run() || options.may_be_unstable) return true;
+  if (!verdict.ruins_run()) return true;
   point.is_unstable = true;
-  fail(point, verdict.limit.kind == stability::StepLimit::Kind::never
-                  ? "unstable at every step"
-                  : fmt::format("the step is above {:.4g}, the largest stable one", verdict.limit.step));
+  point.failure = verdict.limit.kind == stability::StepLimit::Kind::never
+                      ? never_stable
+                      : fmt::format("the step is above {:.4g}, the largest stable one", verdict.limit.step);
   return false;
+}
+
+/// null where the variant does not fit: `point` says why.
+std::unique_ptr<driver::Session> open_for(Point& point, const SourceFile& source, const PointOptions& options,
+                                          const Variant& variant) {
+  std::unique_ptr<driver::Session> session = open(source, options, variant, point.failure);
+  point.does_not_fit = session == nullptr;
+  return session;
 }
 
 }  // namespace
 
+bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
+                 Point& point) {
+  const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
+  if (session == nullptr) return false;
+  const stability::Verdict verdict = stability::verdict_of(*session);
+  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::never) {
+    point.is_unstable = true;
+    point.failure = never_stable;
+    return false;
+  }
+  // Without a limit the scene's own step, which shrinks with the cells.
+  double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
+  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
+    largest = point.largest_step = verdict.limit.step;
+  const double length = scene.steps * scene.step;
+  const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
+  entry.variant.resolution["step"] = fmt::format("{}", length / steps);
+  return true;
+}
+
 namespace {
 
-Point run_or_throw(const SourceFile& source, const PointOptions& options, const Variant& variant,
+/// A step that is chosen as part of the largest stable one needs no other verdict.
+Point run_or_throw(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
                    const Reference& reference) {
   Point point;
-  point.variant = variant;
-  std::string why;
-  const std::unique_ptr<driver::Session> session = open(source, options, variant, why);
-  if (session == nullptr) {
-    point.does_not_fit = true;
-    fail(point, why);
-    return point;
-  }
+  const bool is_chosen = entry.fraction > 0;
+  if (is_chosen && !choose_step(source, options, scene, entry, point)) return point;
+  const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
+  if (session == nullptr) return point;
   for (const model::Axis& axis : session->axes()) point.cells.push_back(axis.cells);
   point.step = session->problem().step;
   point.steps = session->steps();
   point.compile_seconds = session->compiled().seconds;
   point.memory_bytes = driver::peak_of_run(session->compiled());
-  if (!is_allowed(point, *session, options)) return point;
+  if ((!is_chosen || entry.fraction > 1) && !is_allowed(point, *session)) return point;
   const RunResult first = session->rollout().run();
   if (first.stopped) return point;
   if (first.blow_up) {
     point.is_unstable = true;
-    fail(point, fmt::format("no longer finite after step {}", first.blow_up->step));
+    point.failure = fmt::format("no longer finite after step {}", first.blow_up->step);
     return point;
   }
   point.errors = reference.errors(*session);
   if (point.errors.empty()) {
-    fail(point, "nothing to compare with");
+    point.failure = "nothing to compare with";
     return point;
   }
   for (const auto& [name, error] : point.errors)
@@ -126,25 +150,28 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
 
 }  // namespace
 
-/// What one variant throws, for lack of memory as an example, leaves the others alone.
-Point run_point(const SourceFile& source, const PointOptions& options, const Variant& variant,
+Point run_point(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry entry,
                 const Reference& reference) {
+  Point point;
   try {
-    return run_or_throw(source, options, variant, reference);
+    point = run_or_throw(source, options, scene, entry, reference);
   } catch (const std::exception& error) {
-    Point point;
-    point.variant = variant;
     point.failure = error.what();
-    return point;
   }
+  point.variant = std::move(entry.variant);
+  return point;
+}
+
+bool is_complete(const Point& p) { return p.failure.empty() && p.seconds > 0 && std::isfinite(p.error); }
+
+bool beats(const Point& a, const Point& b) {
+  return a.error <= b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
 }
 
 void mark_pareto(std::vector<Point>& points) {
-  const auto is_complete = [](const Point& p) { return p.failure.empty() && p.seconds > 0 && std::isfinite(p.error); };
   for (Point& point : points) {
     point.is_pareto = is_complete(point) && std::ranges::none_of(points, [&](const Point& other) {
-                        return is_complete(other) && other.error <= point.error && other.seconds <= point.seconds &&
-                               (other.error < point.error || other.seconds < point.seconds);
+                        return is_complete(other) && beats(other, point);
                       });
   }
 }

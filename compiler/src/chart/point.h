@@ -19,6 +19,11 @@ struct Variant {
   std::map<std::string, std::string> resolution;  // cells and the step
 };
 
+struct Entry {
+  Variant variant;
+  double fraction = 0;  // > 0: the step is this part of the largest stable one; 0: the variant's, or the scene's
+};
+
 /// "advect=central4 time=rk4"; "the scene's own" where nothing is chosen.
 std::string method_text(const Variant& variant);
 
@@ -42,9 +47,8 @@ struct Point {
 struct PointOptions {
   driver::CompileOptions compile;  // of the scene, with what holds for all variants
   int threads = 1;
-  int samples = 5;               // timings; the median counts
-  double sample_seconds = 0.1;   // each at least, of as many runs as that takes
-  bool may_be_unstable = false;  // run what the verdict says is unstable
+  int samples = 5;              // timings; the median counts
+  double sample_seconds = 0.1;  // each at least, of as many runs as that takes
   const std::atomic<bool>* stop = nullptr;
 };
 
@@ -52,10 +56,20 @@ struct PointOptions {
 std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptions& options, const Variant& variant,
                                       std::string& why);
 
-Point run_point(const SourceFile& source, const PointOptions& options, const Variant& variant,
+/// Puts the step that the fraction stands for into the variant: a whole number of them makes the run of `scene`. False
+/// where there is none, and `point` says why.
+bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
+                 Point& point);
+
+/// What one variant throws, for lack of memory as an example, is its failure and leaves the others alone.
+Point run_point(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry entry,
                 const Reference& reference);
 
-/// Marks those that no other one beats in both error and time.
+/// It ran, was timed, and has an error.
+bool is_complete(const Point& point);
+/// Both complete: no worse in error and time, and better in one of them.
+bool beats(const Point& a, const Point& b);
+/// Marks those that no other one beats.
 void mark_pareto(std::vector<Point>& points);
 
 }  // namespace dpde::chart

@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "model/build.h"
-#include "model/print_model.h"
-#include "stability/verdict.h"
 
 namespace dpde::chart {
 
@@ -119,24 +117,6 @@ std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishe
   return entries;
 }
 
-bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                 std::string& why) {
-  const std::unique_ptr<driver::Session> session = open(source, options, entry.variant, why);
-  if (session == nullptr) return false;
-  const stability::Verdict verdict = stability::verdict_of(*session);
-  const double length = scene.steps * scene.step;
-  double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
-  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::never) {
-    why = "unstable at every step";
-    return false;
-  }
-  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
-    largest = verdict.limit.step;
-  const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
-  entry.variant.resolution["step"] = fmt::format("{}", length / steps);
-  return true;
-}
-
 double finest_of(const model::Problem& scene, const std::vector<Entry>& entries) {
   double most = 1;
   for (const Entry& entry : entries) {
@@ -161,8 +141,10 @@ std::optional<Reference> make_reference(const SourceFile& source, const PointOpt
     std::vector<FinalStates> states;
     for (const double factor : {most, 2 * most}) {
       Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
-      why.clear();
-      if (!choose_step(source, options, scene, entry, why)) break;
+      Point point;
+      const bool has_step = choose_step(source, options, scene, entry, point);
+      why = point.failure;
+      if (!has_step) break;
       const std::unique_ptr<driver::Session> session = open(source, options, entry.variant, why);
       if (session == nullptr || session->rollout().run().blow_up) break;
       states.push_back(final_states(*session));

@@ -20,21 +20,12 @@ struct Wishes {
   std::vector<double> fractions;
 };
 
-struct Entry {
-  Variant variant;
-  double fraction = 0;  // > 0: the step is chosen by choose_step() before the variant is run
-};
-
 /// Methods that suit the scene's equations where none are asked for: its own, and differences of order 2 and 4 and
 /// upwind ones where they are used, each with the scene's integrator and with rk4.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
 /// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
-
-/// Puts the step into the variant: a whole number of them makes the run. False, and why, where there is none.
-bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                 std::string& why);
 
 /// So many times the scene's cells along each axis, as --set has them.
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor);

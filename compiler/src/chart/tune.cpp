@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace dpde::chart {
 
@@ -23,6 +24,7 @@ struct Candidate {
   std::map<std::string, std::string> method;
   double fraction;
   std::map<int, Point> runs = {};  // by rung
+  std::set<int> proven = {};       // rungs that are timed as points are; others only explore
   int next = 0;                    // the rung that should meet the tolerance
   double seconds = infinite;       // that it should take
   std::string out = "";            // why it is out
@@ -38,7 +40,7 @@ class Tuner {
     highest_rung_ = static_cast<int>(std::floor(std::log(options.most_cells / lowest_) / std::log(rung_ratio) + 1e-9));
   }
 
-  Choice run(const Wishes& wishes) {
+  Choice tune(const Wishes& wishes) {
     std::vector<double> fractions = wishes.fractions;
     if (fractions.empty()) fractions = {0.9, 0.3};
     for (const auto& method : methods_for(scene_, wishes)) {
@@ -57,33 +59,38 @@ class Tuner {
   double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
-  const Point& run_at(Candidate& candidate, int rung, bool is_proof) {
-    const auto known = candidate.runs.find(rung);
-    if (known != candidate.runs.end()) return known->second;
-    Entry entry{{candidate.method, cells_of(scene_, factor_of(rung))}, candidate.fraction};
-    Point point;
-    std::string why;
-    if (choose_step(source_, options_.point, scene_, entry, why)) {
-      PointOptions options = options_.point;
-      if (!is_proof) {
-        options.samples = 1;
-        options.sample_seconds = std::min(options.sample_seconds, 0.01);
-      }
-      point = run_point(source_, options, entry.variant, reference_);
-      ++result_.tried;
-    } else {
-      point.variant = entry.variant;
-      point.failure = why;
-    }
-    if (options_.tell)
-      options_.tell(fmt::format("{} on {:.3g} times the cells", method_text(point.variant), factor_of(rung)));
-    return candidate.runs[rung] = point;
+  Point run(const Entry& entry, const PointOptions& options) {
+    Point point = run_point(source_, options, scene_, entry, reference_);
+    if (point.steps > 0) ++result_.tried;
+    return point;
   }
+
+  /// One short timing where it is only to be seen how error and time go on.
+  const Point& explore_at(Candidate& candidate, int rung) {
+    PointOptions options = options_.point;
+    options.samples = 1;
+    options.sample_seconds = std::min(options.sample_seconds, 0.01);
+    return candidate.runs[rung] = run_at(candidate, rung, options);
+  }
+
+  const Point& prove_at(Candidate& candidate, int rung) {
+    if (candidate.proven.insert(rung).second) candidate.runs[rung] = run_at(candidate, rung, options_.point);
+    return candidate.runs.at(rung);
+  }
+
+  Point run_at(const Candidate& candidate, int rung, const PointOptions& options) {
+    const Entry entry{{candidate.method, cells_of(scene_, factor_of(rung))}, candidate.fraction};
+    if (options_.tell)
+      options_.tell(fmt::format("{} on {:.3g} times the cells", method_text(entry.variant), factor_of(rung)));
+    return run(entry, options);
+  }
+
+  bool meets(const Point& point) const { return is_complete(point) && point.error <= options_.tolerance; }
 
   void explore(Candidate& candidate) {
     for (const int rung : first_rungs) {
       if (is_stopped() || rung > highest_rung_) break;
-      const Point& point = run_at(candidate, rung, false);
+      const Point& point = explore_at(candidate, rung);
       if (point.does_not_fit || (!point.failure.empty() && rung == first_rungs[1])) candidate.out = point.failure;
       if (!candidate.out.empty()) return;
     }
@@ -132,78 +139,62 @@ class Tuner {
   /// False where no other can be faster than what is proven.
   bool advance(Candidate& candidate) {
     if (proven_ && candidate.seconds > doubt * proven_->seconds) return false;
-    const Point point = run_at(candidate, candidate.next, true);
-    if (point.failure.empty() && point.error <= options_.tolerance) {
-      Point best = point;
-      for (int rung = candidate.next - 1; rung >= 0 && !is_stopped(); --rung) {  // as coarse as it may be
-        const Point coarser = run_at(candidate, rung, true);
-        if (!coarser.failure.empty() || coarser.error > options_.tolerance) break;
-        best = coarser;
-      }
-      prove(best);
-      candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
-      candidate.seconds = best.seconds;
-    } else {
+    if (!meets(prove_at(candidate, candidate.next))) {
       predict(candidate);
+      return true;
     }
+    int rung = candidate.next;  // as coarse as it may be
+    while (rung > 0 && !is_stopped() && meets(prove_at(candidate, rung - 1))) --rung;
+    const Point& best = candidate.runs.at(rung);
+    candidate.seconds = best.seconds;
+    candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
+    take(best, candidate);
     return true;
   }
 
-  /// Runs that only explored are timed anew.
-  void prove(Point point) {
-    Point timed = run_point(source_, options_.point, point.variant, reference_);
-    ++result_.tried;
-    if (!timed.failure.empty() || timed.seconds == 0) return;
-    if (!proven_ || timed.seconds < proven_->seconds) proven_ = timed;
+  /// Where it is faster than what is proven so far.
+  bool take(const Point& point, const Candidate& candidate) {
+    if (!meets(point) || (proven_ && point.seconds >= proven_->seconds)) return false;
+    proven_ = point;
+    winner_ = &candidate;
+    return true;
   }
 
   /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
   void try_longer_steps() {
     for (const double fraction : {0.6, 0.9}) {
       if (!proven_ || is_stopped()) return;
+      if (fraction <= winner_->fraction) continue;
       Entry entry{proven_->variant, fraction};
       entry.variant.resolution.erase("step");
-      std::string why;
-      if (!choose_step(source_, options_.point, scene_, entry, why)) continue;
-      if (std::stod(entry.variant.resolution.at("step")) <= proven_->step) continue;
-      const Point point = run_point(source_, options_.point, entry.variant, reference_);
-      ++result_.tried;
-      const bool meets = point.failure.empty() && point.error <= options_.tolerance && point.seconds > 0;
-      if (meets && point.seconds < proven_->seconds) proven_ = point;
+      take(run(entry, options_.point), *winner_);
     }
   }
 
   void try_single_precision(const Wishes& wishes) {
     if (!proven_ || wishes.method.contains("real") || is_stopped()) return;
-    Variant single = proven_->variant;
-    single.method["real"] = "f32";
-    const Point point = run_point(source_, options_.point, single, reference_);
-    ++result_.tried;
-    const bool meets = point.failure.empty() && point.error <= options_.tolerance;
-    if (meets && point.seconds > 0 && point.seconds < proven_->seconds) {
-      result_.runners_up.push_back({*proven_, "single precision is faster and meets the tolerance", proven_->seconds});
-      proven_ = point;
+    Entry single{proven_->variant, 0};
+    single.variant.method["real"] = "f32";
+    const Point point = run(single, options_.point), before = *proven_;
+    if (take(point, *winner_)) {
+      result_.runners_up.push_back({before, "single precision is faster and meets the tolerance"});
     } else {
       const std::string why = !point.failure.empty() ? point.failure
-                              : meets                ? "it is no faster"
+                              : meets(point)         ? "it is no faster"
                                                      : fmt::format("its error is {:.3g}", point.error);
-      result_.runners_up.push_back({point, why, 0});
+      result_.runners_up.push_back({point, why});
     }
   }
 
+  /// The methods that lost, each with its last run.
   Choice finish() {
     result_.chosen = proven_;
     for (const Candidate& candidate : candidates_) {
-      if (candidate.runs.empty()) continue;
-      const Point& last = std::prev(candidate.runs.end())->second;
-      const bool is_chosen = proven_ && candidate.method == proven_->variant.method &&
-                             candidate.runs.contains(candidate.next) &&
-                             candidate.runs.at(candidate.next).step == proven_->step;
-      if (is_chosen) continue;
+      if (candidate.runs.empty() || &candidate == winner_) continue;
       const std::string why = !candidate.out.empty()
                                   ? candidate.out
                                   : fmt::format("it should take {:.3g} s a unit of time", candidate.seconds);
-      result_.runners_up.push_back({last, why, std::isfinite(candidate.seconds) ? candidate.seconds : 0});
+      result_.runners_up.push_back({std::prev(candidate.runs.end())->second, why});
     }
     return std::move(result_);
   }
@@ -216,6 +207,7 @@ class Tuner {
   int highest_rung_ = 0;
   std::vector<Candidate> candidates_;
   std::optional<Point> proven_;
+  const Candidate* winner_ = nullptr;  // whose point that is
   Choice result_;
 };
 
@@ -223,7 +215,7 @@ class Tuner {
 
 Choice tune(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Wishes& wishes,
             const Reference& reference) {
-  return Tuner(source, options, scene, reference).run(wishes);
+  return Tuner(source, options, scene, reference).tune(wishes);
 }
 
 }  // namespace dpde::chart

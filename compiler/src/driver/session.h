@@ -53,6 +53,8 @@ class Session {
   ~Session();
 
   const Compiled& compiled() const { return *compiled_; }
+  /// For another session of the same.
+  const std::shared_ptr<const Compiled>& shared_compiled() const { return compiled_; }
   const model::Problem& problem() const { return *compiled_->problem; }
   const SessionOptions& options() const { return options_; }
   Engine& engine() { return *engine_; }

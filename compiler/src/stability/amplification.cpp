@@ -20,8 +20,6 @@ constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
 
-Eigen::Index rows_of(const Response& rows) { return static_cast<Eigen::Index>(rows.size()); }
-
 /// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
 void balance(Eigen::MatrixXcd& a) {
   for (int sweep = 0; sweep < 20; ++sweep) {
@@ -55,23 +53,35 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
 
 Amplification::Amplification(const Response& rows, int rank) : size_(static_cast<int>(rows.size())), rank_(rank) {
   std::map<std::int64_t, std::size_t> places;
-  for (Eigen::Index row = 0; row < rows_of(rows); ++row) {
-    for (const Form::Term& term : rows[static_cast<std::size_t>(row)].terms()) {
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (const Form::Term& term : rows[row].terms()) {
       const stencil::Offset offset = Form::offset_of(term.key);
       const auto [entry, is_new] = places.try_emplace(Form::key_of(offset), places_.size());
-      if (is_new) places_.push_back({offset, Eigen::MatrixXd::Zero(size_, size_)});
-      places_[entry->second].weights(row, Form::component_of(term.key)) = term.coefficient;
+      if (is_new) places_.push_back({offset, std::vector<double>(rows.size() * rows.size(), 0.0)});
+      const auto column = static_cast<std::size_t>(Form::component_of(term.key));
+      places_[entry->second].weights[column * rows.size() + row] = term.coefficient;
+      for (std::size_t axis = 0; axis < reach_.size(); ++axis)
+        reach_[axis] = std::max(reach_[axis], std::abs(offset[axis]));
     }
   }
 }
 
+/// Waves are looked at by the hundred thousand: sines are taken once an offset along an axis.
 Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
+  std::array<std::vector<std::complex<double>>, 3> phases;
+  for (std::size_t axis = 0; axis < phases.size(); ++axis) {
+    const bool is_there = axis < static_cast<std::size_t>(rank_);
+    for (int offset = -reach_[axis]; offset <= reach_[axis]; ++offset)
+      phases[axis].push_back(is_there ? std::polar(1.0, angles[axis] * offset) : 1.0);
+  }
+  const auto phase_along = [&](std::size_t axis, const stencil::Offset& offset) {
+    return phases[axis][static_cast<std::size_t>(offset[axis] + reach_[axis])];
+  };
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
   for (const Place& place : places_) {
-    double phase = 0;
-    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis)
-      phase += angles[axis] * place.offset[axis];
-    sum += std::polar(1.0, phase) * place.weights;
+    const std::complex<double> phase =
+        phase_along(0, place.offset) * phase_along(1, place.offset) * phase_along(2, place.offset);
+    for (std::size_t i = 0; i < place.weights.size(); ++i) sum.data()[i] += phase * place.weights[i];
   }
   return sum;
 }

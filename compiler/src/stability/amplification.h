@@ -28,11 +28,12 @@ class Amplification {
  private:
   struct Place {
     stencil::Offset offset;
-    Eigen::MatrixXd weights;
+    std::vector<double> weights;  // by columns
   };
   int size_;
   int rank_;
   std::vector<Place> places_;
+  std::array<int, 3> reach_{};  // the farthest offset along each axis
 };
 
 /// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.

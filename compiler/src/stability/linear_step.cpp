@@ -117,8 +117,9 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 /// One run of the tangent.
 class Evaluation {
  public:
-  Evaluation(const Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt)
-      : module_(module), varied_(varied), point_(point), dt_(dt) {}
+  Evaluation(const Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt,
+             FrozenStages& stages)
+      : module_(module), varied_(varied), point_(point), dt_(dt), stages_(stages) {}
 
   void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
   void run(const std::vector<Statement>& body);
@@ -134,6 +135,8 @@ class Evaluation {
   Value value(const Expr& e);
   double condition_of(const Expr& e);
   std::vector<Value> stored_values(const Kernel& kernel);
+  std::optional<std::vector<FrozenValue>> frozen_values(const Kernel& kernel);
+  std::optional<std::vector<Value>> values_of_states(const Kernel& kernel);
   void run_kernel(const Kernel& kernel);
   void reduce(const Reduce& reduce);
   void repeat(const Repeat& repeat);
@@ -142,6 +145,8 @@ class Evaluation {
   const std::set<std::string>& varied_;
   const FrozenPoint& point_;
   double dt_;
+  FrozenStages& stages_;
+  std::size_t runs_ = 0;       // of kernels that make states
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::map<std::string, Value> fields_, locals_;
   std::map<std::string, double> counters_;
@@ -267,27 +272,42 @@ std::vector<Value> Evaluation::stored_values(const Kernel& kernel) {
 
 /// What is not perturbed stays frozen in the step, too: stages of the state itself are made with dt = 0, at the point
 /// and at its neighbours for their slopes. Else growth by coefficients that change while the step is made would look
-/// like growth by the scheme.
-void Evaluation::run_kernel(const Kernel& kernel) {
-  std::vector<Value> values = stored_values(kernel);
-  for (const Value& value : values) is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
-  const bool is_of_states =
-      std::ranges::all_of(kernel.stores, [&](const Store& s) { return varied_.contains(s.field); });
-  if (is_of_states && std::ranges::all_of(values, [](const Value& v) { return v.form.is_zero(); })) {
-    const double step = std::exchange(dt_, 0);
-    const std::vector<Value> frozen = stored_values(kernel);
-    if (std::ranges::all_of(frozen, [](const Value& v) { return std::isfinite(v.number); })) values = frozen;
-    for (std::size_t axis = 0; axis < static_cast<std::size_t>(kernel.rank); ++axis) {
-      base_[axis] = 1;
-      const std::vector<Value> beside = stored_values(kernel);
-      base_[axis] = 0;
-      for (std::size_t i = 0; i < values.size(); ++i) values[i].slope[axis] = beside[i].number - frozen[i].number;
-    }
-    dt_ = step;
+/// like growth by the scheme. nullopt where they have no values with dt = 0.
+std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const Kernel& kernel) {
+  const double step = std::exchange(dt_, 0);
+  std::vector<FrozenValue> result;
+  for (const Value& value : stored_values(kernel)) result.emplace_back(value.number);
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(kernel.rank); ++axis) {
+    base_[axis] = 1;
+    const std::vector<Value> beside = stored_values(kernel);
+    base_[axis] = 0;
+    for (std::size_t i = 0; i < result.size(); ++i) result[i].slope[axis] = beside[i].number - result[i].value;
   }
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  dt_ = step;
+  const bool is_known = std::ranges::all_of(result, [](const FrozenValue& v) { return std::isfinite(v.value); });
+  return is_known ? std::optional(std::move(result)) : std::nullopt;
+}
+
+/// Of a kernel that makes states, and no perturbations: the same for every step, so that it is run once a point.
+std::optional<std::vector<Value>> Evaluation::values_of_states(const Kernel& kernel) {
+  const auto is_of_states = [&](const Store& store) { return varied_.contains(store.field); };
+  if (!std::ranges::all_of(kernel.stores, is_of_states)) return std::nullopt;
+  const std::size_t run = runs_++;
+  if (run == stages_.size()) stages_.push_back(frozen_values(kernel));
+  if (!stages_[run]) return std::nullopt;
+  std::vector<Value> values;
+  for (const FrozenValue& value : *stages_[run]) values.push_back({value.value, {}, value.slope});
+  return values;
+}
+
+void Evaluation::run_kernel(const Kernel& kernel) {
+  std::optional<std::vector<Value>> values = values_of_states(kernel);
+  if (!values) values = stored_values(kernel);
+  for (std::size_t i = 0; i < values->size(); ++i) {
     const Store& store = kernel.stores[i];
-    fields_[store.field] = store.accumulate ? field_value(store.field) + values[i] : values[i];
+    const Value& value = (*values)[i];
+    is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
+    fields_[store.field] = store.accumulate ? field_value(store.field) + value : value;
   }
 }
 
@@ -401,7 +421,12 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
 }
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
-  Evaluation evaluation(module_, varied_, point, dt);
+  FrozenStages stages;
+  return response(point, dt, stages);
+}
+
+std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
+  Evaluation evaluation(module_, varied_, point, dt, stages);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }

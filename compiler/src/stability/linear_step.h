@@ -64,6 +64,10 @@ constexpr int farthest_offset = 4000;  // along each axis
 /// One row a state, in the order of LinearStep::states().
 using Response = std::vector<Form>;
 
+/// What stages of the states are at a point, in the order in which kernels make them; nothing of a kernel whose values
+/// depend on the step. Empty before the first response, which fills it.
+using FrozenStages = std::vector<std::optional<std::vector<FrozenValue>>>;
+
 class LinearStep {
  public:
   /// `step` swaps the states. What cannot be analysed (networks, scatters) leaves `why` and no value.
@@ -72,6 +76,8 @@ class LinearStep {
   const std::vector<std::string>& states() const { return states_; }
   /// Of a step of size dt from this point. nullopt where offsets are too far or a value is not finite.
   std::optional<Response> response(const FrozenPoint& point, double dt) const;
+  /// The same, with what former responses at this point have found.
+  std::optional<Response> response(const FrozenPoint& point, double dt, FrozenStages& stages) const;
   /// Fields that the tangent reads beside perturbations: states, coefficients, coordinates.
   const std::vector<std::string>& inputs() const { return inputs_; }
   const stencil::Module& module() const { return module_; }

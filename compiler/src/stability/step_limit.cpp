@@ -50,7 +50,7 @@ bool is_resolved(const Angles& a) {
 }
 
 std::optional<Amplification> FrozenAnalysis::at(double step) const {
-  const std::optional<Response> rows = linear_->response(point_, step);
+  const std::optional<Response> rows = linear_->response(point_, step, stages_);
   return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
 }
 
@@ -62,7 +62,7 @@ bool FrozenAnalysis::differentiate(double step) {
   Response sum_of_all(linear_->states().size());
   for (int i = 0; i < 3; ++i) {
     for (const double sign : {1.0, -1.0}) {
-      const std::optional<Response> rows = linear_->response(point_, sign * (i + 1) * step);
+      const std::optional<Response> rows = linear_->response(point_, sign * (i + 1) * step, stages_);
       if (!rows) return false;
       sum_of_all = sum(sum_of_all, *rows, sign * weights[i] / step);
     }
@@ -75,7 +75,7 @@ bool FrozenAnalysis::differentiate(double step) {
 /// Of schemes with a memory, and of those that follow the flow: eigenvalues of a short step that lie near 1 are those
 /// of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
-  const std::optional<Response> at_rest = linear_->response(point_, 0);
+  const std::optional<Response> at_rest = linear_->response(point_, 0, stages_);
   if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
     if (!differentiate(short_step * step)) return false;
     if (rate_ > 0 && !differentiate(short_step / rate_)) return false;

@@ -62,6 +62,7 @@ class FrozenAnalysis {
 
   const LinearStep* linear_;
   FrozenPoint point_;
+  mutable FrozenStages stages_;  // of the point: a cache
   int rank_;
   double rate_ = 0, growth_ = 0;
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_session.h"
+
+#include "interrupt.h"
+
+namespace dpde::tools {
+
+std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
+                                            const std::map<std::string, std::string>& overrides) {
+  std::optional<driver::CompileOptions> options = job.compile_options();
+  if (!options) return nullptr;
+  options->without_task = true;
+  for (const auto& [key, value] : overrides) options->selection.overrides[key] = value;
+  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, sink);
+  if (!compiled) return nullptr;
+  if (!compiled->problem) {
+    sink.report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
+    return nullptr;
+  }
+  driver::SessionOptions session;
+  session.threads = thread_count(job.options());
+  session.stop = &interrupt_flag();
+  return driver::Session::open(job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session, sink);
+}
+
+}  // namespace dpde::tools

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene of a command, without its task, ready to run.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "command.h"
+#include "driver/session.h"
+
+namespace dpde::tools {
+
+/// `overrides` beside those of --set. null after an error in `sink`.
+std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
+                                            const std::map<std::string, std::string>& overrides = {});
+
+}  // namespace dpde::tools
