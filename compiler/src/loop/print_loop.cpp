@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::loop {
