@@ -26,6 +26,7 @@
 #include "real.h"
 #include "reduce.h"
 #include "sweep.h"
+#include "transform.h"
 
 namespace dpde {
 namespace {
@@ -38,6 +39,7 @@ struct Operation {
   HaloFold fold;
   FieldReduction reduction;
   Inference inference;
+  FieldTransform transform;
   Sweep sweep;
   Passes passes;
   std::vector<Operation> block;  // of one pass
@@ -163,6 +165,7 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
       case DPDE_NETWORK:
         operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
         break;
+      case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team); break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
       case DPDE_REPEAT:
         operation.passes = Passes(from.repeat, stacks);
@@ -280,6 +283,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
         break;
       }
       case DPDE_REDUCE: operation.reduction.run(fields); break;
+      case DPDE_TRANSFORM: operation.transform.run(fields, uniforms); break;
       case DPDE_REPEAT: {
         Passes& passes = operation.passes;
         passes.begin(fields);

@@ -95,6 +95,15 @@ class Writer {
           body.push_back(Reduce{name(reduce.result), reduce.kind, name(reduce.field), reduce.over});
         },
         [&](const NetworkCall& network_call) { body.push_back(network_call); },
+        [&](Transform transform) {
+          for (Transform::Term& term : transform.terms) {
+            term = {name(term.field), term.by};
+            term.by.argument = substitute_params(term.by.argument, numbers);
+            term.by.factor = substitute_params(term.by.factor, numbers);
+          }
+          transform.result = name(transform.result);
+          body.push_back(std::move(transform));
+        },
         [&](const Run& run) {
           const std::string kernel = fmt::format("{}_pass{}", run.kernel, pass);
           if (!result_.find_kernel(kernel))

@@ -86,6 +86,13 @@ INSTANTIATE_TEST_SUITE_P(Stability, AdvectionTable,
                                            Entry{"upwind(3)", "ssp_rk3", 1.6259}, Entry{"upwind(3)", "rk4", 1.7453},
                                            Entry{"upwind(3)", "ab2", 0.5802}, Entry{"upwind(3)", "leapfrog", 0}));
 
+/// The wave of two cells has the largest wave number, pi a cell: 1/pi of the limits on the imaginary axis.
+INSTANTIATE_TEST_SUITE_P(Spectral, AdvectionTable,
+                         ::testing::Values(Entry{"spectral", "euler", 0}, Entry{"spectral", "rk2", weak},
+                                           Entry{"spectral", "ssp_rk3", std::sqrt(3) / M_PI},
+                                           Entry{"spectral", "rk4", std::sqrt(8) / M_PI},
+                                           Entry{"spectral", "leapfrog", 1 / M_PI}));
+
 class DiffusionTable : public ::testing::TestWithParam<Entry> {};
 TEST_P(DiffusionTable, IsPredicted) {
   const auto& [space, time, limit] = GetParam();
@@ -108,6 +115,10 @@ INSTANTIATE_TEST_SUITE_P(Stability, DiffusionTable,
                                            Entry{"central(4)", "euler", 0.375}, Entry{"central(4)", "rk2", 0.375},
                                            Entry{"central(4)", "ssp_rk3", 0.47114}, Entry{"central(4)", "rk4", 0.52224},
                                            Entry{"central(4)", "ab2", 0.1875}));
+INSTANTIATE_TEST_SUITE_P(Spectral, DiffusionTable,
+                         ::testing::Values(Entry{"spectral", "euler", 0.20264}, Entry{"spectral", "rk2", 0.20264},
+                                           Entry{"spectral", "ssp_rk3", 0.25459}, Entry{"spectral", "rk4", 0.28221},
+                                           Entry{"spectral", "ab2", 0.10132}, Entry{"spectral", "leapfrog", 0}));
 
 /// Advection by c = 1 and diffusion, forward in time and central in space: dt <= min(h^2/(2 d D), 2 D/c^2), both
 /// needed.

@@ -327,6 +327,39 @@ std::vector<ProgramCase> program_cases() {
        "kernel s(u: field, q: field, sum e: param) on 2 axes { e += u^2*q }\n"
        "program p { fill u x = on_wall(0.7), y = on_wall(0.3); run s }",
        {{"u", "q"}, {}}},
+      {"waves",
+       1,
+       "program p { axes x periodic; transform u by c*ikx + nu*ikx^2/(1 + c) within two_thirds to v; swap u, v }",
+       {{"u"}, {"nu", "c"}}},
+      {"waves, exponentials",
+       1,
+       "kernel n(u: field halo 1, out w: field, c: param) { w = c*u*(u[+1] - u[-1]) }\n"
+       "program p { fill u periodic; run n; transform u by phi0(dt*(nu*ikx^2 - 0.01*c*ikx^3)), w by "
+       "phi1(dt*nu*ikx^2)*(dt), "
+       "w by phi3(0.1*c*ikx)*(c*dt*ikx - nu), u by c to v; swap u, v }",
+       {{"u"}, {"nu", "c"}}},
+      {"waves read around",
+       2,
+       "kernel s(u: field, out w: field) { w = u^2 }\n"
+       "kernel k(g: field halo 1, u: field, out v: field) { v = u + g[+1, 0]*g[0, -1] }\n"
+       "program p { axes x periodic, y periodic; run s; transform w by ikx^2 + a*iky*ikx, u by ikx to g; fill g "
+       "periodic; run k; swap u, v }",
+       {{"u"}, {"a"}}},
+      {"waves along one axis",
+       2,
+       "kernel k(g: field halo 1, u: field, out v: field) { v = u + g[+1, 0]*g[0, -1] }\n"
+       "program p { transform u by a*iky, u by phi1(c*iky^2) to g; fill g x = 0.3, y periodic; run k; "
+       "swap u, v }",
+       {{"u"}, {"a", "c"}}},
+      {"waves in 3-D",
+       3,
+       "program p { axes x periodic, y periodic, z bounded; transform u by ikx^2 + a*iky^4, w by a*ikx^3*iky to v; "
+       "swap u, v }",
+       {{"u", "w"}, {"a"}}},
+      {"waves in passes",
+       1,
+       "program p { axes x periodic; repeat 3 { transform u by phi0(c*ikx^2) to v; swap u, v } }",
+       {{"u"}, {"c"}}},
       {"mean field periodic",
        1,
        mean_field_kernels +
@@ -384,7 +417,7 @@ std::vector<ProgramCase> program_cases() {
       {"alike",
        1,
        alike_kernels +
-           "program p { fill u periodic; run a; fill w periodic; run b; fill q periodic; run d; swap u, v; keep w }",
+           "program p { fill u periodic; run a; fill w periodic; run b; fill q periodic; run d; swap u, v }",
        {{"u"}, {"c", "nu"}}},
       {"alike, bounded",
        1,

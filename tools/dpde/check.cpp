@@ -20,6 +20,8 @@
 #include "scene_session.h"
 #include "stability_report.h"
 #include "stencil/operator_order.h"
+#include "stencil/waves.h"
+#include "support/assert.h"
 #include "task_run.h"
 #include "training/beside.h"
 #include "verbs.h"
@@ -30,6 +32,7 @@ namespace {
 
 struct Order {
   int space = 0, time = 0;
+  bool is_spectral = false;  // in space: all derivatives are Fourier series
 };
 
 bool is_transport_alone(const model::Expr& rate) {
@@ -55,41 +58,65 @@ int order_with_parts(const model::Problem& problem, int order) {
   return has_parts ? std::min(order, 2) : order;
 }
 
+/// What an exponential time scheme does without error.
+bool is_exact_part(const model::Scheme& scheme, const model::Expr& term) {
+  const stencil::WaveReading all{[](const model::Expr&) { return true; },
+                                 [](const model::Expr&) { return stencil::Expr(1.0); }};
+  return model::is_exponential(scheme.time) && stencil::is_of_waves(term, all);
+}
+
+int time_order(model::TimeScheme time) {
+  switch (time) {
+    case model::TimeScheme::euler: return 1;
+    case model::TimeScheme::verlet:
+    case model::TimeScheme::ab2:
+    case model::TimeScheme::leapfrog:
+    case model::TimeScheme::etdrk2:
+    case model::TimeScheme::rk2: return 2;
+    case model::TimeScheme::etdrk4:
+    case model::TimeScheme::rk4: return 4;
+    case model::TimeScheme::ssp_rk3: return 3;
+  }
+  unreachable("time scheme");
+}
+
 /// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is
 /// stated.
 Order order_of(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   std::vector<int> space;
+  bool uses_waves = false;
+  const auto add = [&](int order) {
+    if (order != model::spectral) space.push_back(order);
+    uses_waves = uses_waves || order == model::spectral;
+  };
   bool transports = false, split = false;
   for (const model::State& state : problem.states) {
     if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
+    const auto look = [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) {
-        space.push_back(scheme.advect_order);
+        add(scheme.advect_order);
         transports = true;
         split = split || !is_transport_alone(*state.rhs);
       }
       if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
-        space.push_back(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
+        add(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
       }
       return false;
-    });
+    };
+    for (const model::Term& term : model::terms_of(*state.rhs)) {
+      const bool is_exact = is_exact_part(scheme, term.value);
+      uses_waves = uses_waves || is_exact;
+      if (!is_exact) model::any_part(term.value, look);
+    }
   }
   for (const model::StatedOrder& stated : problem.operators) {
     if (stated.in_equations) space.push_back(stated.order);
   }
   Order order;
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
-  switch (scheme.time) {
-    case model::TimeScheme::euler: order.time = 1; break;
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::rk2: order.time = 2; break;
-    case model::TimeScheme::rk4: order.time = 4; break;
-    case model::TimeScheme::ssp_rk3: order.time = 3; break;
-  }
-  order.time = order_with_parts(problem, order.time);
+  order.is_spectral = space.empty() && uses_waves;
+  order.time = order_with_parts(problem, time_order(scheme.time));
   if (!model::follows_flow(scheme.advect) || !transports) return order;
   const bool is_linear = scheme.advect == model::Advection::semi_lagrangian && scheme.advect_order == 1;
   order.time = split || is_linear ? 1 : 2;
@@ -253,7 +280,9 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   if (problem.program.empty()) {
     const Order order = order_of(problem);
     result["order"] = {{"space", order.space}, {"time", order.time}};
-    text += fmt::format("order: {} in space, {} in time\n", order.space, order.time);
+    if (order.is_spectral) result["order"]["space"] = "inf";
+    text += fmt::format("order: {} in space, {} in time\n",
+                        order.is_spectral ? "spectral" : std::to_string(order.space), order.time);
     text += report_operators(problem, result);
   } else {
     result["order"] = {{"space", nullptr}, {"time", nullptr}};

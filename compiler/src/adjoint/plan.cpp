@@ -5,6 +5,7 @@
 #include <map>
 #include <type_traits>
 
+#include "adjoint/transforms.h"
 #include "adjoint/weights.h"
 #include "stencil/effects.h"
 #include "support/assert.h"
@@ -20,7 +21,7 @@ void add_stacks(const std::vector<Statement>& statements, std::set<std::string>&
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Run&) {},
+        [](const Transform&) {}, [](const Run&) {},
         [&](const Repeat& repeat) {
           for (const Stacked& save : repeat.saves) names.insert(save.stack);
           add_stacks(repeat.body, names);
@@ -98,6 +99,9 @@ void grow_varied(const Module& module, const std::vector<Statement>& statements,
         [&](const NetworkCall& network_call) {
           if (!varies(network_call, varied)) return;
           for (const std::string& field : fields_written(network_call)) varied.fields.insert(field);
+        },
+        [&](const Transform& transform) {
+          if (is_varied(transform, varied)) varied.fields.insert(transform.result);
         },
         [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); },
         [&](const Repeat& repeat) {
@@ -269,6 +273,7 @@ bool check_statements(const Module& module, const std::vector<Statement>& statem
         [&](const Fill& fill) { return check_sides(fill, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
         [&](const NetworkCall& network_call) { return check_network(network_call, varied, sink); },
+        [](const Transform&) { return true; },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
         [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, sink); });
   }
@@ -288,7 +293,7 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
     std::set<std::string> folded;
     match(
         statement, [](const Fill&) {}, [&](const Fold& fold) { folded = wall_fields(fold.axes); }, [](const Reduce&) {},
-        [](const NetworkCall&) {},
+        [](const NetworkCall&) {}, [](const Transform&) {},
         [&](const Run& run) {
           if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
         },

@@ -39,7 +39,8 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; }, [](const Run&) { return false; },
+      [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
+      [](const Transform&) { return false; }, [](const Run&) { return false; },
       [&](const Repeat&) {
         bool is_filled_anew = false;  // behind it the adjoint has the fill from before it again
         for_each_fill(std::span(program.body).subspan(index, 1),
@@ -97,6 +98,11 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
                            [&](const std::string& field) { return needed.contains(field); }))
             return false;
           for (const std::string& field : fields_read(network_call)) needed.insert(field);
+          return true;
+        },
+        [&](const Transform& transform) {
+          if (!needed.contains(transform.result)) return false;
+          for (const Transform::Term& term : transform.terms) needed.insert(term.field);
           return true;
         },
         [&](const Run& run) {

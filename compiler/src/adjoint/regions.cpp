@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "stencil/effects.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -84,7 +85,8 @@ const Fill* last_fill(const Program& program, const std::string& field, std::siz
   for (std::size_t i = 0; i < end; ++i) {
     match(
         program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Run&) {}, [](const Repeat&) {});
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        [](const Repeat&) {});
   }
   return last;
 }
@@ -125,6 +127,9 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
         },
         [&](const Reduce& reduce) { read.insert(reduce.field); },
         [&](const NetworkCall& network_call) { read.insert(network_call.inputs.begin(), network_call.inputs.end()); },
+        [&](const Transform& transform) {
+          for (const Transform::Term& term : transform.terms) read.insert(term.field);
+        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           for (const auto& one : signature(kernel).reads) read.insert(one.field);
@@ -135,6 +140,18 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
         });
   }
   return read;
+}
+
+bool is_read_by(const Module& kernels, const std::vector<Statement>& body, const std::string& field) {
+  return std::ranges::any_of(body, [&](const Statement& statement) {
+    const auto is_read = [&] { return contains(effects(kernels, statement).reads, field); };
+    return match(
+        statement, [&](const Fill& fill) { return wall_fields(fill.axes).contains(field); },
+        [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
+        [&](const Reduce&) { return is_read(); }, [&](const NetworkCall&) { return is_read(); },
+        [&](const Transform&) { return is_read(); }, [&](const Run&) { return is_read(); },
+        [&](const Repeat&) { return is_read(); });
+  });
 }
 
 std::vector<AxisBoundary> seed_boundary(const std::vector<Topology>& axes) {

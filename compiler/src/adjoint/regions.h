@@ -55,6 +55,9 @@ class SpoiledHalos {
 /// The fields that the program reads, sets on walls or scatters to.
 std::set<std::string> fields_read_inside(const stencil::Module& module, const stencil::Program& program);
 
+/// Whether one of the statements uses the values of a field; that a fill sets its halo does not count.
+bool is_read_by(const stencil::Module& kernels, const std::vector<stencil::Statement>& body, const std::string& field);
+
 /// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
 std::vector<stencil::AxisBoundary> seed_boundary(const std::vector<Topology>& axes);
 

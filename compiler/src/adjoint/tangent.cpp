@@ -5,6 +5,7 @@
 #include "adjoint/adjoint.h"
 #include "adjoint/extremes.h"
 #include "adjoint/plan.h"
+#include "adjoint/transforms.h"
 #include "adjoint/weights.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
@@ -286,6 +287,10 @@ class TangentWriter {
             derived.body.push_back(network_call);
             add_networks(kernels_, {*module_.find_network(network_call.network)});
             add_rates(network_call, varied_, names_, derived);
+          },
+          [&](const Transform& transform) {
+            derived.body.push_back(transform);
+            add_tangent_of(transform, varied_, {program_, "_tangent", names_, kernels_, derived.body});
           },
           [&](const Run& run) { add_run(run, derived); }, [&](const Repeat& repeat) { add_repeat(repeat, derived); });
     }

@@ -175,6 +175,12 @@ Side& side_at(std::vector<AxisBoundary>& axes, const WallSide& at) {
   return at.is_low ? along.low : along.high;
 }
 
+Slopes slopes_of(const Expr& e, const Varied& varied) {
+  Slopes slopes;
+  add_slopes(e, 1.0, varied, slopes);
+  return slopes;
+}
+
 Slopes weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
   Slopes slopes;
   CoefficientSlopes of_coefficients;

@@ -28,6 +28,9 @@ stencil::Side& side_at(std::vector<stencil::AxisBoundary>& axes, const WallSide&
 /// By param, in the order in which they are met: terms are added up in no order of letters.
 using Slopes = std::vector<std::pair<std::string, stencil::Expr>>;
 
+/// de/dp for each varied param p of `e`, which is made of params and numbers.
+Slopes slopes_of(const stencil::Expr& e, const Varied& varied);
+
 /// What each param p contributes to the change of m*a + s*b in `layers` halo cells beyond that side of `field`, which
 /// is filled, and at its points on the walls: m*da/dp + s*db/dp there, 0 elsewhere. For a kernel that runs on the
 /// region grown by `layers`.

@@ -185,7 +185,8 @@ bool has_extremes(const std::vector<stencil::Statement>& statements) {
     return match(
         statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
         [](const stencil::Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Run&) { return false; },
+        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
+        [](const stencil::Run&) { return false; },
         [](const stencil::Repeat& repeat) { return has_extremes(repeat.body); });
   });
 }

@@ -67,6 +67,7 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
     const Size more = match(
         statement, [](const stencil::Fill&) { return Size{}; }, [](const stencil::Fold&) { return Size{}; },
         [](const stencil::Reduce&) { return Size{}; }, [](const stencil::NetworkCall&) { return Size{}; },
+        [](const stencil::Transform&) { return Size{}; },
         [&](const stencil::Run& run) {
           const double nodes = size_of(*module.find_kernel(run.kernel));
           return Size{nodes, nodes};

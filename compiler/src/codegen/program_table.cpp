@@ -108,6 +108,8 @@ struct ProgramTables::Table {
                            const RowResolver& row_code, Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
   dpde_inference inference(const loop::NetworkCall& network_call, const Strings& shared);
+  dpde_symbol symbol(const std::vector<loop::Monomial>& source);
+  dpde_transform transform(const loop::Transform& source);
   dpde_repeat repeat(const loop::Module& module, const loop::Program& program, const loop::Repeat& source,
                      const RowResolver& row_code, Strings& shared);
   void set_links(const std::vector<TableLink>& given, const Names& params);
@@ -121,6 +123,8 @@ struct ProgramTables::Table {
   std::vector<dpde_operation> operations;
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
+  std::deque<std::vector<dpde_monomial>> symbols;
+  std::deque<std::vector<dpde_transform_term>> transform_terms;
   std::deque<std::vector<dpde_operation>> blocks;
   std::deque<std::vector<dpde_carry>> carries;
   std::deque<std::vector<dpde_stacked>> stacked;
@@ -198,6 +202,22 @@ dpde_inference ProgramTables::Table::inference(const loop::NetworkCall& network_
   return result;
 }
 
+dpde_symbol ProgramTables::Table::symbol(const std::vector<loop::Monomial>& source) {
+  std::vector<dpde_monomial>& monomials = symbols.emplace_back();
+  for (const loop::Monomial& m : source) monomials.push_back({m.uniform, {m.powers[0], m.powers[1], m.powers[2]}});
+  return {static_cast<int32_t>(monomials.size()), monomials.data()};
+}
+
+dpde_transform ProgramTables::Table::transform(const loop::Transform& source) {
+  std::vector<dpde_transform_term>& terms = transform_terms.emplace_back();
+  for (const auto& [field, by] : source.terms)
+    terms.push_back({fields.index_of(field), by.phi, symbol(by.argument), symbol(by.factor), by.within_two_thirds});
+  return {static_cast<int32_t>(terms.size()),
+          terms.data(),
+          fields.index_of(source.result),
+          {source.axes[0], source.axes[1], source.axes[2]}};
+}
+
 dpde_operation ProgramTables::Table::operation(const loop::Module& module, const loop::Program& program,
                                                const loop::Operation& source, const RowResolver& row_code,
                                                Strings& shared) {
@@ -221,6 +241,10 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
       [&](const loop::NetworkCall& i) {
         result.kind = DPDE_NETWORK;
         result.inference = inference(i, shared);
+      },
+      [&](const loop::Transform& t) {
+        result.kind = DPDE_TRANSFORM;
+        result.transform = transform(t);
       },
       [&](const loop::Sweep& s) {
         result.kind = DPDE_SWEEP;

@@ -93,6 +93,10 @@ Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Oper
           total += {2.0 * static_cast<double>(bytes_of(module.real)), 1};  // reads one field and writes one
         },
         [&](const loop::NetworkCall& network_call) { total += cost_of_network(module, network_call); },
+        [&](const loop::Transform& transform) {  // what the grid decides, 5*log2(cells) for each field, is not in it
+          const auto fields = static_cast<double>(transform.terms.size() + 1);
+          total += {fields * static_cast<double>(bytes_of(module.real)), 8 * fields};
+        },
         [&](const loop::Sweep& sweep) { total += cost_of_row(*module.find_row(sweep.row), module.real); },
         [&](const loop::Repeat& repeat) {
           const Cost pass = cost_of_operations(module, repeat.body);

@@ -14,6 +14,7 @@
 #include "loop/uniforms.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/symbol.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -113,6 +114,8 @@ class ModuleBuilder {
   std::vector<AxisBoundary> boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values);
   Side side(const stencil::Side& side, int axis, bool with_value);
   int uniform_of(const stencil::Expr& value);
+  std::vector<Monomial> monomials(const stencil::Expr& symbol);
+  ScheduleItem transform_item(const stencil::Transform& source, std::size_t rank);
   std::vector<ScheduleItem> items_of(const stencil::Program& program);
   void add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat, const stencil::Program& program);
   int stack_number(const std::string& name);
@@ -210,6 +213,35 @@ ScheduleItem item_of(const NetworkCall& network_call) {
   return {network_call, std::move(modified), std::move(touched)};
 }
 
+/// The spacings go into the uniforms, so that nothing but angles is left.
+std::vector<Monomial> ModuleBuilder::monomials(const stencil::Expr& symbol) {
+  const auto polynomial = stencil::polynomial_of(symbol);
+  require(polynomial.has_value(), "a polynomial of wave numbers");
+  std::vector<Monomial> result;
+  for (const stencil::Monomial& term : *polynomial) {
+    stencil::Expr coefficient = term.coefficient;
+    for (int axis = 0; axis < max_rank; ++axis) {
+      const int n = term.powers[static_cast<std::size_t>(axis)];
+      const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
+      if (n > 0) coefficient = coefficient / (n == 1 ? h : stencil::power(h, n));
+    }
+    result.push_back({stencil::is_literal(coefficient, 1) ? uniform_one : uniform_of(coefficient), term.powers});
+  }
+  return result;
+}
+
+ScheduleItem ModuleBuilder::transform_item(const stencil::Transform& source, std::size_t rank) {
+  Transform transform{{}, source.result, stencil::axes_of(source, rank)};
+  std::set<std::string> touched{source.result};
+  for (const stencil::Transform::Term& term : source.terms) {
+    touched.insert(term.field);
+    Multiplier by{term.by.phi.value_or(-1), {}, monomials(term.by.factor), term.by.within_two_thirds};
+    if (term.by.phi) by.argument = monomials(term.by.argument);
+    transform.terms.push_back({term.field, std::move(by)});
+  }
+  return {std::move(transform), {source.result}, std::move(touched)};
+}
+
 std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& program) {
   std::vector<ScheduleItem> items;
   for (const stencil::Statement& statement : program.body) {
@@ -229,6 +261,7 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
           items.push_back({Reduce{r.result, r.kind, r.field, r.over}, {r.result}, {r.field, r.result}});
         },
         [&](const NetworkCall& i) { items.push_back(item_of(i)); },
+        [&](const stencil::Transform& t) { items.push_back(transform_item(t, program.axes.size())); },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); },
         [&](const stencil::Repeat& repeat) { add_repeat(items, repeat, program); });
   }

@@ -201,6 +201,31 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 using network::NetworkCall;
+/// A uniform times i*angle to these powers, the angles (radians a cell) of a wave along the axes.
+struct Monomial {
+  int uniform = uniform_one;
+  std::array<int, max_rank> powers{};
+  bool operator==(const Monomial&) const = default;
+};
+/// phi_N(argument)*factor, or the factor alone.
+struct Multiplier {
+  int phi = -1;  // -1: none
+  std::vector<Monomial> argument, factor;
+  bool within_two_thirds = false;
+  bool operator==(const Multiplier&) const = default;
+};
+/// result = the sum over the terms of the field with its waves multiplied.
+struct Transform {
+  struct Term {
+    std::string field;
+    Multiplier by;
+    bool operator==(const Term&) const = default;
+  };
+  std::vector<Term> terms;
+  std::string result;
+  std::array<bool, max_rank> axes{};  // along which there are waves
+  bool operator==(const Transform&) const = default;
+};
 /// What stands for the names of a row that several sweeps share; those that are not mentioned stand for themselves. Two
 /// names never stand for the same.
 struct Binding {
@@ -228,7 +253,7 @@ struct Sweep {
   bool operator==(const Sweep&) const = default;
 };
 struct Repeat;
-using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Sweep, Repeat>;
+using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Repeat>;
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
 /// `result` and to that of `next` in turn, so that nothing is copied.
 struct Carry {

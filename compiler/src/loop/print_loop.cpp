@@ -189,6 +189,32 @@ std::string binding_text(const Module& module, const Sweep& sweep) {
   return parts.empty() ? "" : fmt::format(" with {}", fmt::join(parts, ", "));
 }
 
+std::string symbol_text(const Module& module, const std::vector<Monomial>& symbol) {
+  std::vector<std::string> terms;
+  for (const Monomial& monomial : symbol) {
+    const bool is_one = monomial.uniform == uniform_one;
+    std::string text = is_one ? "" : monomial.uniform == uniform_zero ? "0" : module.uniforms[monomial.uniform].name;
+    for (std::size_t a = 0; a < max_rank; ++a) {
+      if (monomial.powers[a] == 0) continue;
+      text += fmt::format("{}ia{}", text.empty() ? "" : "*", axis_names[a]);
+      if (monomial.powers[a] > 1) text += fmt::format("^{}", monomial.powers[a]);
+    }
+    terms.push_back(text.empty() ? "1" : text);
+  }
+  return fmt::format("{}", fmt::join(terms, " + "));
+}
+
+/// iax stands for i times the angle along x.
+std::string transform_text(const Module& module, const Transform& transform) {
+  std::vector<std::string> terms;
+  for (const auto& [field, by] : transform.terms) {
+    const std::string phi = by.phi < 0 ? "" : fmt::format("phi{}({})*", by.phi, symbol_text(module, by.argument));
+    terms.push_back(fmt::format("{} by {}({}){}", field, phi, symbol_text(module, by.factor),
+                                by.within_two_thirds ? " within two_thirds" : ""));
+  }
+  return fmt::format("transform {} to {}", fmt::join(terms, ", "), transform.result);
+}
+
 std::string operation_text(const Module& module, const Operation& operation, const std::string& margin);
 
 std::string repeat_text(const Module& module, const Repeat& repeat, const std::string& margin) {
@@ -221,6 +247,7 @@ std::string operation_text(const Module& module, const Operation& operation, con
         return fmt::format("reduce {} = {} {} over {}", r.result, name_of(r.kind), r.field, fmt::join(axes, ", "));
       },
       [](const NetworkCall& i) { return network::text_of(i); },
+      [&](const Transform& t) { return transform_text(module, t); },
       [&](const Sweep& s) {
         std::string text =
             fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");

@@ -276,7 +276,7 @@ class Sharing {
     for (Operation& operation : operations) {
       match(
           operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-          [&](Sweep& sweep) { bind(sweep); }, [&](Repeat& repeat) { bind(repeat.body); });
+          [](const Transform&) {}, [&](Sweep& sweep) { bind(sweep); }, [&](Repeat& repeat) { bind(repeat.body); });
     }
   }
 

@@ -52,6 +52,7 @@ class Verifier {
   void check_sweep(const Program& program, const Sweep& sweep);
   void check_reduce(const Program& program, const Reduce& reduce);
   void check_network(const Program& program, const NetworkCall& network_call);
+  void check_transform(const Program& program, const Transform& transform);
   void check_operations(const Program& program, const std::vector<Operation>& operations);
   void check_repeat(const Program& program, const Repeat& repeat);
   void check_program(const Program& program);
@@ -237,6 +238,23 @@ void Verifier::check_network(const Program& program, const NetworkCall& network_
   }
 }
 
+void Verifier::check_transform(const Program& program, const Transform& transform) {
+  check(has(program.fields, transform.result), program.name, fmt::format("no field {}", transform.result));
+  for (std::size_t a = 0; a < transform.axes.size(); ++a) {
+    const bool is_periodic = a < program.axes.size() && program.axes[a] == Topology::periodic;
+    check(!transform.axes[a] || is_periodic, program.name, "transforms along an axis that is not periodic");
+  }
+  for (const Transform::Term& term : transform.terms) {
+    check(has(program.fields, term.field), program.name, fmt::format("no field {}", term.field));
+    check(term.field != transform.result, program.name, fmt::format("transforms {} to itself", term.field));
+    for (const auto* symbol : {&term.by.argument, &term.by.factor}) {
+      for (const Monomial& monomial : *symbol)
+        check(monomial.uniform < 0 || is_index(monomial.uniform, module_.uniforms.size()), program.name,
+              "no such uniform");
+    }
+  }
+}
+
 void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
   check(repeat.count >= 1, program.name, "a repeat without passes");
   check(repeat.counter == -1 || is_index(repeat.counter, module_.counters.size()), program.name, "no such counter");
@@ -261,7 +279,8 @@ void Verifier::check_operations(const Program& program, const std::vector<Operat
         operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Reduce& r) { check_reduce(program, r); }, [&](const NetworkCall& i) { check_network(program, i); },
-        [&](const Sweep& s) { check_sweep(program, s); }, [&](const Repeat& r) { check_repeat(program, r); });
+        [&](const Transform& t) { check_transform(program, t); }, [&](const Sweep& s) { check_sweep(program, s); },
+        [&](const Repeat& r) { check_repeat(program, r); });
   }
 }
 

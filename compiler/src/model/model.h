@@ -266,17 +266,21 @@ enum class Advection { central, upwind, semi_lagrangian, maccormack };
 constexpr bool follows_flow(Advection advect) {
   return advect == Advection::semi_lagrangian || advect == Advection::maccormack;
 }
-enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog };
+enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog, etdrk2, etdrk4 };
+/// It treats the linear part exactly, as multipliers of waves.
+constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
+constexpr int spectral = 0;  // in place of an order: by Fourier series
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
-  int advect_order = 2;      // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic
-                             // interpolation); maccormack: 2
-  int derivative_order = 2;  // key dx: 2, 4, 6 or 8
+  int advect_order = 2;  // central: 2, 4, 6, 8 or spectral; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic
+                         // interpolation); maccormack: 2
+  int derivative_order = 2;  // key dx: 2, 4, 6, 8 or spectral
   int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
+  bool dealias = false;                 // states hold no waves of three cells or fewer
 };
 
 /// Which states of a run a quantity or datum looks at.

@@ -321,9 +321,11 @@ std::vector<std::string> task_lines(const Task& task) {
   return lines;
 }
 
+std::string order_text(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
+
 std::string advect_text(const Scheme& scheme) {
   switch (scheme.advect) {
-    case Advection::central: return fmt::format("central({})", scheme.advect_order);
+    case Advection::central: return order_text(scheme.advect_order);
     case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
     case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
     case Advection::maccormack: return "maccormack";
@@ -340,6 +342,8 @@ std::string time_text(TimeScheme time) {
     case TimeScheme::verlet: return "verlet";
     case TimeScheme::ab2: return "ab2";
     case TimeScheme::leapfrog: return "leapfrog";
+    case TimeScheme::etdrk2: return "etdrk2";
+    case TimeScheme::etdrk4: return "etdrk4";
   }
   unreachable("time scheme");
 }
@@ -398,8 +402,9 @@ std::string print(const Source& source) {
 
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
-  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {}{} }}\n", s.name,
-                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time), real);
+  const std::string dealias = s.dealias ? "; dealias = two_thirds" : "";
+  return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect_text(s),
+                     order_text(s.derivative_order), order_text(s.laplacian_order), dealias, time_text(s.time), real);
 }
 
 std::string print(const Control& control, double step) {

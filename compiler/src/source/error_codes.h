@@ -151,6 +151,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0557", "stated-order", Severity::error, "operator {} is stated to be of order {}, but {}"},
     {"E0558", "boundary-not-read", Severity::error,
      "the boundary of {} at {} is never read: {} lies on this wall and has its own boundary there"},
+    {"E0565", "waves-do-not-fit", Severity::error, "{} is made of waves, but {}"},
     {"E0701", "incomplete-task", Severity::error, "task {} has nothing to {}"},
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},

@@ -51,7 +51,25 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
 }
 
-Amplification::Amplification(const Response& rows, int rank) : size_(static_cast<int>(rows.size())), rank_(rank) {
+void Amplification::note_reach(const Form& form) {
+  for (const Form::Term& term : form.terms()) {
+    const stencil::Offset offset = Form::offset_of(term.key);
+    for (std::size_t axis = 0; axis < reach_.size(); ++axis)
+      reach_[axis] = std::max(reach_[axis], std::abs(offset[axis]));
+  }
+}
+
+Amplification::Amplification(const Response& response, int rank)
+    : size_(static_cast<int>(response.rows.size())), rank_(rank) {
+  const std::vector<Form>& rows = response.rows;
+  for (const Form& row : rows) note_reach(row);
+  for (const WaveSum& sum : response.waves) {
+    for (const WaveSum::Term& term : sum.terms) note_reach(term.form);
+  }
+  if (!response.waves.empty()) {
+    response_ = response;
+    return;
+  }
   std::map<std::int64_t, std::size_t> places;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (const Form::Term& term : rows[row].terms()) {
@@ -60,30 +78,67 @@ Amplification::Amplification(const Response& rows, int rank) : size_(static_cast
       if (is_new) places_.push_back({offset, std::vector<double>(rows.size() * rows.size(), 0.0)});
       const auto column = static_cast<std::size_t>(Form::component_of(term.key));
       places_[entry->second].weights[column * rows.size() + row] = term.coefficient;
-      for (std::size_t axis = 0; axis < reach_.size(); ++axis)
-        reach_[axis] = std::max(reach_[axis], std::abs(offset[axis]));
     }
   }
 }
 
 /// Waves are looked at by the hundred thousand: sines are taken once an offset along an axis.
-Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
-  std::array<std::vector<std::complex<double>>, 3> phases;
+Amplification::Phases Amplification::phases_of(const Angles& angles) const {
+  Phases phases;
   for (std::size_t axis = 0; axis < phases.size(); ++axis) {
     const bool is_there = axis < static_cast<std::size_t>(rank_);
     for (int offset = -reach_[axis]; offset <= reach_[axis]; ++offset)
       phases[axis].push_back(is_there ? std::polar(1.0, angles[axis] * offset) : 1.0);
   }
-  const auto phase_along = [&](std::size_t axis, const stencil::Offset& offset) {
-    return phases[axis][static_cast<std::size_t>(offset[axis] + reach_[axis])];
-  };
+  return phases;
+}
+
+std::complex<double> Amplification::phase(const Phases& phases, const stencil::Offset& offset) const {
+  std::complex<double> product = 1;
+  for (std::size_t axis = 0; axis < phases.size(); ++axis)
+    product *= phases[axis][static_cast<std::size_t>(offset[axis] + reach_[axis])];
+  return product;
+}
+
+Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
+  if (!response_.waves.empty()) return with_waves(angles);
+  const Phases phases = phases_of(angles);
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
   for (const Place& place : places_) {
-    const std::complex<double> phase =
-        phase_along(0, place.offset) * phase_along(1, place.offset) * phase_along(2, place.offset);
-    for (std::size_t i = 0; i < place.weights.size(); ++i) sum.data()[i] += phase * place.weights[i];
+    const std::complex<double> here = phase(phases, place.offset);
+    for (std::size_t i = 0; i < place.weights.size(); ++i) sum.data()[i] += here * place.weights[i];
   }
   return sum;
+}
+
+/// Sums of waves are rows too, each made of those before it. Multipliers know angles up to pi: a wave beyond is that of
+/// an angle within.
+Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
+  Angles angles = given;
+  for (double& angle : angles) angle = std::remainder(angle, 2 * pi);
+  const Phases phases = phases_of(angles);
+  const auto count = static_cast<Eigen::Index>(response_.waves.size());
+  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(count, size_);
+  const auto row_of = [&](const Form& form) {
+    Eigen::RowVectorXcd row = Eigen::RowVectorXcd::Zero(size_);
+    for (const Form::Term& term : form.terms()) {
+      const std::complex<double> weight = term.coefficient * phase(phases, Form::offset_of(term.key));
+      const int component = Form::component_of(term.key);
+      if (component >= most_states) {
+        row += weight * waves.row(component - most_states);
+      } else {
+        row(component) += weight;
+      }
+    }
+    return row;
+  };
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (const WaveSum::Term& term : response_.waves[static_cast<std::size_t>(i)].terms)
+      waves.row(i) += term.by.at(angles) * row_of(term.form);
+  }
+  Eigen::MatrixXcd result(size_, size_);
+  for (int i = 0; i < size_; ++i) result.row(i) = row_of(response_.rows[static_cast<std::size_t>(i)]);
+  return result;
 }
 
 Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }

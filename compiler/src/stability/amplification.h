@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <complex>
 #include <functional>
 #include <vector>
 
@@ -17,7 +18,7 @@ using Angles = std::array<double, 3>;
 
 class Amplification {
  public:
-  Amplification(const Response& rows, int rank);
+  Amplification(const Response& response, int rank);
 
   int size() const { return size_; }
   Eigen::MatrixXcd at(const Angles& angles) const;
@@ -26,6 +27,12 @@ class Amplification {
   double spectral_radius(const Angles& angles) const { return eigenvalues(angles).cwiseAbs().maxCoeff(); }
 
  private:
+  using Phases = std::array<std::vector<std::complex<double>>, 3>;  // of each offset along each axis
+  void note_reach(const Form& form);
+  Phases phases_of(const Angles& angles) const;
+  std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
+  Eigen::MatrixXcd with_waves(const Angles& angles) const;
+
   struct Place {
     stencil::Offset offset;
     std::vector<double> weights;  // by columns
@@ -34,6 +41,7 @@ class Amplification {
   int rank_;
   std::vector<Place> places_;
   std::array<int, 3> reach_{};  // the farthest offset along each axis
+  Response response_;           // where transforms make sums of waves
 };
 
 /// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.

@@ -2,6 +2,7 @@
 #include "stability/frozen_points.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -170,11 +171,19 @@ class Sampler {
 };
 
 bool is_equal(const Response& a, const Response& b) {
-  return std::ranges::equal(a, b, [](const Form& left, const Form& right) {
+  const auto is_same = [](const Form& left, const Form& right) {
     return std::ranges::equal(left.terms(), right.terms(), [](const Form::Term& l, const Form::Term& r) {
       return l.key == r.key && l.coefficient == r.coefficient;
     });
-  });
+  };
+  constexpr std::array<double, 3> one_wave{1, 0.7, 0.4};  // any that none of the multipliers is special for
+  const auto is_same_wave = [&](const WaveSum::Term& left, const WaveSum::Term& right) {
+    return is_same(left.form, right.form) && left.by.at(one_wave) == right.by.at(one_wave);
+  };
+  return std::ranges::equal(a.rows, b.rows, is_same) &&
+         std::ranges::equal(a.waves, b.waves, [&](const WaveSum& left, const WaveSum& right) {
+           return std::ranges::equal(left.terms, right.terms, is_same_wave);
+         });
 }
 
 bool depends_on_time(const driver::Session& session, const LinearStep& linear, FrozenPoint point) {
@@ -191,9 +200,15 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, F
 /// The sum of the magnitudes of what a step changes: it grows with the largest rate.
 double weight_of(const std::optional<Response>& response) {
   double sum = 0;
-  for (std::size_t row = 0; response && row < response->size(); ++row) {
-    for (const Form::Term& term : (*response)[row].terms())
+  for (std::size_t row = 0; response && row < response->rows.size(); ++row) {
+    for (const Form::Term& term : response->rows[row].terms())
       sum += std::abs(term.coefficient - (term.key == static_cast<std::int64_t>(row) ? 1 : 0));
+  }
+  if (!response) return sum;
+  for (const WaveSum& wave : response->waves) {
+    for (const WaveSum::Term& part : wave.terms) {
+      for (const Form::Term& term : part.form.terms()) sum += std::abs(term.coefficient);
+    }
   }
   return sum;
 }

@@ -9,6 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/passes/passes.h"
+#include "stencil/symbol.h"
 #include "support/contains.h"
 #include "support/evaluate.h"
 #include "support/match.h"
@@ -19,68 +20,8 @@ using namespace stencil;
 
 namespace {
 
-constexpr std::int64_t span = 2 * farthest_offset + 1;
 constexpr std::size_t most_terms = 50'000;
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
-
-std::int64_t Form::key_of(const Offset& offset) {
-  return ((offset[2] * span + offset[1]) * span + offset[0]) * most_components;
-}
-
-int Form::component_of(std::int64_t key) {
-  const auto rest = static_cast<int>(key % most_components);
-  return rest < 0 ? rest + most_components : rest;
-}
-
-Offset Form::offset_of(std::int64_t key) {
-  std::int64_t rest = (key - component_of(key)) / most_components;
-  Offset offset{};
-  for (int axis = 0; axis < 2; ++axis) {
-    std::int64_t part = rest % span;
-    if (part > farthest_offset) part -= span;
-    if (part < -farthest_offset) part += span;
-    offset[static_cast<std::size_t>(axis)] = static_cast<int>(part);
-    rest = (rest - part) / span;
-  }
-  offset[2] = static_cast<int>(rest);
-  return offset;
-}
-
-Form Form::shifted(const Offset& offset) const {
-  Form result = *this;
-  const std::int64_t way = key_of(offset);
-  for (Term& term : result.terms_) term.key += way;
-  return result;
-}
-
-Form Form::times(double factor) const {
-  if (factor == 0) return {};
-  Form result = *this;
-  for (Term& term : result.terms_) term.coefficient *= factor;
-  return result;
-}
-
-Form Form::plus(const Form& other) const {
-  if (is_zero()) return other;
-  Form result;
-  result.terms_.reserve(terms_.size() + other.terms_.size());
-  auto a = terms_.begin(), b = other.terms_.begin();
-  while (a != terms_.end() || b != other.terms_.end()) {
-    if (b == other.terms_.end() || (a != terms_.end() && a->key < b->key)) {
-      result.terms_.push_back(*a++);
-    } else if (a == terms_.end() || b->key < a->key) {
-      result.terms_.push_back(*b++);
-    } else {
-      result.terms_.push_back({a->key, a->coefficient + b->coefficient});
-      ++a, ++b;
-    }
-  }
-  return result;
-}
-
-namespace {
 
 /// The value at the point, its change from cell to cell, and how it is perturbed.
 struct Value {
@@ -125,6 +66,7 @@ class Evaluation {
   void run(const std::vector<Statement>& body);
   const Value& at(const std::string& field) { return field_value(field); }
   bool is_too_far() const { return is_too_far_; }
+  std::vector<WaveSum> take_waves() { return std::move(waves_); }
 
  private:
   const Value& field_value(const std::string& name);
@@ -139,6 +81,8 @@ class Evaluation {
   std::optional<std::vector<Value>> values_of_states(const Kernel& kernel);
   void run_kernel(const Kernel& kernel);
   void reduce(const Reduce& reduce);
+  std::vector<NumberMonomial> numbers_of(const Expr& symbol);
+  void transform(const Transform& transform);
   void repeat(const Repeat& repeat);
 
   const Module& module_;
@@ -150,6 +94,7 @@ class Evaluation {
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::map<std::string, Value> fields_, locals_;
   std::map<std::string, double> counters_;
+  std::vector<WaveSum> waves_;
   bool is_too_far_ = false;
 };
 
@@ -318,6 +263,53 @@ void Evaluation::reduce(const Reduce& reduce) {
   fields_[reduce.result] = {field.number * (adds ? parameter("cells") : 1)};
 }
 
+/// In angles: the spacings go into the numbers.
+std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) {
+  std::vector<NumberMonomial> numbers;
+  for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
+    double coefficient = value(monomial.coefficient).number;
+    for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
+      if (monomial.powers[axis] > 0)
+        coefficient /= std::pow(parameter(std::string("h").append(1, "xyz"[axis])), monomial.powers[axis]);
+    }
+    numbers.push_back({coefficient, monomial.powers});
+  }
+  return numbers;
+}
+
+/// What is not perturbed is taken as a straight line about the point; a state with dt = 0, as those that kernels make.
+void Evaluation::transform(const Transform& transform) {
+  const bool is_state = varied_.contains(transform.result);
+  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  Value result;
+  WaveSum waves;
+  for (const Transform::Term& term : transform.terms) {
+    WaveMultiplier by{term.by.phi.value_or(-1), {}, numbers_of(term.by.factor), term.by.within_two_thirds};
+    if (term.by.phi) by.argument = numbers_of(term.by.argument);
+    const Value& field = field_value(term.field);
+    const double of_constant = by.of_constant();
+    const std::array<double, 3> of_slopes = by.of_slopes();
+    result.number += of_constant == 0 ? 0 : of_constant * field.number;
+    for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
+      if (field.slope[axis] == 0) continue;
+      result.number += of_slopes[axis] * field.slope[axis];
+      result.slope[axis] += of_constant * field.slope[axis];
+    }
+    if (by.is_constant()) {
+      result.form = result.form.plus(field.form.times(of_constant));
+    } else if (!field.form.is_zero()) {
+      waves.terms.push_back({field.form, std::move(by)});
+    }
+  }
+  dt_ = step;
+  if (!waves.terms.empty()) {
+    result.form = result.form.plus(Form(most_states + static_cast<int>(waves_.size())));
+    waves_.push_back(std::move(waves));
+    is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
+  }
+  fields_[transform.result] = std::move(result);
+}
+
 /// Outside, what it carries keeps its value.
 void Evaluation::repeat(const Repeat& repeat) {
   std::map<std::string, Value> outside, results;
@@ -338,8 +330,8 @@ void Evaluation::run(const std::vector<Statement>& body) {
   for (const Statement& statement : body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
-        [](const NetworkCall&) {}, [&](const Run& r) { run_kernel(kernel_of(module_, r)); },
-        [&](const Repeat& r) { repeat(r); });
+        [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
+        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
   }
 }
@@ -362,6 +354,7 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
     match(
         statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
         [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
+        [](const Transform&) {},
         [&](const Run& run) {
           const Kernel& kernel = kernel_of(module, run);
           if (!kernel.scatters.empty()) result.why = "it scatters";
@@ -383,7 +376,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     why = "the program has no states";
     return std::nullopt;
   }
-  if (program->swaps.size() > most_components) {
+  if (program->swaps.size() > most_states) {
     why = "it has too many states";
     return std::nullopt;
   }
@@ -432,14 +425,15 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
   }
   evaluation.run(program().body);
   if (evaluation.is_too_far()) return std::nullopt;
-  Response rows;
+  Response response;
   for (const std::string& result : results_) {
-    rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
-    for (const Form::Term& term : rows.back().terms()) {
+    response.rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
+    for (const Form::Term& term : response.rows.back().terms()) {
       if (!std::isfinite(term.coefficient)) return std::nullopt;
     }
   }
-  return rows;
+  response.waves = evaluation.take_waves();
+  return response;
 }
 
 }  // namespace dpde::stability

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "stability/wave_sum.h"
 #include "stencil/stencil.h"
 
 namespace dpde::stability {
@@ -33,36 +33,11 @@ struct FrozenPoint {
   std::array<double, 3> place{};
 };
 
-/// A sum of perturbations: coefficients of component c at the point displaced by `offset`, sorted by key().
-class Form {
- public:
-  struct Term {
-    std::int64_t key;
-    double coefficient;
-  };
-  Form() = default;
-  /// One perturbation of component c.
-  explicit Form(int component) : terms_{{component, 1.0}} {}
-
-  const std::vector<Term>& terms() const { return terms_; }
-  bool is_zero() const { return terms_.empty(); }
-  Form shifted(const stencil::Offset& offset) const;
-  Form times(double factor) const;
-  Form plus(const Form& other) const;
-
-  static std::int64_t key_of(const stencil::Offset& offset);
-  static stencil::Offset offset_of(std::int64_t key);
-  static int component_of(std::int64_t key);
-
- private:
-  std::vector<Term> terms_;
+/// One row a state, in the order of LinearStep::states(). Component most_states + i is waves[i], made of those before.
+struct Response {
+  std::vector<Form> rows;
+  std::vector<WaveSum> waves = {};
 };
-
-constexpr int most_components = 64;
-constexpr int farthest_offset = 4000;  // along each axis
-
-/// One row a state, in the order of LinearStep::states().
-using Response = std::vector<Form>;
 
 /// What stages of the states are at a point, in the order in which kernels make them; nothing of a kernel whose values
 /// depend on the step. Empty before the first response, which fills it.

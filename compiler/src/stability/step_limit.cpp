@@ -24,12 +24,19 @@ constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
 
 Response sum(const Response& a, const Response& b, double factor) {
-  Response result;
-  for (std::size_t i = 0; i < a.size(); ++i) result.push_back(a[i].plus(b[i].times(factor)));
+  Response result{{}, a.waves};
+  const int offset = static_cast<int>(a.waves.size());
+  for (std::size_t i = 0; i < a.rows.size(); ++i)
+    result.rows.push_back(a.rows[i].plus(b.rows[i].renumbered(offset).times(factor)));
+  for (WaveSum wave : b.waves) {
+    for (WaveSum::Term& term : wave.terms) term.form = term.form.renumbered(offset);
+    result.waves.push_back(std::move(wave));
+  }
   return result;
 }
 
-bool is_identity(const Response& rows) {
+bool is_identity(const Response& response) {
+  const std::vector<Form>& rows = response.rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     double own = 0;
     for (const Form::Term& term : rows[i].terms()) {
@@ -59,7 +66,7 @@ double FrozenAnalysis::tolerance() const { return tolerances[std::min<std::size_
 /// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
 bool FrozenAnalysis::differentiate(double step) {
   constexpr double weights[] = {45.0 / 60, -9.0 / 60, 1.0 / 60};
-  Response sum_of_all(linear_->states().size());
+  Response sum_of_all{std::vector<Form>(linear_->states().size())};
   for (int i = 0; i < 3; ++i) {
     for (const double sign : {1.0, -1.0}) {
       const std::optional<Response> rows = linear_->response(point_, sign * (i + 1) * step, stages_);

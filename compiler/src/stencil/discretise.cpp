@@ -111,7 +111,8 @@ std::vector<std::string> fields_made(const Preparation& preparation) {
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
-      [](const NetworkCall& network_call) { return network_call.results; });
+      [](const NetworkCall& network_call) { return network_call.results; },
+      [](const Transform& transform) { return std::vector<std::string>{transform.result}; });
 }
 
 }  // namespace
@@ -373,6 +374,7 @@ Expr Discretiser::sample(const model::Sample& e, const Place& place) {
 }
 
 Discretiser::Quotient Discretiser::binary_at(const model::Binary& e, const Place& place) {
+  if (const auto sum = sum_of_waves(e, place)) return *sum;
   const Quotient left = at(e.left, place);
   const Quotient right = at(e.right, place);
   if (e.op == BinaryOp::divide) {
@@ -411,6 +413,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
 }
 
 Discretiser::Quotient Discretiser::derivative_at(const model::Derivative& e, const Place& place, int accuracy) {
+  if (accuracy == model::spectral) return waves_at(model::Expr(model::Node{e}), place);
   if (!base_) return placed_derivative(e, place, accuracy);
   const bool midway = is_midway(place, e.axis);
   if (e.order == 1 && (midway || belongs_midway(e.operand, e.axis))) {

@@ -13,6 +13,7 @@
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell:
 //    of a constant they are 0 exactly.
+//  - spectral: the sum of derivatives with uniform coefficients becomes a field of its own too, made by one transform;
 //  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all
 //  its
 //    components by one; at another place it is another field, the operator of its arguments displaced;
@@ -37,6 +38,7 @@
 #include "model/placement.h"
 #include "stencil/finite_difference.h"
 #include "stencil/stencil.h"
+#include "stencil/waves.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -60,7 +62,7 @@ struct Reading {
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
 /// kernel without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
-using Preparation = std::variant<Kernel, Reduce, NetworkCall>;
+using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
@@ -120,6 +122,10 @@ class Discretiser {
   Quotient binary_at(const model::Binary& e, const Place& place);
   Quotient coordinate_at(const model::Coordinate& e, const Place& place);
   Quotient derivative_at(const model::Derivative& e, const Place& place, int accuracy);
+  WaveReading wave_reading();
+  Quotient waves_at(const model::Expr& e, const Place& place);
+  std::optional<Quotient> sum_of_waves(const model::Binary& e, const Place& place);
+  std::string stored_transform(Transform transform);
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);
   Quotient combine(const Difference& difference, int axis, const model::Expr& e, const Place& place);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "stencil/build.h"
+#include "stencil/symbol.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
@@ -38,6 +39,16 @@ Effects of_fold(const Fold& fold) {
   folded.insert(fold.field);
   const NameList names(folded.begin(), folded.end());
   return {.reads = names, .updates = names, .params = params_of(fold.axes)};
+}
+
+Effects of_transform(const Transform& transform) {
+  Effects e{.writes = {transform.result}, .params = params_of(transform)};
+  for (const Transform::Term& term : transform.terms) add_new(e.reads, term.field);
+  const std::array<bool, max_rank> axes = axes_of(transform, 0);
+  for (std::size_t axis = 0; axis < max_rank; ++axis) {
+    if (axes[axis]) add_new(e.params, std::string("h").append(1, "xyz"[axis]));
+  }
+  return e;
 }
 
 Effects of_network_call(const NetworkCall& network_call) {
@@ -94,7 +105,7 @@ NameList counters_of(std::span<const Statement> statements) {
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Run&) {},
+        [](const Transform&) {}, [](const Run&) {},
         [&](const Repeat& repeat) {
           if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
           for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);
@@ -108,6 +119,7 @@ Effects effects(const Module& module, const Statement& statement) {
       statement, [](const Fill& fill) { return of_fill(fill); }, [](const Fold& fold) { return of_fold(fold); },
       [](const Reduce& reduce) { return Effects{.reads = {reduce.field}, .writes = {reduce.result}}; },
       [](const NetworkCall& network_call) { return of_network_call(network_call); },
+      [](const Transform& transform) { return of_transform(transform); },
       [&](const Run& run) { return of_run(kernel_of(module, run)); },
       [&](const Repeat& repeat) { return of_repeat(module, repeat); });
 }
@@ -128,7 +140,7 @@ void add_parts(const std::vector<Statement>& statements, Parts& parts) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
         [&](const NetworkCall& network_call) { add_new(parts.networks, network_call.network); },
-        [&](const Run& run) { parts.kernels.insert(run.kernel); },
+        [](const Transform&) {}, [&](const Run& run) { parts.kernels.insert(run.kernel); },
         [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
   }
 }
@@ -148,7 +160,7 @@ std::vector<Statement> without_fills(const std::vector<Statement>& statements) {
     match(
         statement, [](const Fill&) {}, [&](const Fold& fold) { keep(fold); },
         [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
-        [&](const Run& run) { keep(run); },
+        [&](const Transform& transform) { keep(transform); }, [&](const Run& run) { keep(run); },
         [&](Repeat repeat) {
           repeat.body = without_fills(repeat.body);
           keep(repeat);

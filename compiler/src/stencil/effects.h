@@ -55,7 +55,7 @@ void for_each_fill(std::span<const Statement> statements, const F& f) {
   for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {},
-        [](const NetworkCall&) {}, [](const Run&) {},
+        [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
         [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
   }
 }
@@ -72,7 +72,7 @@ void for_each_run(AnyProgram& program, const F& f) {
   for (auto& statement : program.body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [&](AnyRun& run) { f(run); }, [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
+        [](const Transform&) {}, [&](AnyRun& run) { f(run); }, [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
   }
 }
 

@@ -19,6 +19,7 @@
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
 #include "stencil/repeat_fills.h"
+#include "stencil/transforms_from_ast.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
 #include "syntax/blocks.h"
@@ -147,6 +148,10 @@ class ModuleReader {
         fields.push_back(reduce->field.name);
         fields.push_back(reduce->result.name);
       }
+      if (const auto* transform = std::get_if<ast::TransformItem>(&item.kind)) {
+        for (const ast::TransformItem::Term& term : transform->terms) fields.push_back(term.field.name);
+        fields.push_back(transform->result.name);
+      }
       if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
         std::ranges::copy(stencil::fields_of(*apply), std::back_inserter(fields));
         fields_known_ = fields_known_ && module_.find_network(apply->network.name);
@@ -197,12 +202,12 @@ class ModuleReader {
       read_fill(*fill, item.range);
     } else if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
       read_reduce(*reduce, item.range);
+    } else if (const auto* transform = std::get_if<ast::TransformItem>(&item.kind)) {
+      if (const auto read = read_transform(*transform, fields_, program_.axes.size(), sink_)) add(*read, item.range);
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
     } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
-      const auto network_call = read_network_call(source_.file, *apply, module_, sink_);
-      if (network_call) ranges_.push_back(item.range);
-      if (network_call) program_.body.push_back(*network_call);
+      if (const auto call = read_network_call(source_.file, *apply, module_, sink_)) add(*call, item.range);
     } else if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
       read_repeat(*repeat, item.range);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
@@ -215,6 +220,11 @@ class ModuleReader {
     } else if (!std::holds_alternative<ast::AxesItem>(item.kind)) {
       sink_.report("not-in-kernels", item.range, {"this item"});
     }
+  }
+
+  void add(Statement statement, SourceRange range) {
+    ranges_.push_back(range);
+    program_.body.push_back(std::move(statement));
   }
 
   void read_repeat(const ast::RepeatItem& source, SourceRange range) {
@@ -359,8 +369,7 @@ class ModuleReader {
       reduce.over[static_cast<std::size_t>(axis)] = true;
     }
     if (source.axes.empty()) std::fill_n(reduce.over.begin(), rank, true);
-    ranges_.push_back(range);
-    program_.body.push_back(reduce);
+    add(reduce, range);
   }
 
   /// -1 for other names.
@@ -386,8 +395,7 @@ class ModuleReader {
           {program_.name, axes_phrase(rank), fmt::format("kernel {}", kernel->name), axes_phrase(kernel->rank)});
     }
     check_distance(run.grow, 0, range, sink_);
-    ranges_.push_back(range);
-    program_.body.push_back(Run{run.kernel.name, run.grow});
+    add(Run{run.kernel.name, run.grow}, range);
   }
 
   static std::string axes_phrase(int rank) { return rank == 1 ? "1 axis" : fmt::format("{} axes", rank); }

@@ -10,6 +10,7 @@
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/events.h"
+#include "stencil/exponential.h"
 #include "stencil/idle_walls.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
@@ -211,9 +212,12 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
       const model::State& state = problem.states[i];
       advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
     }
-    const bool remembers = is_multistep(problem.scheme.time);
-    stages = remembers ? multistep_stages(lowering, advances, name) : subcycled_stages(lowering, advances, name);
+    const model::TimeScheme time = problem.scheme.time;
+    stages = is_multistep(time)            ? multistep_stages(lowering, advances, name)
+             : model::is_exponential(time) ? exponential_stages(lowering, advances, problem.scene)
+                                           : subcycled_stages(lowering, advances, name);
   }
+  if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   add_events(lowering, stages, ends);

@@ -241,10 +241,14 @@ struct HaloCell {
   GhostWeights ghost;
 };
 
+}  // namespace
+
 double uniform_value(const Expr& e, const State& state, const Params& params) {
   const std::vector<Topology> no_axes;
   return Point{state, no_axes, params, {}, {}}.value(e);
 }
+
+namespace {
 
 /// Layer k of a side of an axis with n cells: where it is, where its image is, and how it is made of that.
 struct Layer {
@@ -394,6 +398,7 @@ class Interpreter {
           [&](const NetworkCall& network_call) {
             apply(state_, network_call, *module_.find_network(network_call.network));
           },
+          [&](const Transform& transform) { apply(state_, transform, params_); },
           [&](const Run& run) {
             run_kernel(*module_.find_kernel(run.kernel), run.grow, program.axes, state_, params_, sums);
           },

@@ -79,6 +79,9 @@ class State {
   std::map<std::string, std::vector<double>> fields_;
 };
 
+/// Of params and numbers.
+double uniform_value(const Expr& e, const State& state, const Params& params);
+
 /// Fills the whole halo of a field.
 void apply(State& state, const Fill& fill, const Params& params);
 /// Adds `grow` halo cells of a field on each side of bounded axes onto its interior, and clears them.
@@ -89,6 +92,9 @@ void apply(State& state, const Reduce& reduce);
 
 /// Sets the interior of the results. What the network computes in is doubles, whatever its precision.
 void apply(State& state, const NetworkCall& network_call, const network::Network& network);
+
+/// Sets the interior of the result.
+void apply(State& state, const Transform& transform, const Params& params);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

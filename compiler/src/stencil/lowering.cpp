@@ -37,8 +37,16 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
         Reads reads;
         for (const std::string& field : network_call.inputs) reads.push_back({field, {}, false});
         return reads;
+      },
+      [](const Transform& transform) {
+        Reads reads;
+        for (const Transform::Term& term : transform.terms) reads.push_back({term.field, {}, false});
+        return reads;
       });
 }
+
+/// Of a stage that is nothing but what is done before it.
+bool is_idle(const Kernel& kernel) { return kernel.stores.empty() && kernel.sums.empty() && kernel.scatters.empty(); }
 
 int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
 
@@ -71,8 +79,10 @@ int widest_read(const std::vector<Stage>& stages, bool has_walls) {
   return width;
 }
 
-/// Reductions of one stage know nothing of those of another: gives the fields of each names of their own.
-std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
+/// Reductions of one stage know nothing of those of another: gives the fields of each names of their own, but for those
+/// that stand for states.
+std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
+                                  const std::map<std::string, std::string>& state_of) {
   for (const Stage& stage : stages) {
     for (const Let& let : stage.kernel.lets) taken.reserve(let.name);
   }
@@ -115,6 +125,11 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
           [&](NetworkCall& network_call) {
             for (std::string& input : network_call.inputs) input = renamed(input);
             for (std::string& result : network_call.results) result = names[result] = taken.fresh(result);
+          },
+          [&](Transform& transform) {
+            for (Transform::Term& term : transform.terms) term.field = renamed(term.field);
+            if (!state_of.contains(transform.result))
+              transform.result = names[transform.result] = taken.fresh(transform.result);
           });
     }
     rename(stage.kernel);
@@ -225,6 +240,12 @@ Lowering::Lowering(const model::Problem& problem) : problem_(problem), placement
   for (const model::Test& test : problem.task->tests) names_.reserve(test.quantity.name);
 }
 
+bool Lowering::stands_for_state(const std::string& field) const {
+  const auto found = state_of_.find(field);
+  const model::State* state = found == state_of_.end() ? nullptr : problem_.find_state(found->second);
+  return state != nullptr && state->history_of.empty();
+}
+
 std::string Lowering::field_beside(const std::string& state, const std::string& suffix) {
   const std::string field = names_.fresh(state + "_" + suffix);
   state_of_[field] = state;
@@ -328,7 +349,7 @@ bool Lowering::needs_fill(const Signature::Read& read) const {
 
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
                                const Expr& time_of_results) const {
-  const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_);
+  const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_, state_of_);
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
@@ -369,10 +390,14 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
           [&](const NetworkCall& network_call) {
             program.body.push_back(network_call);
             add_networks(module, {*problem_.find_network(network_call.network)});
+          },
+          [&](const Transform& transform) {
+            filled.erase(transform.result);
+            program.body.push_back(transform);
           });
     }
     fill(signature(stage.kernel).reads, stage.time, 0);
-    run(stage.kernel, 0);
+    if (!is_idle(stage.kernel)) run(stage.kernel, 0);
   }
   scope.enter(nullptr);
   std::vector<Signature::Read> results;

@@ -44,6 +44,8 @@ class Lowering {
 
   /// A new field beside a state with the state's boundary, as u_next or u_1.
   std::string field_beside(const std::string& state, const std::string& suffix);
+  /// Of a state that is no memory of a time scheme: itself, or beside it.
+  bool stands_for_state(const std::string& field) const;
   /// A new field with no boundary of its own, as u_exact.
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
 

@@ -199,6 +199,20 @@ std::string reduce_text(const Reduce& reduce, std::size_t rank) {
   return fmt::format("reduce {} = {} {}{}", reduce.result, name_of(reduce.kind), reduce.field, over);
 }
 
+std::string multiplier_text(const Multiplier& by) {
+  const std::string within = by.within_two_thirds ? " within two_thirds" : "";
+  if (!by.phi) return print(by.factor, 1) + within;
+  const std::string phi = fmt::format("phi{}({})", *by.phi, print(by.argument, 1));
+  return phi + (is_literal(by.factor, 1) ? "" : fmt::format("*({})", print(by.factor, 1))) + within;
+}
+
+std::string transform_text(const Transform& transform) {
+  std::vector<std::string> terms;
+  for (const Transform::Term& term : transform.terms)
+    terms.push_back(fmt::format("{} by {}", term.field, multiplier_text(term.by)));
+  return fmt::format("transform {} to {}", fmt::join(terms, ", "), transform.result);
+}
+
 std::string statement_text(const Statement& statement, std::size_t rank, const std::string& margin);
 
 std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::string& margin) {
@@ -225,6 +239,7 @@ std::string statement_text(const Statement& statement, std::size_t rank, const s
       statement, [](const Fill& f) { return fmt::format("fill {} {}", f.field, boundary_text(f.axes)); },
       [](const Fold& f) { return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(f.axes)); },
       [&](const Reduce& r) { return reduce_text(r, rank); }, [](const NetworkCall& i) { return network::text_of(i); },
+      [](const Transform& t) { return transform_text(t); },
       [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); },
       [&](const Repeat& r) { return repeat_text(r, rank, margin); });
 }
@@ -233,7 +248,7 @@ void note_what_tells_axes(const std::vector<Statement>& statements, bool& has_fi
   for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
-        [](const NetworkCall&) {}, [&](const Run&) { has_run = true; },
+        [](const NetworkCall&) {}, [](const Transform&) {}, [&](const Run&) { has_run = true; },
         [&](const Repeat& repeat) { note_what_tells_axes(repeat.body, has_fill, has_run); });
   }
 }

@@ -211,6 +211,10 @@ class RequiredHalo {
           for (const std::string& field : fields_read(network_call)) result_[field];
           for (const std::string& field : fields_written(network_call)) result_[field];
         },
+        [&](const Transform& transform) {
+          for (const Transform::Term& term : transform.terms) result_[term.field];
+          result_[transform.result];
+        },
         [&](const Run& run) { add_run(run); },
         [&](const Repeat& repeat) {
           for (const Statement& inner : repeat.body) add(inner);

@@ -43,6 +43,12 @@
 //    c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With
 //    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
 //    no second derivatives. Their weights are given from outside.
+//  - transform u by m to v: each wave exp(i k.x) of u in the interior is multiplied by m, a number of its own. ikx, iky
+//    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q with two polynomials:
+//    phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1. Axes whose wave numbers m has are periodic; waves go
+//    along these alone. Of a wave of two cells, which is that of k and of -k, m is the mean over both, so that v is
+//    real. `within two_thirds`: 0 for waves of three cells or fewer along any axis, all of which are then periodic.
+//    Several terms are added up.
 //  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside
 //    it sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
 //    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap;
@@ -268,13 +274,32 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 using network::NetworkCall;
+/// What a wave exp(i k.x) is multiplied by: phi_N(argument)*factor, or the factor alone. Both are made of params and
+/// numbers, and of ikx, iky, ikz as polynomials.
+struct Multiplier {
+  std::optional<int> phi = std::nullopt;
+  Expr argument = 0.0, factor = 1.0;
+  bool within_two_thirds = false;
+  bool operator==(const Multiplier&) const = default;
+};
+/// result = the sum over the terms of the field with its waves multiplied.
+struct Transform {
+  struct Term {
+    std::string field;
+    Multiplier by;
+    bool operator==(const Term&) const = default;
+  };
+  std::vector<Term> terms;
+  std::string result;
+  bool operator==(const Transform&) const = default;
+};
 struct Run {
   std::string kernel;
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
 struct Repeat;
-using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Run, Repeat>;
+using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Repeat>;
 
 /// After the program, or after a pass, `next` becomes `state`.
 struct Swap {

@@ -9,6 +9,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/symbol.h"
 #include "stencil/verify_kernel.h"
 #include "support/bound_names.h"
 #include "support/match.h"
@@ -53,7 +54,8 @@ class ProgramCheck {
           statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
           [&](const Reduce& reduce) { check_reduce(reduce); },
           [&](const NetworkCall& network_call) { check_network_call(network_call); },
-          [&](const Run& run) { check_run(run); }, [&](const Repeat& repeat) { check_repeat(repeat); });
+          [&](const Transform& transform) { check_transform(transform); }, [&](const Run& run) { check_run(run); },
+          [&](const Repeat& repeat) { check_repeat(repeat); });
     }
   }
 
@@ -234,6 +236,28 @@ class ProgramCheck {
     if (axes == 0) violation("reduces {} along no axis", reduce.field);
     check_write(reduce.result);
     grown_[reduce.result] = 0;
+  }
+
+  void check_transform(const Transform& transform) {
+    if (transform.terms.empty()) violation("transforms nothing to {}", transform.result);
+    const std::array<bool, max_rank> axes = axes_of(transform, program_.axes.size());
+    for (std::size_t axis = 0; axis < max_rank; ++axis) {
+      const bool is_periodic = axis < program_.axes.size() && program_.axes[axis] == Topology::periodic;
+      if (axes[axis] && !is_periodic)
+        violation("transforms to {} along an axis that is not periodic", transform.result);
+    }
+    for (const Transform::Term& term : transform.terms) {
+      fields_.insert(term.field);
+      note_read(term.field);
+      if (term.field == transform.result) violation("transforms {} to itself", term.field);
+    }
+    for_each_symbol(transform, [&](const Expr& symbol) {
+      if (!is_uniform(symbol) || !polynomial_of(symbol))
+        violation("transforms to {} by what is no polynomial of wave numbers", transform.result);
+    });
+    for (int axis = 0; axis < max_rank; ++axis) params_.erase(std::get<Param>(wave_number(axis)->kind).name);
+    check_write(transform.result);
+    grown_[transform.result] = 0;
   }
 
   void check_network_call(const NetworkCall& network_call) {

@@ -288,6 +288,16 @@ struct ReduceItem {  // reduce m = mean u      reduce m = max u over x, y
   Identifier field;
   std::vector<Identifier> axes;  // none: all
 };
+/// transform u by nu*ikx^2, n by phi1(dt*nu*ikx^2)*dt within two_thirds to v
+struct TransformItem {
+  struct Term {
+    Identifier field;
+    Expr by;
+    bool within_two_thirds = false;
+  };
+  std::vector<Term> terms;
+  Identifier result;
+};
 struct RunItem {  // run burgers_step      run k grow 1
   Identifier kernel;
   int grow = 0;
@@ -393,9 +403,9 @@ using ItemKind =
     std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem,
                  InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem,
                  OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, AssignItem,
-                 ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, StackItem, RepeatItem, KeepItem,
-                 AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem,
-                 VaryItem, FramesItem, OptionItem>;
+                 ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem,
+                 RepeatItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem,
+                 RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;

@@ -39,6 +39,11 @@ Identifiers fields_read(const File& file, const Item& item) {
         fields.insert(fields.end(), apply.by.begin(), apply.by.end());
         return fields;
       },
+      [](const TransformItem& transform) {
+        Identifiers fields;
+        for (const TransformItem::Term& term : transform.terms) fields.push_back(term.field);
+        return fields;
+      },
       [](const SwapItem& swap) { return Identifiers{swap.state}; },
       [&](const RunItem& run) { return inputs_of(file, run.kernel.name); },
       [](const FillItem&) { return Identifiers(); }, [](const StackItem&) { return Identifiers(); },
@@ -51,8 +56,8 @@ const std::vector<Item>* block_of(const Item& item) {
   using Block = const std::vector<Item>*;
   return match(
       item.kind, [](const RepeatItem& repeat) -> Block { return &repeat.items; },
-      [](const OneOf<FillItem, ReduceItem, RunItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&)
-          -> Block { return nullptr; },
+      [](const OneOf<FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem, KeepItem, AxesItem,
+                     ApplyItem> auto&) -> Block { return nullptr; },
       [](const OutsidePrograms auto&) -> Block { return nullptr; });
 }
 

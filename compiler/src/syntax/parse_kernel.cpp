@@ -121,6 +121,21 @@ ItemKind parse_reduce(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_transform(Cursor& cursor) {
+  TransformItem item;
+  do {
+    TransformItem::Term term{cursor.expect_component("the name of a field"), {}};
+    cursor.expect_word("by");
+    term.by = parse_expression(cursor);
+    term.within_two_thirds = cursor.accept_word("within");
+    if (term.within_two_thirds) cursor.expect_word("two_thirds");
+    item.terms.push_back(std::move(term));
+  } while (cursor.accept(TokenKind::comma));
+  cursor.expect_word("to");
+  item.result = cursor.expect_component("the name of a field");
+  return item;
+}
+
 ItemKind parse_run(Cursor& cursor) {
   RunItem item;
   item.kernel = cursor.expect_name("the name of a kernel");
@@ -248,6 +263,7 @@ BlockRule repeat_rule() {
            {"fold", parse_fold},
            {"reduce", parse_reduce},
            {"run", parse_run},
+           {"transform", parse_transform},
            {"apply", parse_apply<ApplyItem::Mode::value>},
            {"tangent", parse_apply<ApplyItem::Mode::tangent>},
            {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},

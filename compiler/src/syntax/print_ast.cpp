@@ -131,6 +131,16 @@ std::string print_reduce(const ReduceItem& item) {
   return fmt::format("reduce {} = {} {}{}", item.result.name, name_of(item.kind), item.field.name, over);
 }
 
+std::string print_transform(const TransformItem& item) {
+  std::string text = "transform ";
+  for (const TransformItem::Term& term : item.terms) {
+    if (&term != &item.terms.front()) text += ", ";
+    text +=
+        fmt::format("{} by {}{}", term.field.name, print(term.by), term.within_two_thirds ? " within two_thirds" : "");
+  }
+  return text + " to " + item.result.name;
+}
+
 std::string print_run(const RunItem& run) {
   return fmt::format("run {}{}", run.kernel.name, run.grow != 0 ? fmt::format(" grow {}", run.grow) : "");
 }
@@ -256,7 +266,8 @@ std::string print_item(const Item& item) {
       },
       [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },
       [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); },
-      [](const ReduceItem& i) { return print_reduce(i); }, [](const RunItem& i) { return print_run(i); },
+      [](const ReduceItem& i) { return print_reduce(i); }, [](const TransformItem& i) { return print_transform(i); },
+      [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const StackItem& i) { return print_stack(i); }, [](const RepeatItem& i) { return print_repeat(i); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); }, [](const AxesItem& i) { return print_axes(i); },

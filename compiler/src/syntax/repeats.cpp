@@ -85,6 +85,7 @@ class ProgramResolver {
   void add(const Item& item);
   void add_fill(FillItem fill, const Item& item);
   void add_reduce(ReduceItem reduce, const Item& item);
+  void add_transform(TransformItem transform, const Item& item);
   void add_apply(ApplyItem apply, const Item& item);
   void add_run(RunItem run, const Item& item);
   void add_swap(const SwapItem& swap, const Item& item);
@@ -126,6 +127,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
     match(
         item.kind, [&](const FillItem& fill) { names_.reserve(fill.field.name); },
         [&](const ReduceItem& reduce) { names_.reserve(reduce.result.name); },
+        [&](const TransformItem& transform) { names_.reserve(transform.result.name); },
         [&](const SwapItem& swap) { names_.reserve(swap.state.name); },
         [&](const ApplyItem& apply) {
           for (const Identifier& result : apply.to) names_.reserve(result.name);
@@ -151,7 +153,7 @@ bool ProgramResolver::adds_to(const RepeatItem& repeat, const std::string& name)
           const Kernel* kernel = find_kernel(file_, run.kernel.name);
           return kernel && std::ranges::any_of(kernel->parameters, is_it);
         },
-        [](const OneOf<FillItem, ReduceItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&) {
+        [](const OneOf<FillItem, ReduceItem, TransformItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&) {
           return false;
         },
         [](const OutsidePrograms auto&) { return false; });
@@ -175,6 +177,7 @@ void ProgramResolver::add(const Item& item) {
   match(
       item.kind, [&](const FillItem& fill) { add_fill(fill, item); },
       [&](const ReduceItem& reduce) { add_reduce(reduce, item); },
+      [&](const TransformItem& transform) { add_transform(transform, item); },
       [&](const ApplyItem& apply) { add_apply(apply, item); }, [&](const RunItem& run) { add_run(run, item); },
       [&](const SwapItem& swap) { add_swap(swap, item); }, [&](const RepeatItem& repeat) { add_repeat(repeat, item); },
       [&](const KeepItem& keep) {
@@ -203,6 +206,12 @@ void ProgramResolver::add_reduce(ReduceItem reduce, const Item& item) {
   reduce.field.name = read(reduce.field.name, reduce.field.range);
   reduce.result.name = write(reduce.result.name, reduce.result.range);
   emit(std::move(reduce), item.range);
+}
+
+void ProgramResolver::add_transform(TransformItem transform, const Item& item) {
+  for (TransformItem::Term& term : transform.terms) term.field.name = read(term.field.name, term.field.range);
+  transform.result.name = write(transform.result.name, transform.result.range);
+  emit(std::move(transform), item.range);
 }
 
 void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {

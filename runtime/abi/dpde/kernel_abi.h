@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 14
+#define DPDE_ABI_VERSION 15
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -156,6 +156,33 @@ typedef struct dpde_weights {
   const dpde_host_network* host; /* of networks that the host computes */
 } dpde_weights;
 
+/* A uniform (DPDE_ONE: 1) times (i*angle)^power for each axis, with the angles of a wave in radians a cell. */
+typedef struct dpde_monomial {
+  int32_t uniform;
+  int32_t powers[DPDE_MAX_RANK];
+} dpde_monomial;
+/* Their sum. */
+typedef struct dpde_symbol {
+  int32_t count;
+  const dpde_monomial* monomials;
+} dpde_symbol;
+/* A field whose waves are multiplied by phi_N(argument)*factor, phi_0 = exp; by factor alone where phi is -1.
+ * A wave of two cells along an axis is that of the angle pi and of -pi: its multiplier is the mean over both.
+ * within_two_thirds: by 0 where a wave has three cells or fewer along one of the axes. */
+typedef struct dpde_transform_term {
+  int32_t field; /* index into dpde_program.fields */
+  int32_t phi;
+  dpde_symbol argument, factor;
+  int32_t within_two_thirds;
+} dpde_transform_term;
+/* `result` gets the sum of the terms, at interior cells. Waves go along these axes, which are periodic. */
+typedef struct dpde_transform {
+  int32_t term_count;
+  const dpde_transform_term* terms;
+  int32_t result; /* none of the terms' fields */
+  int32_t axes[DPDE_MAX_RANK];
+} dpde_transform;
+
 /* What a pass makes of `state`, both indices into dpde_program.fields, is written under `next`: the `state` of the next
  * pass, and of the last one `result`. Passes write to the memory of `result` and to that of `next` in turn, the last
  * one to that of `result`, or where the state is saved to a stack; the memory of `state` stays as it is. */
@@ -183,7 +210,15 @@ typedef struct dpde_repeat {
   int64_t first, step;
 } dpde_repeat;
 
-enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4, DPDE_REPEAT = 5 };
+enum {
+  DPDE_FILL = 0,
+  DPDE_FOLD = 1,
+  DPDE_SWEEP = 2,
+  DPDE_REDUCE = 3,
+  DPDE_NETWORK = 4,
+  DPDE_REPEAT = 5,
+  DPDE_TRANSFORM = 6
+};
 typedef struct dpde_operation {
   int32_t kind;
   dpde_fill fill;              /* of DPDE_FILL and DPDE_FOLD */
@@ -196,6 +231,7 @@ typedef struct dpde_operation {
   dpde_reduce reduce;       /* of DPDE_REDUCE */
   dpde_inference inference; /* of DPDE_NETWORK */
   dpde_repeat repeat;       /* of DPDE_REPEAT */
+  dpde_transform transform; /* of DPDE_TRANSFORM */
 } dpde_operation;
 
 typedef struct dpde_swap {

@@ -58,6 +58,7 @@ class Tables {
   std::string kernel(const dpde_kernel& source);
   std::string operation(const dpde_operation& source, const dpde_program& program);
   std::string inference(const dpde_inference& source, const dpde_program& program);
+  std::string transform(const dpde_transform& source);
   std::string repeat(const dpde_repeat& source, const dpde_program& program);
 
   std::string out_;
@@ -153,16 +154,33 @@ std::string Tables::inference(const dpde_inference& i, const dpde_program& progr
   return fmt::format("{{{}, {}, {}, {}, {}, {}}}", i.network, i.mode, inputs, rates, results, i.weights);
 }
 
+std::string Tables::transform(const dpde_transform& t) {
+  const auto monomial = [](const dpde_monomial& m) {
+    return fmt::format("{{{}, {{{}, {}, {}}}}}", m.uniform, m.powers[0], m.powers[1], m.powers[2]);
+  };
+  const auto symbol = [&](const dpde_symbol& s) {
+    const std::string monomials = array("dpde_monomial", "symbols", texts(s.monomials, s.count, monomial));
+    return fmt::format("{{{}, {}}}", s.count, monomials);
+  };
+  const auto term = [&](const dpde_transform_term& by) {
+    const std::string argument = symbol(by.argument), factor = symbol(by.factor);
+    return fmt::format("{{{}, {}, {}, {}, {}}}", by.field, by.phi, argument, factor, by.within_two_thirds);
+  };
+  const std::string terms = array("dpde_transform_term", "terms", texts(t.terms, t.term_count, term));
+  return fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", t.term_count, terms, t.result, t.axes[0], t.axes[1], t.axes[2]);
+}
+
 std::string Tables::operation(const dpde_operation& o, const dpde_program& program) {
   const auto one_fill = [&](const dpde_fill& f) { return fill(f); };
   const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, one_fill));
   const dpde_reduce& r = o.reduce;
   const std::string reduce =
       fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow),
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow),
                      o.serial, o.then_count, then, reduce,
                      o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}",
-                     o.kind == DPDE_REPEAT ? repeat(o.repeat, program) : "{}");
+                     o.kind == DPDE_REPEAT ? repeat(o.repeat, program) : "{}",
+                     o.kind == DPDE_TRANSFORM ? transform(o.transform) : "{}");
 }
 
 std::string Tables::repeat(const dpde_repeat& r, const dpde_program& program) {

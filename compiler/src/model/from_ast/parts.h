@@ -68,6 +68,10 @@ struct SchemeRefusal {
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value);
 const std::vector<std::string>& scheme_keys();
 
+// waves.cpp
+/// Whether a scheme made of waves fits the axes and the equations.
+void check_waves(Draft& draft);
+
 // settings.cpp
 /// The number set for `key`; nullopt when none is or after a diagnostic.
 std::optional<double> number_setting(Draft& draft, const std::string& key);

@@ -38,6 +38,11 @@ void set_time(Scheme& scheme) {
   scheme.time = time;
 }
 
+template <bool dealias>
+void set_dealias(Scheme& scheme) {
+  scheme.dealias = dealias;
+}
+
 template <Precision real>
 void set_real(Scheme& scheme) {
   scheme.real = real;
@@ -53,6 +58,7 @@ constexpr Choice choices[] = {
     {"advect", "central(4)", {"central4"}, set_advect<Advection::central, 4>},
     {"advect", "central(6)", {"central6"}, set_advect<Advection::central, 6>},
     {"advect", "central(8)", {"central8"}, set_advect<Advection::central, 8>},
+    {"advect", "spectral", {"spectral()"}, set_advect<Advection::central, spectral>},
     {"advect", "upwind(1)", {"upwind1", "upwind"}, set_advect<Advection::upwind, 1>},
     {"advect", "upwind(3)", {"upwind3"}, set_advect<Advection::upwind, 3>},
     {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
@@ -62,10 +68,14 @@ constexpr Choice choices[] = {
     {"dx", "central(4)", {"central4"}, set_derivative<4>},
     {"dx", "central(6)", {"central6"}, set_derivative<6>},
     {"dx", "central(8)", {"central8"}, set_derivative<8>},
+    {"dx", "spectral", {"spectral()"}, set_derivative<spectral>},
     {"lap", "central(2)", {"central2"}, set_laplacian<2>},
     {"lap", "central(4)", {"central4"}, set_laplacian<4>},
     {"lap", "central(6)", {"central6"}, set_laplacian<6>},
     {"lap", "central(8)", {"central8"}, set_laplacian<8>},
+    {"lap", "spectral", {"spectral()"}, set_laplacian<spectral>},
+    {"dealias", "none", {}, set_dealias<false>},
+    {"dealias", "two_thirds", {"two_thirds()"}, set_dealias<true>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
@@ -73,6 +83,8 @@ constexpr Choice choices[] = {
     {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
     {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
     {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
+    {"time", "etdrk2", {"etdrk2()"}, set_time<TimeScheme::etdrk2>},
+    {"time", "etdrk4", {"etdrk4()"}, set_time<TimeScheme::etdrk4>},
     {"real", "f64", {}, set_real<Precision::f64>},
     {"real", "f32", {}, set_real<Precision::f32>},
     {"networks", "f32", {}, set_networks<Precision::f32>},
@@ -118,7 +130,7 @@ void bind_row(Draft& draft, const ast::ValueItem& row) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx", "lap", "time", "real", "networks"};
+  static const std::vector<std::string> keys{"advect", "dx", "lap", "dealias", "time", "real", "networks"};
   return keys;
 }
 

@@ -71,6 +71,7 @@ class Liveness {
             const bool has_effect = pass_network_call(network_call);
             keep_if(has_effect, without_dead_results(network_call));
           },
+          [&](const Transform& transform) { keep_if(pass_transform(transform), transform); },
           [&](const Run& run) { keep_if(pass_run(run), run); },
           [&](Repeat repeat) {
             const bool has_effect = pass_repeat(repeat);
@@ -106,6 +107,13 @@ class Liveness {
     if (!is_live(reduce.result)) return false;
     live_.erase(reduce.result);
     live_.insert(reduce.field);
+    return true;
+  }
+
+  bool pass_transform(const Transform& transform) {
+    if (!is_live(transform.result)) return false;
+    live_.erase(transform.result);
+    for (const Transform::Term& term : transform.terms) live_.insert(term.field);
     return true;
   }
 

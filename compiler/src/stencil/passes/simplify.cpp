@@ -53,8 +53,14 @@ void simplify_statements(std::vector<Statement>& statements) {
   for (Statement& statement : statements) {
     match(
         statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Run&) {},
-        [](Repeat& repeat) { simplify_statements(repeat.body); });
+        [](const Reduce&) {}, [](const NetworkCall&) {},
+        [](Transform& transform) {
+          for (Transform::Term& term : transform.terms) {
+            term.by.argument = rebuild(term.by.argument, {});
+            term.by.factor = rebuild(term.by.factor, {});
+          }
+        },
+        [](const Run&) {}, [](Repeat& repeat) { simplify_statements(repeat.body); });
   }
 }
 

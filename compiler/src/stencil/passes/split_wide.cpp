@@ -101,6 +101,7 @@ std::vector<Statement> running_parts(const std::vector<Statement>& statements, c
     match(
         statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
         [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
+        [&](const Transform& transform) { keep(transform); },
         [&](const Run& run) {
           for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
         },

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/transforms.h"
+
+#include <algorithm>
+
+#include "adjoint/weights.h"
+#include "stencil/symbol.h"
+#include "support/contains.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+Expr slope_by(const Expr& symbol, const std::string& param) {
+  const Slopes slopes = slopes_of(symbol, Varied{{}, {param}, {}});
+  return slopes.empty() ? Expr(0.0) : slopes.front().second;
+}
+
+/// dM/dp times `rate`.
+std::vector<Multiplier> derivative_by(const Multiplier& by, const std::string& param, const Expr& rate) {
+  const Expr of_factor = slope_by(by.factor, param), of_argument = by.phi ? slope_by(by.argument, param) : Expr(0.0);
+  std::vector<Multiplier> result;
+  const auto add = [&](std::optional<int> phi, const Expr& factor) {
+    if (!is_literal(factor, 0)) result.push_back({phi, by.argument, factor, by.within_two_thirds});
+  };
+  add(by.phi, rate * (of_argument * by.factor + of_factor));
+  if (by.phi && *by.phi > 0) add(*by.phi + 1, rate * (-(static_cast<double>(*by.phi) * of_argument * by.factor)));
+  return result;
+}
+
+std::vector<std::string> varied_params(const Transform& transform, const Varied& varied) {
+  std::vector<std::string> params = params_of(transform);
+  std::erase_if(params, [&](const std::string& name) { return !varied.params.contains(name); });
+  return params;
+}
+
+/// The terms of the derivative by one parameter.
+std::vector<Transform::Term> terms_by(const Transform& transform, const std::string& param, const Expr& rate) {
+  std::vector<Transform::Term> terms;
+  for (const Transform::Term& term : transform.terms) {
+    for (Multiplier& by : derivative_by(term.by, param, rate)) terms.push_back({term.field, std::move(by)});
+  }
+  return terms;
+}
+
+}  // namespace
+
+bool is_varied(const Transform& transform, const Varied& varied) {
+  const auto varies = [&](const Transform::Term& term) { return varied.fields.contains(term.field); };
+  return std::ranges::any_of(transform.terms, varies) || !varied_params(transform, varied).empty();
+}
+
+void add_tangent_of(const Transform& transform, const Varied& varied, const Writing& into) {
+  if (!varied.fields.contains(transform.result)) return;
+  Transform rate{{}, into.names.of(transform.result)};
+  for (const Transform::Term& term : transform.terms) {
+    if (varied.fields.contains(term.field)) rate.terms.push_back({into.names.of(term.field), term.by});
+  }
+  for (const std::string& name : varied_params(transform, varied)) {
+    for (Transform::Term& term : terms_by(transform, name, param(into.names.of(name)))) rate.terms.push_back(term);
+  }
+  if (!rate.terms.empty()) {
+    into.body.push_back(std::move(rate));
+    return;
+  }
+  // It varies by what is added to it later.
+  Kernel still{into.names.fresh_kernel(into.primal.name + into.suffix + "_still"),
+               static_cast<int>(into.primal.axes.size())};
+  still.stores.push_back({rate.result, false, 0.0, {}});
+  into.body.push_back(Run{still.name});
+  into.kernels.kernels.push_back(std::move(still));
+}
+
+std::vector<Transform> transposes_of(const Transform& transform, const std::string& seed, const Varied& varied) {
+  std::vector<Transform> all;
+  for (const Transform::Term& term : transform.terms) {
+    if (!varied.fields.contains(term.field)) continue;
+    auto known = std::ranges::find(all, term.field, &Transform::result);
+    if (known == all.end()) known = all.insert(all.end(), Transform{{}, term.field});
+    known->terms.push_back({seed, transposed(term.by)});
+  }
+  return all;
+}
+
+std::vector<std::pair<std::string, Transform>> slopes_of(const Transform& transform, const Varied& varied) {
+  std::vector<std::pair<std::string, Transform>> slopes;
+  for (const std::string& name : varied_params(transform, varied)) {
+    Transform slope{terms_by(transform, name, 1.0), ""};
+    if (!slope.terms.empty()) slopes.emplace_back(name, std::move(slope));
+  }
+  return slopes;
+}
+
+}  // namespace dpde::adjoint

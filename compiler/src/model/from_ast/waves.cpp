@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Schemes that are made of waves: they need axes along which waves go on for ever, and values at the cell centres.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// The row of the scheme that asks for waves; "" where none does.
+std::string row_of_waves(const Scheme& scheme) {
+  if (is_exponential(scheme.time)) return scheme.time == TimeScheme::etdrk2 ? "time = etdrk2" : "time = etdrk4";
+  if (scheme.dealias) return "dealias = two_thirds";
+  if (scheme.advect == Advection::central && scheme.advect_order == spectral) return "advect = spectral";
+  if (scheme.derivative_order == spectral) return "dx = spectral";
+  return scheme.laplacian_order == spectral ? "lap = spectral" : "";
+}
+
+/// What stands in the way; "" where nothing does.
+std::string obstacle(const Problem& problem) {
+  for (const Axis& axis : problem.axes) {
+    if (axis.topology == Topology::bounded) return fmt::format("axis {} is bounded", axis.name);
+    if (axis.stretch) return fmt::format("axis {} is stretched", axis.name);
+  }
+  for (const State& state : problem.states) {
+    if (state.placement != Placement{}) return fmt::format("{} does not lie at the cell centres", state.name);
+  }
+  return "";
+}
+
+}  // namespace
+
+void check_waves(Draft& draft) {
+  const Problem& problem = draft.problem;
+  const std::string row = row_of_waves(problem.scheme);
+  if (row.empty() || !draft.model || problem.states.empty()) return;
+  const SourceRange range = problem.states.front().origin.range;
+  if (const std::string what = obstacle(problem); !what.empty()) {
+    draft.sink.report("waves-do-not-fit", range, {row, what},
+                      "waves need periodic axes of equal cells: take differences, as central(4), and rk4");
+    return;
+  }
+  const bool has_parts = std::ranges::any_of(problem.states, [](const State& state) { return state.parts > 1; });
+  if (has_parts && (is_exponential(problem.scheme.time) || problem.scheme.dealias))
+    draft.sink.report("waves-do-not-fit", range, {row, "the scene has subcycles"}, "leave the subcycles out");
+  if (is_exponential(problem.scheme.time) && follows_flow(problem.scheme.advect))
+    draft.sink.report("waves-do-not-fit", range, {row, "advection follows the flow"}, "take advect = spectral");
+}
+
+}  // namespace dpde::model

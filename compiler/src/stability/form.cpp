@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/form.h"
+
+#include <algorithm>
+
+namespace dpde::stability {
+
+using stencil::Offset;
+
+namespace {
+
+constexpr std::int64_t span = 2 * farthest_offset + 1;
+
+}  // namespace
+
+std::int64_t Form::key_of(const Offset& offset) {
+  return ((offset[2] * span + offset[1]) * span + offset[0]) * most_components;
+}
+
+int Form::component_of(std::int64_t key) {
+  const auto rest = static_cast<int>(key % most_components);
+  return rest < 0 ? rest + most_components : rest;
+}
+
+Offset Form::offset_of(std::int64_t key) {
+  std::int64_t rest = (key - component_of(key)) / most_components;
+  Offset offset{};
+  for (int axis = 0; axis < 2; ++axis) {
+    std::int64_t part = rest % span;
+    if (part > farthest_offset) part -= span;
+    if (part < -farthest_offset) part += span;
+    offset[static_cast<std::size_t>(axis)] = static_cast<int>(part);
+    rest = (rest - part) / span;
+  }
+  offset[2] = static_cast<int>(rest);
+  return offset;
+}
+
+Form Form::shifted(const Offset& offset) const {
+  Form result = *this;
+  const std::int64_t way = key_of(offset);
+  for (Term& term : result.terms_) term.key += way;
+  return result;
+}
+
+Form Form::times(double factor) const {
+  if (factor == 0) return {};
+  Form result = *this;
+  for (Term& term : result.terms_) term.coefficient *= factor;
+  return result;
+}
+
+Form Form::plus(const Form& other) const {
+  if (is_zero()) return other;
+  Form result;
+  result.terms_.reserve(terms_.size() + other.terms_.size());
+  auto a = terms_.begin(), b = other.terms_.begin();
+  while (a != terms_.end() || b != other.terms_.end()) {
+    if (b == other.terms_.end() || (a != terms_.end() && a->key < b->key)) {
+      result.terms_.push_back(*a++);
+    } else if (a == terms_.end() || b->key < a->key) {
+      result.terms_.push_back(*b++);
+    } else {
+      result.terms_.push_back({a->key, a->coefficient + b->coefficient});
+      ++a, ++b;
+    }
+  }
+  return result;
+}
+
+Form Form::renumbered(int by) const {
+  Form result;
+  for (const Term& term : terms_) {
+    const bool is_wave = component_of(term.key) >= most_states;
+    result.terms_.push_back({term.key + (is_wave ? by : 0), term.coefficient});
+  }
+  std::ranges::sort(result.terms_, {}, &Term::key);
+  return result;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums of displaced perturbations: what a linear step makes of a state.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stability {
+
+constexpr int most_states = 64;
+constexpr int most_components = 1024;  // from most_states on they are sums of waves
+constexpr int farthest_offset = 4000;  // along each axis
+
+/// A sum of perturbations: coefficients of component c at the point displaced by `offset`, sorted by key().
+class Form {
+ public:
+  struct Term {
+    std::int64_t key;
+    double coefficient;
+  };
+  Form() = default;
+  /// One perturbation of component c.
+  explicit Form(int component) : terms_{{component, 1.0}} {}
+
+  const std::vector<Term>& terms() const { return terms_; }
+  bool is_zero() const { return terms_.empty(); }
+  Form shifted(const stencil::Offset& offset) const;
+  Form times(double factor) const;
+  Form plus(const Form& other) const;
+  /// With `by` added to the numbers of components that are sums of waves.
+  Form renumbered(int by) const;
+
+  static std::int64_t key_of(const stencil::Offset& offset);
+  static stencil::Offset offset_of(std::int64_t key);
+  static int component_of(std::int64_t key);
+
+ private:
+  std::vector<Term> terms_;
+};
+
+}  // namespace dpde::stability

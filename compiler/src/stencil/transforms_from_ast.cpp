@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/transforms_from_ast.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "stencil/boundary_from_ast.h"
+#include "stencil/symbol.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// The number of phi0 to phi9.
+std::optional<int> phi_number(const ast::Expr& e) {
+  const ast::Call* call = std::get_if<ast::Call>(&e->kind);
+  if (call == nullptr || call->arguments.size() != 1 || call->callee.size() != 4 || !call->callee.starts_with("phi"))
+    return std::nullopt;
+  const char digit = call->callee.back();
+  return digit >= '0' && digit <= '9' ? std::optional(digit - '0') : std::nullopt;
+}
+
+/// The product without the phi that it begins with, which goes to `phi`.
+ast::Expr without_phi(const ast::Expr& e, std::optional<ast::Expr>& phi) {
+  if (phi_number(e)) {
+    phi = e;
+    return ast::Expr(ast::Node{ast::Number{1, "1"}, e.range()});
+  }
+  const ast::Binary* b = std::get_if<ast::Binary>(&e->kind);
+  if (b == nullptr || (b->op != BinaryOp::multiply && b->op != BinaryOp::divide)) return e;
+  const ast::Expr left = without_phi(b->left, phi);
+  return phi ? ast::Expr(ast::Node{ast::Binary{b->op, left, b->right}, e.range()}) : e;
+}
+
+class TransformReader {
+ public:
+  TransformReader(const std::vector<std::string>& fields, std::size_t rank, DiagnosticSink& sink)
+      : reader_(fields, "transform", sink), rank_(rank), sink_(sink) {}
+
+  bool read(const ast::TransformItem::Term& source, Transform::Term& term) {
+    std::optional<ast::Expr> phi;
+    const ast::Expr factor = without_phi(source.by, phi);
+    term.field = source.field.name;
+    term.by.within_two_thirds = source.within_two_thirds;
+    if (!read(factor, source.by.range(), term.by.factor)) return false;
+    if (!phi) return true;
+    term.by.phi = phi_number(*phi);
+    const ast::Expr& argument = std::get<ast::Call>((*phi)->kind).arguments[0].value;
+    return read(argument, argument.range(), term.by.argument);
+  }
+
+ private:
+  bool read(const ast::Expr& source, SourceRange range, Expr& symbol) {
+    const std::size_t before = sink_.all().size();
+    symbol = reader_.read(source);
+    if (sink_.all().size() != before) return false;
+    if (!polynomial_of(symbol)) {
+      sink_.report(
+          "bad-program", range, {"a multiplier is a polynomial of ikx, iky, ikz"},
+          fmt::format("write sums of products and powers up to {}, or phiN(polynomial)*polynomial", highest_power));
+      return false;
+    }
+    const std::array<bool, max_rank> axes = axes_of(symbol);
+    const bool good = std::find(axes.begin() + static_cast<std::ptrdiff_t>(rank_), axes.end(), true) == axes.end();
+    if (!good) sink_.report("bad-program", range, {"a multiplier has a wave number along an axis that is not there"});
+    return good;
+  }
+
+  BoundaryValueReader reader_;
+  std::size_t rank_;
+  DiagnosticSink& sink_;
+};
+
+}  // namespace
+
+std::optional<Transform> read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields,
+                                        std::size_t rank, DiagnosticSink& sink) {
+  TransformReader reader(fields, rank, sink);
+  Transform transform{{}, source.result.name};
+  bool good = true;
+  for (const ast::TransformItem::Term& term : source.terms)
+    good = reader.read(term, transform.terms.emplace_back()) && good;
+  return good ? std::optional(std::move(transform)) : std::nullopt;
+}
+
+}  // namespace dpde::stencil

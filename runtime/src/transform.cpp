@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transform.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+#include "dpde/phi.h"
+#include "dpde/runtime/layout.h"
+#include "real.h"
+
+namespace dpde {
+namespace {
+
+constexpr int64_t least_cells_of_team = 16 * 1024;
+
+int64_t signed_mode(int64_t m, int64_t n) { return 2 * m <= n ? m : m - n; }
+
+}  // namespace
+
+struct FieldTransform::Lines {
+  Eigen::FFT<double> fft;
+  std::vector<double> real;
+  std::vector<Complex> from, to;
+
+  explicit Lines(int64_t longest)
+      : fft(Eigen::FFT<double>::impl_type(),
+            static_cast<Eigen::FFT<double>::Flag>(Eigen::FFT<double>::HalfSpectrum | Eigen::FFT<double>::Unscaled)),
+        real(static_cast<std::size_t>(longest)),
+        from(real.size()),
+        to(real.size()) {}
+};
+
+FieldTransform::FieldTransform() = default;
+FieldTransform::~FieldTransform() = default;
+FieldTransform::FieldTransform(FieldTransform&&) noexcept = default;
+FieldTransform& FieldTransform::operator=(FieldTransform&&) noexcept = default;
+
+FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team)
+    : transform_(transform), real_(layout.real) {
+  for (std::size_t axis = 3; axis-- > 0;) {
+    if (static_cast<int32_t>(axis) >= layout.rank) continue;
+    cells_[axis] = layout.cells[axis];
+    stride_[axis] = layout.stride[axis];
+    if (transform.axes[axis] != 0) first_ = axis;
+  }
+  modes_ = cells_;
+  if (transform.axes[first_] != 0) modes_[first_] = cells_[first_] / 2 + 1;
+  if (cells_[0] * cells_[1] * cells_[2] >= least_cells_of_team) team_ = team;
+  for (int32_t i = 0; i < transform.term_count; ++i) {
+    const dpde_transform_term& term = transform.terms[i];
+    auto known = std::ranges::find(operands_, term.field, &Operand::field);
+    if (known == operands_.end()) known = operands_.insert(operands_.end(), Operand{term.field, {}, {}});
+    known->terms.push_back(&term);
+    note_uniforms(term.argument);
+    note_uniforms(term.factor);
+  }
+  const auto size = static_cast<std::size_t>(modes());
+  for (Operand& operand : operands_) operand.multipliers.assign(size, 0.0);
+  waves_.assign(size, 0.0);
+  sum_.assign(size, 0.0);
+  for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*std::ranges::max_element(cells_));
+}
+
+void FieldTransform::note_uniforms(const dpde_symbol& symbol) {
+  for (int32_t i = 0; i < symbol.count; ++i) {
+    const int32_t uniform = symbol.monomials[i].uniform;
+    if (uniform >= 0 && !std::ranges::count(uniforms_, uniform)) uniforms_.push_back(uniform);
+  }
+}
+
+/// The first time too: no number is equal to NaN.
+bool FieldTransform::has_changed(const double* uniforms) {
+  const bool is_first = values_.size() != uniforms_.size() + 1;
+  values_.resize(uniforms_.size() + 1);
+  bool changed = is_first;
+  for (std::size_t i = 0; i < uniforms_.size(); ++i) {
+    const double value = uniforms[uniforms_[i]];
+    changed = changed || values_[i] != value;
+    values_[i] = value;
+  }
+  return changed;
+}
+
+FieldTransform::Complex FieldTransform::value(const dpde_symbol& symbol, const std::array<double, 3>& angles,
+                                              const double* uniforms) const {
+  Complex sum = 0;
+  for (int32_t i = 0; i < symbol.count; ++i) {
+    const dpde_monomial& monomial = symbol.monomials[i];
+    Complex term = monomial.uniform == DPDE_ZERO ? 0 : monomial.uniform == DPDE_ONE ? 1 : uniforms[monomial.uniform];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int32_t k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
+    }
+    sum += term;
+  }
+  return sum;
+}
+
+/// Over both signs of the angles of waves of two cells, along `axis` and those behind it.
+FieldTransform::Complex FieldTransform::mean_at(const Operand& operand, std::array<double, 3> angles, std::size_t axis,
+                                                bool is_short, const double* uniforms) const {
+  for (; axis < 3; ++axis) {
+    if (angles[axis] != std::numbers::pi) continue;
+    const Complex positive = mean_at(operand, angles, axis + 1, is_short, uniforms);
+    angles[axis] = -angles[axis];
+    return (positive + mean_at(operand, angles, axis + 1, is_short, uniforms)) / 2.0;
+  }
+  Complex sum = 0;
+  for (const dpde_transform_term* term : operand.terms) {
+    if (is_short && term->within_two_thirds != 0) continue;
+    const Complex factor = value(term->factor, angles, uniforms);
+    sum += term->phi < 0 ? factor : phi(term->phi, value(term->argument, angles, uniforms)) * factor;
+  }
+  return sum;
+}
+
+FieldTransform::Complex FieldTransform::multiplier_at(const Operand& operand, const std::array<int64_t, 3>& mode,
+                                                      const double* uniforms) const {
+  bool is_short = false;
+  std::array<double, 3> angles{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (transform_.axes[axis] == 0) continue;
+    const int64_t n = cells_[axis], m = signed_mode(mode[axis], n);
+    is_short = is_short || (m != 0 && 3 * std::abs(m) >= n);
+    angles[axis] =
+        2 * m == n ? std::numbers::pi : 2 * std::numbers::pi * static_cast<double>(m) / static_cast<double>(n);
+  }
+  return mean_at(operand, angles, 0, is_short, uniforms);
+}
+
+void FieldTransform::make_multipliers(const double* uniforms) {
+  if (!has_changed(uniforms)) return;
+  double cells = 1;  // transforms there and back multiply by their number
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    cells *= transform_.axes[axis] != 0 ? static_cast<double>(cells_[axis]) : 1;
+  for (Operand& operand : operands_) {
+    team_.run(modes_[1] * modes_[2], [&](int64_t row, int) {
+      Complex* const to = operand.multipliers.data() + row * modes_[0];
+      for (int64_t i = 0; i < modes_[0]; ++i)
+        to[i] = multiplier_at(operand, {i, row % modes_[1], row / modes_[1]}, uniforms) / cells;
+    });
+  }
+}
+
+namespace {
+
+/// Beginnings of the lines along an axis of an array with these lengths and strides.
+struct LinesOf {
+  std::array<int64_t, 2> counts, strides;
+  LinesOf(const std::array<int64_t, 3>& lengths, const std::array<int64_t, 3>& strides_of, std::size_t axis) {
+    for (std::size_t other = 0, i = 0; other < 3; ++other) {
+      if (other == axis) continue;
+      counts[i] = lengths[other];
+      strides[i++] = strides_of[other];
+    }
+  }
+  int64_t count() const { return counts[0] * counts[1]; }
+  int64_t begin(int64_t line) const { return line % counts[0] * strides[0] + line / counts[0] * strides[1]; }
+};
+
+std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
+  return {1, lengths[0], lengths[0] * lengths[1]};
+}
+
+}  // namespace
+
+template <class Real>
+void FieldTransform::forward(const Real* from) {
+  const std::array<int64_t, 3> strides = dense_strides(modes_);
+  const LinesOf source(cells_, stride_, first_), target(modes_, strides, first_);
+  const int64_t n = cells_[first_], half = modes_[first_];
+  team_.run(source.count(), [&](int64_t line, int thread) {
+    Lines& own = lines_[static_cast<std::size_t>(thread)];
+    const Real* const begin = from + source.begin(line);
+    Complex* const to = waves_.data() + target.begin(line);
+    for (int64_t i = 0; i < n; ++i) own.real[static_cast<std::size_t>(i)] = begin[i * stride_[first_]];
+    if (!goes_along(first_)) {
+      for (int64_t i = 0; i < n; ++i) to[i * strides[first_]] = own.real[static_cast<std::size_t>(i)];
+      return;
+    }
+    own.fft.fwd(own.to.data(), own.real.data(), n);
+    for (int64_t i = 0; i < half; ++i) to[i * strides[first_]] = own.to[static_cast<std::size_t>(i)];
+  });
+  along_others(waves_, true);
+}
+
+template <class Real>
+void FieldTransform::backward(Real* to) {
+  along_others(sum_, false);
+  const std::array<int64_t, 3> strides = dense_strides(modes_);
+  const LinesOf source(modes_, strides, first_), target(cells_, stride_, first_);
+  const int64_t n = cells_[first_], half = modes_[first_];
+  team_.run(source.count(), [&](int64_t line, int thread) {
+    Lines& own = lines_[static_cast<std::size_t>(thread)];
+    const Complex* const begin = sum_.data() + source.begin(line);
+    Real* const end = to + target.begin(line);
+    for (int64_t i = 0; i < half; ++i) own.from[static_cast<std::size_t>(i)] = begin[i * strides[first_]];
+    if (!goes_along(first_)) {
+      for (int64_t i = 0; i < n; ++i)
+        end[i * stride_[first_]] = static_cast<Real>(own.from[static_cast<std::size_t>(i)].real());
+      return;
+    }
+    own.fft.inv(own.real.data(), own.from.data(), n);
+    for (int64_t i = 0; i < n; ++i) end[i * stride_[first_]] = static_cast<Real>(own.real[static_cast<std::size_t>(i)]);
+  });
+}
+
+void FieldTransform::along_others(std::vector<Complex>& waves, bool is_forward) {
+  for (std::size_t axis = first_ + 1; axis < 3; ++axis) {
+    if (goes_along(axis)) along(waves, axis, is_forward);
+  }
+}
+
+void FieldTransform::along(std::vector<Complex>& waves, std::size_t axis, bool is_forward) {
+  const std::array<int64_t, 3> strides = dense_strides(modes_);
+  const LinesOf lines(modes_, strides, axis);
+  const int64_t n = modes_[axis], stride = strides[axis];
+  team_.run(lines.count(), [&](int64_t line, int thread) {
+    Lines& own = lines_[static_cast<std::size_t>(thread)];
+    Complex* const begin = waves.data() + lines.begin(line);
+    for (int64_t i = 0; i < n; ++i) own.from[static_cast<std::size_t>(i)] = begin[i * stride];
+    if (is_forward) {
+      own.fft.fwd(own.to.data(), own.from.data(), n);
+    } else {
+      own.fft.inv(own.to.data(), own.from.data(), n);
+    }
+    for (int64_t i = 0; i < n; ++i) begin[i * stride] = own.to[static_cast<std::size_t>(i)];
+  });
+}
+
+void FieldTransform::run(void* const* fields, const double* uniforms) {
+  make_multipliers(uniforms);
+  with_real(real_, [&](auto real) {
+    using Real = decltype(real);
+    bool is_first = true;
+    for (const Operand& operand : operands_) {
+      forward(static_cast<const Real*>(fields[operand.field]));
+      const Complex* const multipliers = operand.multipliers.data();
+      team_.run(modes_[1] * modes_[2], [&](int64_t row, int) {
+        for (int64_t i = row * modes_[0]; i < (row + 1) * modes_[0]; ++i) {
+          const Complex value = multipliers[i] * waves_[static_cast<std::size_t>(i)];
+          sum_[static_cast<std::size_t>(i)] = is_first ? value : sum_[static_cast<std::size_t>(i)] + value;
+        }
+      });
+      is_first = false;
+    }
+    backward(static_cast<Real*>(fields[transform_.result]));
+  });
+}
+
+std::int64_t FieldTransform::bytes() const {
+  const auto arrays = static_cast<std::int64_t>(operands_.size() + 2);
+  return arrays * modes() * static_cast<std::int64_t>(sizeof(Complex));
+}
+
+}  // namespace dpde
