@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "growth_report.h"
 #include "interrupt.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
@@ -64,7 +65,10 @@ Json gradient(Job& job, const TaskOptions& options) {
   if (!job.load_source() || !prepare_out(job) || !open_task(job, options, run)) return result;
   driver::Inverse& inverse = *run.inverse;
   Eigen::VectorXd gradient(inverse.size());
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());
   const double loss = inverse.value_and_gradient(inverse.start(), gradient);
+  const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
+  watch.reset();
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the gradient was complete"});
     return result;
@@ -82,6 +86,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
   warn_of_growth(job, run, inverse.start());
+  result["growth"] = report_growth(job, run, looks);
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);

@@ -9,6 +9,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
 #include "files/evaluation_log.h"
+#include "growth_report.h"
 #include "interrupt.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
@@ -93,15 +94,23 @@ bool is_shown(int iteration, int iterations) {
 struct Outcome {
   OptimiseResult result;
   double seconds = 0;
+  Json growth = nullptr;  // of the first gradient
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
                  files::EvaluationLog* log) {
   Progress progress(false, options.quiet || options.json);
+  Outcome outcome;
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());  // the first gradient
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
     if (log != nullptr && log->next(loss, gradient)) return loss;
     loss = run.inverse->value_and_gradient(x, gradient);
+    if (watch && !interrupt_flag().load()) {
+      const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
+      watch.reset();
+      outcome.growth = report_growth(job, run, looks);
+    }
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
     return loss;
   };
@@ -121,7 +130,6 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     }
     return !interrupt_flag().load();
   };
-  Outcome outcome;
   outcome.result = minimise_with(run, method, objective, observer);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   job.say(lines);
@@ -207,6 +215,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["hessian_products"] = result.hessian_products;
   json["resumed_evaluations"] = recorded;
   json["reason"] = describe(result.reason);
+  json["growth"] = outcome.growth;
   json["unknowns"] = unknowns_json(job, run, result);
   Json tests = Json::object();
   if (!interrupt_flag().load()) {

@@ -190,6 +190,12 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "the step {} is above {}, the largest stable one: {} grows by a factor of {} a step"},
     {"W0803", "weakly-unstable", Severity::warning,
      "scene {} is unstable at every step: {} grows by a factor of {} a step, a hundredfold in {} steps"},
+    {"W0804", "cell-number", Severity::warning,
+     "the cell {} number of {} is {} along {}: above 2 central differences of advection ring where it is steep"},
+    {"W0805", "sum-drifts", Severity::warning, "{}, which steps conserve, has drifted by {} of its size in the run"},
+    {"W0806", "gradient-lost-digits", Severity::warning,
+     "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
+     "and rounding becomes {} of the state"},
     {"W0801", "grown", Severity::warning, "{} has grown from {} to {}: the step may be too large for the scheme"},
     {"W0901", "not-finite-in-plot", Severity::warning, "{} of the {} values of {} are not finite and left out"},
     {"W0902", "data-of-other-parameter", Severity::warning, "{} was made with {} = {}, scene {} has {}"},
