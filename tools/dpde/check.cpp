@@ -5,13 +5,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 
 #include "analysis/conserved_sums.h"
+#include "analysis/unused.h"
+#include "character_report.h"
 #include "command.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/machine_speed.h"
 #include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
@@ -27,6 +31,10 @@
 namespace dpde::tools {
 
 namespace {
+
+struct CheckOptions : TaskOptions {
+  bool waves = false, measure = false;
+};
 
 struct Order {
   int space = 0, time = 0;
@@ -146,10 +154,34 @@ Json types_of(const model::Problem& problem) {
   return types;
 }
 
-Json cost_json(const driver::Cost& cost, double copy_rate) {
+Json cost_json(const driver::Cost& cost, const driver::MachineSpeed& speed) {
   return {{"bytes_per_point", cost.bytes},
           {"flops_per_point", cost.flops},
-          {"roofline_points_per_s", cost.bytes > 0 ? json_number(copy_rate / cost.bytes) : Json(nullptr)}};
+          {"roofline_points_per_s", json_number(speed.points(cost.bytes, cost.flops))}};
+}
+
+/// What the machine allows, as it was measured in an undisturbed moment.
+std::string report_cost(Job& job, const CheckOptions& options, const driver::Compiled& compiled, double cells,
+                        Json& result) {
+  const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
+  const driver::MachineSpeed speed = driver::machine_speed(compiled.options.cache.get(), cost.bytes * cells,
+                                                           thread_count(job.options()), options.measure);
+  result["cost"] = cost_json(cost, speed);
+  result["machine"] = {{"copy_bytes_per_s", speed.copy},
+                       {"flops_per_s", speed.flops},
+                       {"measured", speed.date},
+                       {"busy", speed.is_busy},
+                       {"from_cache", speed.from_cache}};
+  result["machine_busy"] = speed.is_busy;
+  const auto adjoint = compiled.derived.find(compiled.step_name());
+  if (compiled.problem->task && adjoint != compiled.derived.end() && adjoint->second.adjoint)
+    result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), speed);
+  const double rate = speed.points(cost.bytes, cost.flops);
+  if (!std::isfinite(rate)) return "a step moves and computes nothing\n";
+  const bool is_of_memory = cost.bytes > 0 && rate == speed.copy / cost.bytes;
+  return fmt::format("a step moves {} bytes and takes {} flops a cell; {} allows {} points/s here (measured {}{})\n",
+                     cost.bytes, cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate), speed.date,
+                     speed.is_busy ? ", on a busy machine" : "");
 }
 
 /// What dropping terms and leaving out derivatives that nobody asks for saves, against the scene with all of them.
@@ -173,6 +205,38 @@ std::string report_savings(const Job& job, const driver::Compiled& compiled, Jso
   }
   result["saved"] = std::move(saved);
   return text.empty() ? "" : text + "\n";
+}
+
+/// What the scene and its task do not use; what the model level has dropped comes first.
+std::string report_unused(const SourceFile& source, const driver::Compiled& compiled, driver::Session* session,
+                          Json& result) {
+  std::string text;
+  Json rows = Json::array();
+  std::set<std::string> told;
+  for (const std::string& dropped : compiled.problem->dropped) {
+    const std::size_t colon = dropped.rfind(": ");
+    if (!told.insert(dropped).second || colon == std::string::npos) continue;
+    rows.push_back({{"kind", "dropped"},
+                    {"name", dropped.substr(0, colon)},
+                    {"reason", dropped.substr(colon + 2)},
+                    {"place", nullptr}});
+  }
+  std::vector<analysis::Unused> parts = analysis::unused_parts(compiled);
+  if (session != nullptr) std::ranges::move(analysis::idle_axes(compiled, *session), std::back_inserter(parts));
+  for (const analysis::Unused& part : parts) {
+    Json place = nullptr;
+    std::string line;
+    if (part.place.is_known()) {
+      const LineColumn at = source.locate(part.place.begin);
+      place = {{"line", at.line}, {"column", at.column}};
+      line = fmt::format(" (line {})", at.line);
+    }
+    const std::string kind = analysis::word_of(part.kind);
+    rows.push_back({{"kind", kind}, {"name", part.name}, {"reason", part.reason}, {"place", std::move(place)}});
+    text += fmt::format("unused {} {}{}: {}\n", kind, part.name, line, part.reason);
+  }
+  result["unused"] = std::move(rows);
+  return text;
 }
 
 /// The states that a gradient stores, by the plan of the run itself.
@@ -213,30 +277,31 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
 }
 
 std::string report_conserved(Job& job, const driver::Session& session, Json& result) {
-  const std::optional<std::vector<std::string>> sums =
+  const std::optional<std::vector<analysis::ConservedSum>> sums =
       analysis::conserved_sums(job.source(), session.shared_compiled());
   if (!sums) return "";
-  result["conserved"] = *sums;
-  return fmt::format("conserved: {}\n", sums->empty() ? "no integral of a field or its square, and no observable"
-                                                      : fmt::format("{}", fmt::join(*sums, ", ")));
+  std::vector<std::string> names;
+  for (const analysis::ConservedSum& sum : *sums) names.push_back(sum.name);
+  result["conserved"] = names;
+  return fmt::format("conserved: {}\n", names.empty() ? "no integral of a field or its square, and no observable"
+                                                      : fmt::format("{}", fmt::join(names, ", ")));
 }
 
-/// The scene as a run would begin: its initial state and coefficients are made for that.
-std::string report_stability(Job& job, Json& result) {
+/// `session`: the scene as a run would begin; null where its initial state cannot be made.
+std::string report_stability(Job& job, driver::Session* session, bool with_waves, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
-  DiagnosticSink sink;  // what is wrong with files was told already
-  const std::unique_ptr<driver::Session> session = open_scene(job, sink);
   if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
   const stability::Verdict verdict = stability::verdict_of(*session);
   StabilityReport report = report_of(session->problem(), verdict, job.source());
   result["stability"] = std::move(report.json);
-  return report.text + report_conserved(job, *session, result);
+  std::string text = report.text + report_character(job, *session, verdict, result);
+  if (with_waves) text += report_waves(*session, verdict, result);
+  return text + report_conserved(job, *session, result);
 }
 
-void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
+void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
-  const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
   const driver::Memory memory = driver::memory_of(compiled);
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
@@ -258,34 +323,23 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   } else {
     result["order"] = {{"space", nullptr}, {"time", nullptr}};
   }
-  text += report_stability(job, result);
+  DiagnosticSink silent;  // what is wrong with files was told already
+  const std::unique_ptr<driver::Session> session = open_scene(job, silent);
+  text += report_stability(job, session.get(), options.waves, result);
   text += report_networks(problem, result);
-  const driver::CopyRate copy =
-      driver::measure_copy(std::clamp(cost.bytes * cells, 32e3, 256e6), thread_count(job.options()));
-  const double copy_rate = copy.best;
-  result["cost"] = cost_json(cost, copy_rate);
-  result["machine_busy"] = copy.is_busy;
-  text += fmt::format(
-      "a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here (best of several copies{})\n",
-      cost.bytes, cost.flops, human_count(copy_rate / std::max(cost.bytes, 1.0)),
-      copy.is_busy ? ", on a busy machine" : "");
+  text += report_cost(job, options, compiled, cells, result);
   result["memory_bytes"] = memory.run;
   result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
   text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run),
                       human_bytes(driver::bytes_of_outputs(compiled)));
-  if (problem.task) {
-    const auto adjoint = compiled.derived.find(compiled.step_name());
-    if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {
-      result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), copy_rate);
-    }
-    text += report_gradient(job, options, compiled, result);
-  }
+  if (problem.task) text += report_gradient(job, options, compiled, result);
   text += "\n";
   result["dropped"] = problem.dropped;
   std::set<std::string> told;  // a function may be put in many times
   for (const std::string& dropped : problem.dropped) {
     if (told.insert(dropped).second) text += fmt::format("dropped: {}\n", dropped);
   }
+  text += report_unused(job.source(), compiled, session.get(), result);
   text += report_savings(job, compiled, result);
   job.say(text);
 }
@@ -300,7 +354,7 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
-int check(const TaskOptions& options) {
+int check(const CheckOptions& options) {
   Job job(options);
   Json result = {{"diagnostics", Json::array()}};
   guarded(job, [&] {
@@ -327,10 +381,12 @@ int check(const TaskOptions& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& status) {
-  const auto options = std::make_shared<TaskOptions>();
+  const auto options = std::make_shared<CheckOptions>();
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
+  verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
+  verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer(
       "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "
       "plate --set cells=1024 --json");
