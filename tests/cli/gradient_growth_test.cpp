@@ -47,6 +47,17 @@ TEST_F(GradientGrowth, BeyondRoundingIsToldWithTheWindowThatWouldDo) {
   EXPECT_EQ(quiet.json()["growth"]["lost"], false);
 }
 
+/// exp(0.9*900) is no number: not NaN without a word, and not a formula's fault.
+TEST_F(GradientGrowth, BeyondAllNumbersIsTold) {
+  write("s.dpde", lorenz("900"));
+  for (const std::string verb : {"gradient s.dpde t --json", "optimize s.dpde t --json"}) {
+    const Outcome outcome = dpde(verb);
+    EXPECT_EQ(outcome.status, 1) << verb << outcome.err;
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0803"}) << verb << outcome.err;
+    EXPECT_NE(outcome.err.find("the adjoint has grown by a factor of e^"), std::string::npos) << verb << outcome.err;
+  }
+}
+
 /// What the equations let grow like the state itself costs no digit: u grows by exp(40), and so does its adjoint.
 TEST_F(GradientGrowth, OfAStateThatGrowsLikewiseIsNoLoss) {
   write("s.dpde",

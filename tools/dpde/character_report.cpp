@@ -19,11 +19,11 @@ void warn(Job& job, const driver::Session& session, const CellNumber& cell) {
   const model::Problem& problem = session.problem();
   const model::State* state = problem.find_state(cell.field);
   const model::Axis& axis = problem.axes[static_cast<std::size_t>(cell.axis)];
-  const double cells = std::ceil(axis.cells * cell.number / 2);
+  const double cells = std::ceil(1.01 * axis.cells * cell.number / 2);  // finer grids come closer to extrema
   job.sink().report(
       "cell-number", state == nullptr ? SourceRange{} : state->origin.range,
       {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number), axis.name},
-      fmt::format("--set cells.{}={:.0f} brings it to 2; --set advect=upwind3 damps what rings", axis.name, cells));
+      fmt::format("--set cells.{}={:.0f} brings it below 2; --set advect=upwind3 damps what rings", axis.name, cells));
 }
 
 std::string report_cell_numbers(Job& job, driver::Session& session, Json& result) {

@@ -20,10 +20,10 @@
 #include "driver/savings.h"
 #include "driver/storage.h"
 #include "model/build.h"
+#include "order_report.h"
 #include "preparing.h"
 #include "scene_session.h"
 #include "stability_report.h"
-#include "stencil/operator_order.h"
 #include "task_run.h"
 #include "training/beside.h"
 #include "verbs.h"
@@ -35,100 +35,6 @@ namespace {
 struct CheckOptions : TaskOptions {
   bool waves = false, measure = false;
 };
-
-struct Order {
-  int space = 0, time = 0;
-};
-
-bool is_transport_alone(const model::Expr& rate) {
-  const model::Neg* neg = std::get_if<model::Neg>(&rate->kind);
-  return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
-}
-
-/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which
-/// it sees where the step begins, else 2: the faster ones see the slow on straight lines.
-int order_with_parts(const model::Problem& problem, int order) {
-  const auto parts_of = [&](const std::string& name) {
-    const model::State* read = problem.find_state(name);
-    return read == nullptr ? 1 : read->parts;
-  };
-  const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& state) { return state.parts > 1; });
-  for (const model::State& state : problem.states) {
-    const bool reads_faster = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-                                const model::Field* field = std::get_if<model::Field>(&e->kind);
-                                return field != nullptr && parts_of(field->name) > state.parts;
-                              });
-    if (reads_faster) return 1;
-  }
-  return has_parts ? std::min(order, 2) : order;
-}
-
-/// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is
-/// stated.
-Order order_of(const model::Problem& problem) {
-  const model::Scheme& scheme = problem.scheme;
-  std::vector<int> space;
-  bool transports = false, split = false;
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
-      if (std::holds_alternative<model::Advect>(e->kind)) {
-        space.push_back(scheme.advect_order);
-        transports = true;
-        split = split || !is_transport_alone(*state.rhs);
-      }
-      if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
-        space.push_back(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
-      }
-      return false;
-    });
-  }
-  for (const model::StatedOrder& stated : problem.operators) {
-    if (stated.in_equations) space.push_back(stated.order);
-  }
-  Order order;
-  order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
-  switch (scheme.time) {
-    case model::TimeScheme::euler: order.time = 1; break;
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::rk2: order.time = 2; break;
-    case model::TimeScheme::rk4: order.time = 4; break;
-    case model::TimeScheme::ssp_rk3: order.time = 3; break;
-  }
-  order.time = order_with_parts(problem, order.time);
-  if (!model::follows_flow(scheme.advect) || !transports) return order;
-  const bool is_linear = scheme.advect == model::Advection::semi_lagrangian && scheme.advect_order == 1;
-  order.time = split || is_linear ? 1 : 2;
-  return order;
-}
-
-/// Operators of the file, with their orders as stated and as measured: null where there is no such number, and why.
-std::string report_operators(const model::Problem& problem, Json& result) {
-  std::string text;
-  Json rows = Json::array();
-  for (const model::StatedOrder& stated : problem.operators) {
-    const stencil::MeasuredOrder found = stencil::measure_order(problem, stated);
-    Json row = {{"name", stated.name}, {"stated", stated.order}, {"measured", nullptr}};
-    std::string words;
-    switch (found.kind) {
-      case stencil::MeasuredOrder::Kind::found:
-        row["measured"] = found.order;
-        words = found.order == stated.order ? " and measured" : fmt::format(", measured {}", found.order);
-        break;
-      case stencil::MeasuredOrder::Kind::none: words = fmt::format(", but it grows as 1/h^{}", found.order); break;
-      case stencil::MeasuredOrder::Kind::exact: words = ", exact for smooth fields"; break;
-      case stencil::MeasuredOrder::Kind::unknown: words = fmt::format(", not measured: {}", found.why); break;
-    }
-    row["note"] = found.kind == stencil::MeasuredOrder::Kind::found ? Json(nullptr) : Json(words.substr(2));
-    if (std::ranges::find(rows, row) != rows.end()) continue;
-    text += fmt::format("operator {}: order {} as stated{}\n", stated.name, stated.order, words);
-    rows.push_back(std::move(row));
-  }
-  result["operators"] = std::move(rows);
-  return text;
-}
 
 std::string report_networks(const model::Problem& problem, Json& result) {
   std::string text;
@@ -315,14 +221,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
   for (const auto& [name, type] : result["types"].items())
     text += fmt::format("  {}: {}\n", name, type.get<std::string>());
-  if (problem.program.empty()) {
-    const Order order = order_of(problem);
-    result["order"] = {{"space", order.space}, {"time", order.time}};
-    text += fmt::format("order: {} in space, {} in time\n", order.space, order.time);
-    text += report_operators(problem, result);
-  } else {
-    result["order"] = {{"space", nullptr}, {"time", nullptr}};
-  }
+  text += report_order(problem, result);
   DiagnosticSink silent;  // what is wrong with files was told already
   const std::unique_ptr<driver::Session> session = open_scene(job, silent);
   text += report_stability(job, session.get(), options.waves, result);

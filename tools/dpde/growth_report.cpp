@@ -52,4 +52,15 @@ Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::Adj
   return json;
 }
 
+std::string help_for_growth(const std::vector<analysis::AdjointWatch::Look>& looks) {
+  constexpr double far = 100;  // ln: no formula without a derivative does that by steps
+  const std::optional<analysis::Growth> growth = analysis::growth_of_adjoint(looks);
+  if (!growth || growth->logarithm < far) return "";
+  return fmt::format(
+      "on its way back the adjoint has grown by a factor of e^{:.0f}, at a rate of {:.4g} (1/time), and then beyond "
+      "all "
+      "numbers: a shorter run (--set end=...) or a smaller step may help",
+      growth->logarithm, growth->rate);
+}
+
 }  // namespace dpde::tools

@@ -95,6 +95,7 @@ struct Outcome {
   OptimiseResult result;
   double seconds = 0;
   Json growth = nullptr;  // of the first gradient
+  std::string grown;      // what to say where that is not finite
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
@@ -109,7 +110,9 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     if (watch && !interrupt_flag().load()) {
       const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
       watch.reset();
-      outcome.growth = report_growth(job, run, looks);
+      const bool is_finite = std::isfinite(loss) && gradient.allFinite();
+      if (is_finite) outcome.growth = report_growth(job, run, looks);
+      if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(looks);
     }
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
     return loss;
@@ -136,7 +139,8 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   return outcome;
 }
 
-void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int iterations) {
+void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int iterations) {
+  const OptimiseResult& result = outcome.result;
   const model::Task& task = run.task();
   if (interrupt_flag().load()) {
     job.sink().report("optimiser-interrupted", {},
@@ -152,8 +156,10 @@ void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int
     job.sink().report("loss-not-finite", task.losses.front().origin.range,
                       {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)),
                        fmt::format("{}", result.iterations)},
-                      result.iterations == 0 ? help_at_start(run, std::isfinite(last))
-                                             : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
+                      !outcome.grown.empty() ? outcome.grown
+                      : result.iterations == 0
+                          ? help_at_start(run, std::isfinite(last))
+                          : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
 }
 
@@ -202,7 +208,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (options.resume) job.say(fmt::format("{} evaluations were there already\n", recorded));
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
-  report_stop(job, run, result, method.iterations);
+  report_stop(job, run, outcome, method.iterations);
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name,
                       shown(result.loss), result.iterations, human_seconds(outcome.seconds), describe(result.reason),
                       human_seconds(run.compiled->seconds)));

@@ -66,18 +66,18 @@ bool may_vary_by_task(const model::Problem& problem) {
          });
 }
 
+/// What the programs read, as the session has it.
 class Fields {
  public:
-  explicit Fields(driver::Session& session) : session_(session) {}
+  Fields(const driver::Compiled& compiled, driver::Session& session) : compiled_(compiled), session_(session) {}
 
   bool are_same_along(const std::string& program, std::size_t axis) {
-    const driver::Compiled& compiled = session_.compiled();
-    const stencil::Program* found = compiled.stencil.find_program(program);
+    const stencil::Program* found = compiled_.stencil.find_program(program);
     if (found == nullptr) return true;
-    for (const std::string& input : stencil::interface_of(compiled.stencil, *found).inputs) {
+    for (const std::string& input : stencil::interface_of(compiled_.stencil, *found).inputs) {
       if (stencil::is_coordinate(input)) {
         if (input == session_.axes()[axis].name) return false;
-      } else if (!is_same_along(values_of(input), session_.axes(), axis)) {
+      } else if (!is_known(input) || !is_same_along(values_of(input), session_.axes(), axis)) {
         return false;
       }
     }
@@ -85,11 +85,17 @@ class Fields {
   }
 
  private:
+  /// A task may read what its scene does without: terms of a parameter that is 0 there.
+  bool is_known(const std::string& field) const {
+    return session_.engine().state_index(field) >= 0 || session_.problem().find_coefficient(field) != nullptr;
+  }
+
   std::vector<double> values_of(const std::string& field) {
     const int state = session_.engine().state_index(field);
     return state < 0 ? session_.workspace().dense(field) : session_.initial(state);
   }
 
+  const driver::Compiled& compiled_;
   driver::Session& session_;
 };
 
@@ -99,7 +105,7 @@ std::vector<Unused> idle_axes(const driver::Compiled& compiled, driver::Session&
   std::vector<Unused> result;
   const std::size_t rank = session.axes().size();
   if (rank < 2 || may_vary_by_task(*compiled.problem)) return result;
-  Fields fields(session);
+  Fields fields(compiled, session);
   for (std::size_t axis = 0; axis < rank; ++axis) {
     bool is_idle = session.axes()[axis].cells > 1;
     for (const std::string& program : {compiled.step_name(), compiled.names.rate})

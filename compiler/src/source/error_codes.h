@@ -173,6 +173,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0503", "program-replaced", Severity::warning,
      "the scene runs {} of this text in place of the program that it makes itself under that name"},
     {"W0502", "idle-boundary", Severity::warning, "nothing reads the boundary of {} at {}"},
+    {"W0504", "sign-at-wall", Severity::warning,
+     "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
     {"E0801", "blow-up", Severity::error,
      "{} is no longer finite after step {} of {} (t = {}), first in cell ({}) at {}"},
