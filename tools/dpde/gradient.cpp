@@ -75,7 +75,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
     const bool has_loss = std::isfinite(loss);
-    const std::string grown = has_loss ? help_for_growth(looks) : "";
+    const std::string grown = has_loss ? help_for_growth(run, looks) : "";
     job.sink().report("loss-not-finite", run.task().losses.front().origin.range,
                       {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
                       grown.empty() ? help_at_start(run, has_loss) : grown);

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "analysis/instability.h"
+
 namespace dpde::tools {
 
 namespace {
@@ -52,10 +54,10 @@ Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::Adj
   return json;
 }
 
-std::string help_for_growth(const std::vector<analysis::AdjointWatch::Look>& looks) {
+std::string help_for_growth(const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks) {
   constexpr double far = 100;  // ln: no formula without a derivative does that by steps
   const std::optional<analysis::Growth> growth = analysis::growth_of_adjoint(looks);
-  if (!growth || growth->logarithm < far) return "";
+  if (!growth || growth->logarithm < far || !analysis::instability(*run.session).empty()) return "";
   return fmt::format(
       "on its way back the adjoint has grown by a factor of e^{:.0f}, at a rate of {:.4g} (1/time), and then beyond "
       "all "
