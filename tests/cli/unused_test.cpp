@@ -74,6 +74,21 @@ TEST_F(Unused, HalosThatNothingReads) {
   EXPECT_EQ(parts(text("u - dx(v) - dy(v)"), "s"), none());
 }
 
+/// Only what `dpde tune` has proven by runs is known, for this text.
+TEST_F(Unused, PrecisionIsKnownFromTune) {
+  const std::string text =
+      "model m { field u; dt(u) = -advect(1, u) }\nscheme k { advect = central(4); time = rk4 }\nscene s : m with k {\n"
+      "  grid x = 0 .. 2*pi, cells 32, periodic\n  initial u = sin(x)\n  exact u = sin(x - t)\n  time 0 .. 1, step "
+      "1/32\n}\n";
+  EXPECT_EQ(parts(text, "s"), none());
+  const Outcome tune =
+      dpde("tune s.dpde s --tolerance 1e-3 --vary real=f32,f64 --samples 1 --sample-seconds 0.001 --json");
+  ASSERT_EQ(tune.status, 0) << tune.err;
+  const bool is_single = tune.json()["chosen"]["real"] == "f32";
+  EXPECT_EQ(parts(text, "s"), is_single ? std::vector<std::string>{"precision f64"} : none());
+  EXPECT_EQ(parts(text + "# another text\n", "s"), none());
+}
+
 class IdleAxis : public Unused {
  protected:
   std::vector<std::string> axes(const std::string& rate, const std::string& initial, const std::string& more = "",

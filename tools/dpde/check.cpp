@@ -128,6 +128,7 @@ std::string report_unused(const SourceFile& source, const driver::Compiled& comp
                     {"place", nullptr}});
   }
   std::vector<analysis::Unused> parts = analysis::unused_parts(compiled);
+  std::ranges::move(analysis::idle_precision(compiled, source), std::back_inserter(parts));
   if (session != nullptr) std::ranges::move(analysis::idle_axes(compiled, *session), std::back_inserter(parts));
   for (const analysis::Unused& part : parts) {
     Json place = nullptr;

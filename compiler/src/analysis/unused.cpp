@@ -196,13 +196,33 @@ void add_histories(const driver::Compiled& compiled, std::vector<Unused>& result
   for (const model::State& state : problem.states) {
     if (!is_declared(state) || read.contains(state.name)) continue;
     result.push_back({Unused::Kind::history, state.name,
-                      keeps ? "the adjoint of a step reads none of its states; they are stored to make others again"
-                            : "the adjoint of a step reads none of its states: none is stored",
+                      keeps
+                          ? "the adjoint of a step reads none of its states; other readers of the state keep it stored"
+                          : "the adjoint of a step reads none of its states: none is stored",
                       state.origin.range});
   }
 }
 
+/// Another text may be another scene.
+std::string key_of_precision(const SourceFile& source, const std::string& scene) {
+  return fmt::format("precision\n{}\n{}", scene, source.text());
+}
+
 }  // namespace
+
+std::vector<Unused> idle_precision(const driver::Compiled& compiled, const SourceFile& source) {
+  codegen::CodeCache* const cache = compiled.options.cache.get();
+  if (cache == nullptr || compiled.real() != Precision::f64) return {};
+  const std::optional<std::string> known = cache->find(key_of_precision(source, compiled.problem->scene));
+  return known ? std::vector<Unused>{{Unused::Kind::precision, "f64", *known}} : std::vector<Unused>{};
+}
+
+void keep_single_precision(codegen::CodeCache* cache, const SourceFile& source, const std::string& scene,
+                           double tolerance, double error) {
+  if (cache == nullptr) return;
+  cache->store(key_of_precision(source, scene),
+               fmt::format("dpde tune found an error of {:.2g} with f32, for a tolerance of {:g}", error, tolerance));
+}
 
 std::string word_of(Unused::Kind kind) {
   switch (kind) {
@@ -211,6 +231,7 @@ std::string word_of(Unused::Kind kind) {
     case Unused::Kind::halo: return "halo";
     case Unused::Kind::axis: return "axis";
     case Unused::Kind::history: return "history";
+    case Unused::Kind::precision: return "precision";
   }
   return "";
 }
