@@ -23,18 +23,18 @@ Widths widths_of(const std::vector<model::Axis>& axes, const model::Placement& p
   return widths;
 }
 
-struct Sums {
+struct WeightedSums {
   double sum = 0, magnitude = 0;
 };
 
 /// Row by row: sums of rows err by the square root of all cells less than one sum would.
 template <class Real>
-Sums sums_over(const dpde_layout& layout, const Real* base, const Widths& widths, bool of_squares) {
-  Sums all;
+WeightedSums sums_over(const dpde_layout& layout, const Real* base, const Widths& widths, bool of_squares) {
+  WeightedSums all;
   for (std::size_t z = 0; z < widths[2].size(); ++z) {
     for (std::size_t y = 0; y < widths[1].size(); ++y) {
       const Real* row = base + index_of(layout, 0, static_cast<std::int64_t>(y), static_cast<std::int64_t>(z));
-      Sums of_row;
+      WeightedSums of_row;
       for (std::size_t x = 0; x < widths[0].size(); ++x) {
         const double value = static_cast<double>(row[x]);
         const double part = widths[0][x] * (of_squares ? value * value : value);
@@ -63,8 +63,9 @@ SumMonitor::Value SumMonitor::integral(const void* state, const std::string& fie
   const dpde_layout& layout = session_.workspace().layout();
   const model::State* known = session_.problem().find_state(field);
   const Widths widths = widths_of(session_.axes(), known == nullptr ? model::Placement{} : known->placement);
-  const Sums sums = layout.real == DPDE_F32 ? sums_over(layout, static_cast<const float*>(state), widths, of_square)
-                                            : sums_over(layout, static_cast<const double*>(state), widths, of_square);
+  const WeightedSums sums = layout.real == DPDE_F32
+                                ? sums_over(layout, static_cast<const float*>(state), widths, of_square)
+                                : sums_over(layout, static_cast<const double*>(state), widths, of_square);
   return {sums.sum, sums.magnitude};
 }
 

@@ -17,11 +17,12 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr int smallest = 15, largest = 28;  // powers of two: 32 KiB, and what no cache holds
+constexpr int smallest_power = 15, largest_power = 28;  // powers of two: 32 KiB, and what no cache holds
 
 double rounded_footprint(double bytes) {
-  const int power = static_cast<int>(std::lround((std::log2(std::max(bytes, 1.0)) - smallest) / 2)) * 2 + smallest;
-  return std::exp2(std::clamp(power, smallest, largest));
+  const int power =
+      static_cast<int>(std::lround((std::log2(std::max(bytes, 1.0)) - smallest_power) / 2)) * 2 + smallest_power;
+  return std::exp2(std::clamp(power, smallest_power, largest_power));
 }
 
 std::string key_of(double footprint, int threads) {
@@ -29,16 +30,16 @@ std::string key_of(double footprint, int threads) {
                      footprint);
 }
 
-std::string now() {
+std::string date_of_now() {
   const std::time_t time = std::time(nullptr);
   return fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(time));
 }
 
-std::string written(const MachineSpeed& speed) {
+std::string text_of_speed(const MachineSpeed& speed) {
   return fmt::format("{} {} {} {}", speed.copy, speed.flops, speed.is_busy ? 1 : 0, speed.date);
 }
 
-bool read(const std::string& text, MachineSpeed& speed) {
+bool read_speed(const std::string& text, MachineSpeed& speed) {
   std::istringstream in(text);
   int busy = 0;
   if (!(in >> speed.copy >> speed.flops >> busy) || !(speed.copy > 0) || !(speed.flops > 0)) return false;
@@ -59,18 +60,18 @@ MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int thre
   const std::string key = key_of(size, threads);
   MachineSpeed known;
   const std::optional<std::string> text = cache == nullptr || anew ? std::nullopt : cache->find(key);
-  const bool is_known = text && read(*text, known);
+  const bool is_known = text && read_speed(*text, known);
   if (is_known && !known.is_busy) {
     known.from_cache = true;
     return known;
   }
   const CopyRate rate = measure_copy(size, threads);
-  MachineSpeed speed{rate.best, measure_flops(threads), now(), rate.is_busy};
+  MachineSpeed speed{rate.best, measure_flops(threads), date_of_now(), rate.is_busy};
   if (is_known) {
     speed.copy = std::max(speed.copy, known.copy);
     speed.flops = std::max(speed.flops, known.flops);
   }
-  if (cache != nullptr) cache->store(key, written(speed));
+  if (cache != nullptr) cache->store(key, text_of_speed(speed));
   return speed;
 }
 
