@@ -7,7 +7,7 @@ namespace {
 
 using Character = Command;
 
-std::string burgers(const std::string& advect) {
+std::string steep_burgers(const std::string& advect) {
   return "model m { field u; dt(u) = -advect(u, u) + 0.01/pi*lap(u) }\nscheme c { time = ssp_rk3; advect = " + advect +
          " }\nscene s : m with c {\n  grid x = -1 .. 1, cells 64, periodic\n  initial u = -sin(pi*x)\n"
          "  time 0 .. 1, step 1/128\n}\n";
@@ -15,7 +15,7 @@ std::string burgers(const std::string& advect) {
 
 /// Section 16 of the table of references: Burgers 4.A on 64 cells, |u|*h/nu = 9.81.
 TEST_F(Character, CellReynoldsNumbersAboveTwoAreAWarningOfCentralDifferences) {
-  write("s.dpde", burgers("central(2)"));
+  write("s.dpde", steep_burgers("central(2)"));
   const Outcome central = dpde("check s.dpde --json");
   EXPECT_EQ(central.status, 0) << central.err;
   EXPECT_EQ(central.codes(), std::vector<std::string>{"W0804"}) << central.err;
@@ -50,7 +50,7 @@ TEST_F(Character, WavesAreDampedAndDelayed) {
   EXPECT_FALSE(dpde("check s.dpde --json").json().contains("waves"));
 }
 
-std::string rod(const std::string& rate, const std::string& boundary, const std::string& k = "1 + x^2") {
+std::string heated_rod(const std::string& rate, const std::string& boundary, const std::string& k = "1 + x^2") {
   return "model m { field u; coefficient k; dt(u) = " + rate + " }\nscheme c { lap = central(4); dx = central(4) }\n" +
          "scene s : m with c {\n  grid x = 0 .. 1, cells 32\n  k = " + k + "\n  boundary u: " + boundary +
          "\n  initial u = x\n  time 0 .. 1/64, step 1/16384\n}\n";
@@ -64,26 +64,26 @@ TEST_F(Character, OrdersHoldWallsToo) {
     EXPECT_EQ(check.status, 0) << check.err;
     return check.json()["order"];
   };
-  Json found = order(rod("k*lap(u)", "x.low = 1, x.high = zero_gradient"));
+  Json found = order(heated_rod("k*lap(u)", "x.low = 1, x.high = zero_gradient"));
   EXPECT_EQ(found["space"], 2);
   EXPECT_EQ(found["space_inside"], 4);
   EXPECT_TRUE(found["walls"].is_null());
-  EXPECT_EQ(order(rod("div(k*grad(u))", "x = gradient(1)"))["space"], 2);
-  found = order(rod("div(k*grad(u))", "x = gradient(k)"));
+  EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = gradient(1)"))["space"], 2);
+  found = order(heated_rod("div(k*grad(u))", "x = gradient(k)"));
   EXPECT_EQ(found["space"], 1);
   EXPECT_EQ(found["walls"], "k is mirrored beyond x.low");
-  EXPECT_EQ(order(rod("div(k*grad(u))", "x = 0"))["space"], 2);
-  EXPECT_EQ(order(rod("lap(u) + dx(k)", "x = 0"))["space"], 1) << "a slope that is half of what it should be";
+  EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = 0"))["space"], 2);
+  EXPECT_EQ(order(heated_rod("lap(u) + dx(k)", "x = 0"))["space"], 1) << "a slope that is half of what it should be";
 }
 
 /// From 1 to 4 in the last two cells: -0.5 on the wall.
 TEST_F(Character, CoefficientsThatChangeTheirSignOnAWallAreAWarning) {
-  write("s.dpde", rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)", "if(x > 1 - 1/32, 1, 4)"));
+  write("s.dpde", heated_rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)", "if(x > 1 - 1/32, 1, 4)"));
   const Outcome run = dpde("run s.dpde --json");
   const std::vector<std::string> codes = run.codes();
   EXPECT_NE(std::ranges::find(codes, "W0504"), codes.end()) << run.err;
   EXPECT_NE(run.err.find("k goes on to -0.5 on the wall x.high"), std::string::npos) << run.err;
-  write("smooth.dpde", rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)"));
+  write("smooth.dpde", heated_rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)"));
   EXPECT_TRUE(dpde("run smooth.dpde --json").codes().empty());
 }
 

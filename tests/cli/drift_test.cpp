@@ -7,14 +7,14 @@ namespace {
 
 using Drift = Command;
 
-const std::string burgers =
+const std::string viscous_shock =
     "model m { field u; param nu; dt(u) = -dx(u^2/2) + nu*lap(u) }\nscheme c { time = rk4 }\nscene s : m with c {\n"
     "  grid x = 0 .. 1, cells 64, periodic\n  nu = 0.01\n  initial u = 1 + sin(2*pi*x)\n  observe mass = integral(u)\n"
     "  time 0 .. 1, step 1/1024\n}\n";
 
 /// The integral is 1 at all times, but for rounding: a unit of it a step at most.
 TEST_F(Drift, OfWhatIsConservedIsRounding) {
-  write("s.dpde", burgers);
+  write("s.dpde", viscous_shock);
   const Outcome run = dpde("run s.dpde --json");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_TRUE(run.codes().empty()) << run.err;
@@ -54,7 +54,7 @@ TEST_F(Drift, BeyondRoundingIsAWarning) {
 
 /// A run that goes on from a checkpoint measures from there.
 TEST_F(Drift, GoesOnWithARun) {
-  write("s.dpde", burgers);
+  write("s.dpde", viscous_shock);
   ASSERT_EQ(dpde("run s.dpde --out o --checkpoint-every 100 --quiet").status, 0);
   const Outcome again = dpde("run s.dpde --out o --resume --json");
   EXPECT_EQ(again.status, 0) << again.err;
