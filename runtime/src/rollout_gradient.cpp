@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "dpde/runtime/error.h"
@@ -60,12 +61,30 @@ const GradientResult& Rollout::Impl::gradient() {
 }
 
 /// Counts steps, forward or back, that led to `state`; false when whoever watches wants no more.
-bool Rollout::Impl::go_on(int state, int worked) {
+bool Rollout::Impl::go_on(int state, int worked, bool is_back) {
   const int64_t before = std::exchange(steps_worked, steps_worked + worked);
   const int64_t total = 2 * int64_t{last_loss} + result.recomputed_steps;
   if (!watch || (before / watch_every == steps_worked / watch_every && steps_worked != total)) return true;
   const FloatScope of_host(host_mode);
-  return watch({steps_worked, total, time(state)});
+  return watch({steps_worked, total, time(state), is_back});
+}
+
+/// By rows in extended range: adjoints of chaotic runs grow without bounds, and their squares twice as far.
+double Rollout::Impl::adjoint_norm() const {
+  const dpde_layout& layout = setup.layout;
+  const auto cells = [&](int axis) { return axis < layout.rank ? layout.cells[axis] : 1; };
+  long double sum = 0;
+  for (const void* base : bars[bar]) {
+    for (int64_t z = 0; z < cells(2); ++z) {
+      for (int64_t y = 0; y < cells(1); ++y) {
+        for (int64_t x = 0; x < cells(0); ++x) {
+          const long double value = value_at(layout, base, {x, y, z});
+          sum += value * value;
+        }
+      }
+    }
+  }
+  return static_cast<double>(std::sqrt(sum));
 }
 
 FieldView Rollout::Impl::bar_of(std::string_view field) const {
@@ -121,7 +140,7 @@ bool Rollout::Impl::run_without_trajectory() {
   for (int leg = legs() - 1; leg >= 0; --leg) {
     if (stopping()) return false;
     reverse_leg(leg, last);
-    if (!go_on(mark(leg), mark(leg + 1) - mark(leg))) return false;
+    if (!go_on(mark(leg), mark(leg + 1) - mark(leg), true)) return false;
   }
   return true;
 }
@@ -160,7 +179,7 @@ bool Rollout::Impl::run_with_checkpoints() {
       case checkpoint::ActionKind::reverse:
         if (stopping() || !start_reverse(action.from)) return false;
         reverse_leg(action.from, buffers[static_cast<size_t>(current)]);
-        if (!go_on(mark(action.from), 2 * (mark(action.from + 1) - mark(action.from)) - 1)) return false;
+        if (!go_on(mark(action.from), 2 * (mark(action.from + 1) - mark(action.from)) - 1, true)) return false;
         break;
     }
   }
@@ -385,7 +404,7 @@ bool Rollout::Impl::run_frames() {
     after_reverse(n);
     drop_adjoints(n);
     if (has_losses(n)) add_seeds(n, state);
-    if (!go_on(n)) return false;
+    if (!go_on(n, 1, true)) return false;
   }
   return true;
 }

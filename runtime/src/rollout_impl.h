@@ -228,7 +228,8 @@ struct Rollout::Impl {
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
   void after_reverse(int n);
-  bool go_on(int state, int worked = 1);
+  bool go_on(int state, int worked = 1, bool is_back = false);
+  double adjoint_norm() const;
   FieldView bar_of(std::string_view field) const;
   void copy_field_bar(std::string_view field, std::span<double> to) const;
   void copy_param_bar(std::string_view param, std::span<double> to) const;

@@ -9,9 +9,11 @@
 #include <limits>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "command.h"
 #include "driver/cost.h"
+#include "driver/machine_speed.h"
 #include "driver/session.h"
 #include "interrupt.h"
 #include "preparing.h"
@@ -26,6 +28,7 @@ namespace {
 
 struct BenchOptions : CommonOptions {
   int repeats = 9;
+  bool measure = false;
 };
 
 double median(std::vector<double> samples) {
@@ -180,7 +183,7 @@ void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<
 
 /// Speed of the step and of its adjoint.
 void bench_step(Job& job, const BenchOptions& options, driver::Session& session, const driver::Compiled& compiled,
-                Json& result) {
+                codegen::CodeCache* cache, Json& result) {
   const std::string step = compiled.step_name();
   const driver::Cost cost = driver::cost_of(compiled.loop, step);
   const double cells = double(session.workspace().cell_count());
@@ -190,8 +193,9 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   const double adjoint_bytes =
       adjoint == nullptr ? 0 : driver::cost_of(compiled.loop, compiled.derived.at(step).adjoint->program).bytes;
   const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(session, *adjoint, options, reset);
-  const driver::CopyRate copy = driver::measure_copy(cost.bytes * cells, thread_count(options));
-  const double copy_rate = copy.best;
+  const driver::MachineSpeed machine =
+      driver::machine_speed(cache, cost.bytes * cells, thread_count(options), options.measure);
+  const double copy_rate = machine.copy, roof = machine.points(cost.bytes, cost.flops);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the measurement was complete"});
     return;
@@ -202,18 +206,24 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   result["bytes_per_point"] = cost.bytes;
   result["achieved_bytes_per_s"] = json_number(bandwidth);
   result["stream_bytes_per_s"] = json_number(copy_rate);
-  result["roofline_fraction"] = json_number(bandwidth / copy_rate);
-  result["machine_busy"] = copy.is_busy;
+  result["roofline_fraction"] = json_number(rate / roof);
+  result["peak_flops_per_s"] = machine.flops;
+  result["roofline_points_per_s"] = json_number(roof);
+  result["machine_measured"] = machine.date;
+  result["machine_busy"] = machine.is_busy;
   result["step_s"] = step_s;
   result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
   result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
   result["adjoint_byte_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_bytes / cost.bytes);
   result["compile_s"] = compiled.seconds;
   result["threads"] = thread_count(options);
-  job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
-                      session.problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
-                      100 * bandwidth / copy_rate, human_bytes(copy_rate)));
-  if (copy.is_busy) job.say("the machine is busy: steps are slower than they could be\n");
+  job.say(
+      fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of about that size, {}/s)\n",
+                  session.problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
+                  100 * bandwidth / copy_rate, human_bytes(copy_rate)));
+  job.say(fmt::format("the machine, measured {}, allows {} points/s: {:.0f} % of that are reached\n", machine.date,
+                      human_count(roof), 100 * rate / roof));
+  if (machine.is_busy) job.say("the machine is busy: steps are slower than they could be\n");
   if (adjoint != nullptr) {
     job.say(fmt::format("its adjoint takes {}, {:.2f} times as long ({:.2f} times the bytes)\n",
                         human_seconds(adjoint_s), adjoint_s / step_s, adjoint_bytes / cost.bytes));
@@ -228,7 +238,8 @@ Json bench(Job& job, const BenchOptions& options) {
   if (!compile_options) return result;
   compile_options->adjoint = true;
   compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
-  compile_options->cache.reset();                                           // compile_s is measured
+  const std::shared_ptr<codegen::CodeCache> cache =
+      std::exchange(compile_options->cache, nullptr);  // compile_s is measured
   std::optional<Preparing> preparing(std::in_place, job);
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
@@ -244,7 +255,7 @@ Json bench(Job& job, const BenchOptions& options) {
   const auto session = driver::Session::open(job.source(), shared, session_options, job.sink());
   preparing.reset();
   if (!session) return result;
-  bench_step(job, options, *session, *shared, result);
+  bench_step(job, options, *session, *shared, cache.get(), result);
   const model::Problem& problem = *shared->problem;
   if (!job.failed() && problem.task && problem.task->training && !training::seeks_controls(problem))
     time_training(job, options, shared, result);
@@ -260,6 +271,7 @@ void add_bench(CLI::App& app, int& status) {
   verb->add_option("--repeats", options->repeats, "samples; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer("Example:  dpde bench heat.dpde cube --threads 1 --json");
   on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return bench(job, *options); }); });
 }

@@ -5,23 +5,25 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 
 #include "analysis/conserved_sums.h"
+#include "analysis/unused.h"
+#include "character_report.h"
 #include "command.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/machine_speed.h"
 #include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
 #include "model/build.h"
+#include "order_report.h"
 #include "preparing.h"
 #include "scene_session.h"
 #include "stability_report.h"
-#include "stencil/operator_order.h"
-#include "stencil/waves.h"
-#include "support/assert.h"
 #include "task_run.h"
 #include "training/beside.h"
 #include "verbs.h"
@@ -30,124 +32,9 @@ namespace dpde::tools {
 
 namespace {
 
-struct Order {
-  int space = 0, time = 0;
-  bool is_spectral = false;  // in space: all derivatives are Fourier series
+struct CheckOptions : TaskOptions {
+  bool waves = false, measure = false;
 };
-
-bool is_transport_alone(const model::Expr& rate) {
-  const model::Neg* neg = std::get_if<model::Neg>(&rate->kind);
-  return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
-}
-
-/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which
-/// it sees where the step begins, else 2: the faster ones see the slow on straight lines.
-int order_with_parts(const model::Problem& problem, int order) {
-  const auto parts_of = [&](const std::string& name) {
-    const model::State* read = problem.find_state(name);
-    return read == nullptr ? 1 : read->parts;
-  };
-  const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& state) { return state.parts > 1; });
-  for (const model::State& state : problem.states) {
-    const bool reads_faster = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-                                const model::Field* field = std::get_if<model::Field>(&e->kind);
-                                return field != nullptr && parts_of(field->name) > state.parts;
-                              });
-    if (reads_faster) return 1;
-  }
-  return has_parts ? std::min(order, 2) : order;
-}
-
-/// What an exponential time scheme does without error.
-bool is_exact_part(const model::Scheme& scheme, const model::Expr& term) {
-  const stencil::WaveReading all{[](const model::Expr&) { return true; },
-                                 [](const model::Expr&) { return stencil::Expr(1.0); }};
-  return model::is_exponential(scheme.time) && stencil::is_of_waves(term, all);
-}
-
-int time_order(model::TimeScheme time) {
-  switch (time) {
-    case model::TimeScheme::euler: return 1;
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::etdrk2:
-    case model::TimeScheme::rk2: return 2;
-    case model::TimeScheme::etdrk4:
-    case model::TimeScheme::rk4: return 4;
-    case model::TimeScheme::ssp_rk3: return 3;
-  }
-  unreachable("time scheme");
-}
-
-/// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is
-/// stated.
-Order order_of(const model::Problem& problem) {
-  const model::Scheme& scheme = problem.scheme;
-  std::vector<int> space;
-  bool uses_waves = false;
-  const auto add = [&](int order) {
-    if (order != model::spectral) space.push_back(order);
-    uses_waves = uses_waves || order == model::spectral;
-  };
-  bool transports = false, split = false;
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    const auto look = [&](const model::Expr& e) {
-      if (std::holds_alternative<model::Advect>(e->kind)) {
-        add(scheme.advect_order);
-        transports = true;
-        split = split || !is_transport_alone(*state.rhs);
-      }
-      if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
-        add(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
-      }
-      return false;
-    };
-    for (const model::Term& term : model::terms_of(*state.rhs)) {
-      const bool is_exact = is_exact_part(scheme, term.value);
-      uses_waves = uses_waves || is_exact;
-      if (!is_exact) model::any_part(term.value, look);
-    }
-  }
-  for (const model::StatedOrder& stated : problem.operators) {
-    if (stated.in_equations) space.push_back(stated.order);
-  }
-  Order order;
-  order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
-  order.is_spectral = space.empty() && uses_waves;
-  order.time = order_with_parts(problem, time_order(scheme.time));
-  if (!model::follows_flow(scheme.advect) || !transports) return order;
-  const bool is_linear = scheme.advect == model::Advection::semi_lagrangian && scheme.advect_order == 1;
-  order.time = split || is_linear ? 1 : 2;
-  return order;
-}
-
-/// Operators of the file, with their orders as stated and as measured: null where there is no such number, and why.
-std::string report_operators(const model::Problem& problem, Json& result) {
-  std::string text;
-  Json rows = Json::array();
-  for (const model::StatedOrder& stated : problem.operators) {
-    const stencil::MeasuredOrder found = stencil::measure_order(problem, stated);
-    Json row = {{"name", stated.name}, {"stated", stated.order}, {"measured", nullptr}};
-    std::string words;
-    switch (found.kind) {
-      case stencil::MeasuredOrder::Kind::found:
-        row["measured"] = found.order;
-        words = found.order == stated.order ? " and measured" : fmt::format(", measured {}", found.order);
-        break;
-      case stencil::MeasuredOrder::Kind::none: words = fmt::format(", but it grows as 1/h^{}", found.order); break;
-      case stencil::MeasuredOrder::Kind::exact: words = ", exact for smooth fields"; break;
-      case stencil::MeasuredOrder::Kind::unknown: words = fmt::format(", not measured: {}", found.why); break;
-    }
-    row["note"] = found.kind == stencil::MeasuredOrder::Kind::found ? Json(nullptr) : Json(words.substr(2));
-    if (std::ranges::find(rows, row) != rows.end()) continue;
-    text += fmt::format("operator {}: order {} as stated{}\n", stated.name, stated.order, words);
-    rows.push_back(std::move(row));
-  }
-  result["operators"] = std::move(rows);
-  return text;
-}
 
 std::string report_networks(const model::Problem& problem, Json& result) {
   std::string text;
@@ -173,10 +60,34 @@ Json types_of(const model::Problem& problem) {
   return types;
 }
 
-Json cost_json(const driver::Cost& cost, double copy_rate) {
+Json cost_json(const driver::Cost& cost, const driver::MachineSpeed& speed) {
   return {{"bytes_per_point", cost.bytes},
           {"flops_per_point", cost.flops},
-          {"roofline_points_per_s", cost.bytes > 0 ? json_number(copy_rate / cost.bytes) : Json(nullptr)}};
+          {"roofline_points_per_s", json_number(speed.points(cost.bytes, cost.flops))}};
+}
+
+/// What the machine allows, as it was measured in an undisturbed moment.
+std::string report_cost(Job& job, const CheckOptions& options, const driver::Compiled& compiled, double cells,
+                        Json& result) {
+  const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
+  const driver::MachineSpeed speed = driver::machine_speed(compiled.options.cache.get(), cost.bytes * cells,
+                                                           thread_count(job.options()), options.measure);
+  result["cost"] = cost_json(cost, speed);
+  result["machine"] = {{"copy_bytes_per_s", speed.copy},
+                       {"flops_per_s", speed.flops},
+                       {"measured", speed.date},
+                       {"busy", speed.is_busy},
+                       {"from_cache", speed.from_cache}};
+  result["machine_busy"] = speed.is_busy;
+  const auto adjoint = compiled.derived.find(compiled.step_name());
+  if (compiled.problem->task && adjoint != compiled.derived.end() && adjoint->second.adjoint)
+    result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), speed);
+  const double rate = speed.points(cost.bytes, cost.flops);
+  if (!std::isfinite(rate)) return "a step moves and computes nothing\n";
+  const bool is_of_memory = cost.bytes > 0 && rate == speed.copy / cost.bytes;
+  return fmt::format("a step moves {} bytes and takes {} flops a cell; {} allows {} points/s here (measured {}{})\n",
+                     cost.bytes, cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate), speed.date,
+                     speed.is_busy ? ", on a busy machine" : "");
 }
 
 /// What dropping terms and leaving out derivatives that nobody asks for saves, against the scene with all of them.
@@ -200,6 +111,39 @@ std::string report_savings(const Job& job, const driver::Compiled& compiled, Jso
   }
   result["saved"] = std::move(saved);
   return text.empty() ? "" : text + "\n";
+}
+
+/// What the scene and its task do not use; what the model level has dropped comes first.
+std::string report_unused(const SourceFile& source, const driver::Compiled& compiled, driver::Session* session,
+                          Json& result) {
+  std::string text;
+  Json rows = Json::array();
+  std::set<std::string> told;
+  for (const std::string& dropped : compiled.problem->dropped) {
+    const std::size_t colon = dropped.rfind(": ");
+    if (!told.insert(dropped).second || colon == std::string::npos) continue;
+    rows.push_back({{"kind", "dropped"},
+                    {"name", dropped.substr(0, colon)},
+                    {"reason", dropped.substr(colon + 2)},
+                    {"place", nullptr}});
+  }
+  std::vector<analysis::Unused> parts = analysis::unused_parts(compiled);
+  std::ranges::move(analysis::idle_precision(compiled, source), std::back_inserter(parts));
+  if (session != nullptr) std::ranges::move(analysis::idle_axes(compiled, *session), std::back_inserter(parts));
+  for (const analysis::Unused& part : parts) {
+    Json place = nullptr;
+    std::string line;
+    if (part.place.is_known()) {
+      const LineColumn at = source.locate(part.place.begin);
+      place = {{"line", at.line}, {"column", at.column}};
+      line = fmt::format(" (line {})", at.line);
+    }
+    const std::string kind = analysis::word_of(part.kind);
+    rows.push_back({{"kind", kind}, {"name", part.name}, {"reason", part.reason}, {"place", std::move(place)}});
+    text += fmt::format("unused {} {}{}: {}\n", kind, part.name, line, part.reason);
+  }
+  result["unused"] = std::move(rows);
+  return text;
 }
 
 /// The states that a gradient stores, by the plan of the run itself.
@@ -240,30 +184,31 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
 }
 
 std::string report_conserved(Job& job, const driver::Session& session, Json& result) {
-  const std::optional<std::vector<std::string>> sums =
+  const std::optional<std::vector<analysis::ConservedSum>> sums =
       analysis::conserved_sums(job.source(), session.shared_compiled());
   if (!sums) return "";
-  result["conserved"] = *sums;
-  return fmt::format("conserved: {}\n", sums->empty() ? "no integral of a field or its square, and no observable"
-                                                      : fmt::format("{}", fmt::join(*sums, ", ")));
+  std::vector<std::string> names;
+  for (const analysis::ConservedSum& sum : *sums) names.push_back(sum.name);
+  result["conserved"] = names;
+  return fmt::format("conserved: {}\n", names.empty() ? "no integral of a field or its square, and no observable"
+                                                      : fmt::format("{}", fmt::join(names, ", ")));
 }
 
-/// The scene as a run would begin: its initial state and coefficients are made for that.
-std::string report_stability(Job& job, Json& result) {
+/// `session`: the scene as a run would begin; null where its initial state cannot be made.
+std::string report_stability(Job& job, driver::Session* session, bool with_waves, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
-  DiagnosticSink sink;  // what is wrong with files was told already
-  const std::unique_ptr<driver::Session> session = open_scene(job, sink);
   if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
   const stability::Verdict verdict = stability::verdict_of(*session);
   StabilityReport report = report_of(session->problem(), verdict, job.source());
   result["stability"] = std::move(report.json);
-  return report.text + report_conserved(job, *session, result);
+  std::string text = report.text + report_character(job, *session, verdict, result);
+  if (with_waves) text += report_waves(*session, verdict, result);
+  return text + report_conserved(job, *session, result);
 }
 
-void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
+void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
-  const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
   const driver::Memory memory = driver::memory_of(compiled);
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
@@ -277,44 +222,24 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
   for (const auto& [name, type] : result["types"].items())
     text += fmt::format("  {}: {}\n", name, type.get<std::string>());
-  if (problem.program.empty()) {
-    const Order order = order_of(problem);
-    result["order"] = {{"space", order.space}, {"time", order.time}};
-    if (order.is_spectral) result["order"]["space"] = "inf";
-    text += fmt::format("order: {} in space, {} in time\n",
-                        order.is_spectral ? "spectral" : std::to_string(order.space), order.time);
-    text += report_operators(problem, result);
-  } else {
-    result["order"] = {{"space", nullptr}, {"time", nullptr}};
-  }
-  text += report_stability(job, result);
+  text += report_order(problem, result);
+  DiagnosticSink silent;  // what is wrong with files was told already
+  const std::unique_ptr<driver::Session> session = open_scene(job, silent);
+  text += report_stability(job, session.get(), options.waves, result);
   text += report_networks(problem, result);
-  const driver::CopyRate copy =
-      driver::measure_copy(std::clamp(cost.bytes * cells, 32e3, 256e6), thread_count(job.options()));
-  const double copy_rate = copy.best;
-  result["cost"] = cost_json(cost, copy_rate);
-  result["machine_busy"] = copy.is_busy;
-  text += fmt::format(
-      "a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here (best of several copies{})\n",
-      cost.bytes, cost.flops, human_count(copy_rate / std::max(cost.bytes, 1.0)),
-      copy.is_busy ? ", on a busy machine" : "");
+  text += report_cost(job, options, compiled, cells, result);
   result["memory_bytes"] = memory.run;
   result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
   text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run),
                       human_bytes(driver::bytes_of_outputs(compiled)));
-  if (problem.task) {
-    const auto adjoint = compiled.derived.find(compiled.step_name());
-    if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {
-      result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), copy_rate);
-    }
-    text += report_gradient(job, options, compiled, result);
-  }
+  if (problem.task) text += report_gradient(job, options, compiled, result);
   text += "\n";
   result["dropped"] = problem.dropped;
   std::set<std::string> told;  // a function may be put in many times
   for (const std::string& dropped : problem.dropped) {
     if (told.insert(dropped).second) text += fmt::format("dropped: {}\n", dropped);
   }
+  text += report_unused(job.source(), compiled, session.get(), result);
   text += report_savings(job, compiled, result);
   job.say(text);
 }
@@ -329,7 +254,7 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
-int check(const TaskOptions& options) {
+int check(const CheckOptions& options) {
   Job job(options);
   Json result = {{"diagnostics", Json::array()}};
   guarded(job, [&] {
@@ -356,10 +281,12 @@ int check(const TaskOptions& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& status) {
-  const auto options = std::make_shared<TaskOptions>();
+  const auto options = std::make_shared<CheckOptions>();
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
+  verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
+  verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer(
       "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "
       "plate --set cells=1024 --json");

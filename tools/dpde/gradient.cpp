@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "growth_report.h"
 #include "interrupt.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
@@ -64,16 +65,20 @@ Json gradient(Job& job, const TaskOptions& options) {
   if (!job.load_source() || !prepare_out(job) || !open_task(job, options, run)) return result;
   driver::Inverse& inverse = *run.inverse;
   Eigen::VectorXd gradient(inverse.size());
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());
   const double loss = inverse.value_and_gradient(inverse.start(), gradient);
+  const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
+  watch.reset();
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the gradient was complete"});
     return result;
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
     const bool has_loss = std::isfinite(loss);
+    const std::string grown = has_loss ? help_for_growth(run, looks) : "";
     job.sink().report("loss-not-finite", run.task().losses.front().origin.range,
                       {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
-                      help_at_start(run, has_loss));
+                      grown.empty() ? help_at_start(run, has_loss) : grown);
     result["loss"] = json_number(loss);
     return result;
   }
@@ -82,6 +87,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
   warn_of_growth(job, run, inverse.start());
+  result["growth"] = report_growth(job, run, looks);
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);

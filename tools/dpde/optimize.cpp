@@ -9,6 +9,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
 #include "files/evaluation_log.h"
+#include "growth_report.h"
 #include "interrupt.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
@@ -93,15 +94,26 @@ bool is_shown(int iteration, int iterations) {
 struct Outcome {
   OptimiseResult result;
   double seconds = 0;
+  Json growth = nullptr;  // of the first gradient
+  std::string grown;      // what to say where that is not finite
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
                  files::EvaluationLog* log) {
   Progress progress(false, options.quiet || options.json);
+  Outcome outcome;
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());  // the first gradient
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
     if (log != nullptr && log->next(loss, gradient)) return loss;
     loss = run.inverse->value_and_gradient(x, gradient);
+    if (watch && !interrupt_flag().load()) {
+      const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
+      watch.reset();
+      const bool is_finite = std::isfinite(loss) && gradient.allFinite();
+      if (is_finite) outcome.growth = report_growth(job, run, looks);
+      if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(run, looks);
+    }
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
     return loss;
   };
@@ -121,14 +133,14 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     }
     return !interrupt_flag().load();
   };
-  Outcome outcome;
   outcome.result = minimise_with(run, method, objective, observer);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   job.say(lines);
   return outcome;
 }
 
-void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int iterations) {
+void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int iterations) {
+  const OptimiseResult& result = outcome.result;
   const model::Task& task = run.task();
   if (interrupt_flag().load()) {
     job.sink().report("optimiser-interrupted", {},
@@ -144,8 +156,10 @@ void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int
     job.sink().report("loss-not-finite", task.losses.front().origin.range,
                       {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)),
                        fmt::format("{}", result.iterations)},
-                      result.iterations == 0 ? help_at_start(run, std::isfinite(last))
-                                             : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
+                      !outcome.grown.empty() ? outcome.grown
+                      : result.iterations == 0
+                          ? help_at_start(run, std::isfinite(last))
+                          : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
 }
 
@@ -194,7 +208,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (options.resume) job.say(fmt::format("{} evaluations were there already\n", recorded));
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
-  report_stop(job, run, result, method.iterations);
+  report_stop(job, run, outcome, method.iterations);
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name,
                       shown(result.loss), result.iterations, human_seconds(outcome.seconds), describe(result.reason),
                       human_seconds(run.compiled->seconds)));
@@ -207,6 +221,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["hessian_products"] = result.hessian_products;
   json["resumed_evaluations"] = recorded;
   json["reason"] = describe(result.reason);
+  json["growth"] = outcome.growth;
   json["unknowns"] = unknowns_json(job, run, result);
   Json tests = Json::object();
   if (!interrupt_flag().load()) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "analysis/conserved_sums.h"
 #include "command.h"
 #include "data_set.h"
 #include "driver/blow_up.h"
@@ -25,6 +26,8 @@
 namespace dpde::tools {
 
 namespace {
+
+constexpr int looks_at_sums = 4;  // in a run, beside the first
 
 struct RunOptions : CommonOptions {
   int every = 0;
@@ -46,6 +49,7 @@ class Run {
   bool step();
   void report(Json& result);
   void report_errors(Json& result);
+  void report_drifts(Json& result);
   void write_files();
   void write_series(const Series& series);
   void show_curve();
@@ -55,6 +59,7 @@ class Run {
   std::unique_ptr<driver::Session> session_;
   RunResult outcome_;
   std::unique_ptr<Record> record_;
+  std::unique_ptr<analysis::SumMonitor> sums_;  // that single steps leave as they are
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
@@ -64,6 +69,9 @@ Json Run::operator()() {
   Json result = Json::object();
   if (!open()) return result;
   record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
+  sums_ = std::make_unique<analysis::SumMonitor>(*session_,
+                                                 analysis::conserved_sums(job_.source(), session_->shared_compiled())
+                                                     .value_or(std::vector<analysis::ConservedSum>{}));
   if (!prepare_checkpoints() || !step()) return result;
   if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink());
   report(result);
@@ -108,9 +116,12 @@ Observer Run::observer(Progress& progress) {
   Observer observer;
   observer.every = std::gcd(record_->interval(), interval_.steps);
   if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
-  if (observer.every == 0)
-    observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
-  observer.call = [this, &progress](const Snapshot& snapshot) {
+  if (observer.every == 0) observer.every = std::max(1, session_->steps() / (progress.active() ? 100 : looks_at_sums));
+  observer.call = [this, &progress, next = 0](const Snapshot& snapshot) mutable {
+    if (snapshot.step >= next || snapshot.step == session_->steps()) {
+      sums_->look(snapshot.step, snapshot.t, snapshot.states);
+      next = snapshot.step + std::max(1, session_->steps() / looks_at_sums);
+    }
     progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
                   session_->steps());
     record_->look(snapshot);
@@ -172,6 +183,28 @@ void Run::report(Json& result) {
   }
   result["observables"] = std::move(observables);
   report_errors(result);
+  report_drifts(result);
+}
+
+/// Of sums that single steps leave as they are; not what an event or a control changes later.
+void Run::report_drifts(Json& result) {
+  Json drifts = Json::object();
+  std::string text;
+  const model::Problem& problem = session_->problem();
+  const bool is_forced = !problem.events.empty() || !problem.controls.empty();
+  for (const analysis::SumDrift& drift : sums_->drifts()) {
+    drifts[drift.name] = {{"begin", json_number(drift.begin)},
+                          {"end", json_number(drift.end)},
+                          {"per_time", json_number(drift.per_time)},
+                          {"relative", json_number(drift.largest)}};
+    text +=
+        fmt::format("{} {} {:.3g}", text.empty() ? "drift a unit of time:" : ",", drift.name, shown(drift.per_time));
+    if (drift.exceeds_rounding && !is_forced && !outcome_.blow_up)
+      job_.sink().report("sum-drifts", problem.time_origin.range, {drift.name, fmt::format("{:.3g}", drift.largest)},
+                         "single steps from random states keep it: rounding alone would be smaller");
+  }
+  if (!text.empty()) job_.say(text + "\n");
+  result["drift"] = std::move(drifts);
 }
 
 void Run::report_errors(Json& result) {

@@ -30,7 +30,7 @@ const char* kind_name(StepLimit::Kind kind) {
 
 using Term = std::optional<SourceRange>;
 
-Json json_of(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
+Json verdict_json(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
   Json result = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   if (!verdict.is_analysed()) {
     result["why"] = verdict.why;
@@ -64,7 +64,8 @@ Json json_of(const model::Problem& problem, const Verdict& verdict, const Term& 
   return result;
 }
 
-std::string text_of(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
+std::string verdict_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
+                         const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
   const std::string wave = stability::wave_text(verdict, problem);
   std::string text = "stability: ";
@@ -99,7 +100,7 @@ std::string text_of(const model::Problem& problem, const Verdict& verdict, const
 
 StabilityReport report_of(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
-  return {json_of(problem, verdict, term, source), text_of(problem, verdict, term, source)};
+  return {verdict_json(problem, verdict, term, source), verdict_text(problem, verdict, term, source)};
 }
 
 }  // namespace dpde::tools

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/unused.h"
 #include "chart_scene.h"
 #include "command.h"
 #include "interrupt.h"
@@ -117,6 +118,9 @@ Json tune_scene(Job& job, const TuneCommand& options) {
                                   }};
   const chart::Choice choice = chart::tune(job.source(), tuning, problem, *wishes, reference);
   report_choice(job, scene, choice, options.tolerance, result);
+  if (choice.chosen && chosen_json(*choice.chosen).value("real", "") == "f32")
+    analysis::keep_single_precision(scene.session->compiled().options.cache.get(), job.source(), problem.scene,
+                                    options.tolerance, choice.chosen->error);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});
   } else if (!choice.chosen) {

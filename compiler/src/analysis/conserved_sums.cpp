@@ -40,53 +40,59 @@ double step_of(const model::Problem& problem, const std::vector<int>& cells) {
   return problem.step * std::max(1.0, factor);
 }
 
-/// All sums, by what they are called, one value a state of the run.
-class Sums {
+/// All sums that there are, one value a state of the run.
+class Candidates {
  public:
-  explicit Sums(driver::Session& session) : session_(session) {}
+  explicit Candidates(driver::Session& session) : session_(session) {}
 
   void look(double t, const std::vector<std::vector<double>>& states, const std::vector<void*>& fields) {
+    ConservedSum all{"", {}, true};
     std::vector<std::string> squares;
     double total = 0;
     for (std::size_t s = 0; s < states.size(); ++s) {
       const model::State* state = session_.problem().find_state(session_.rollout().state_name(static_cast<int>(s)));
       if (state == nullptr || !state->history_of.empty()) continue;
-      integrals_[fmt::format("integral({})", state->name)].add(states[s], session_.axes(), state->placement);
-      Integrals& square = integrals_[fmt::format("integral({}^2)", state->name)];
+      of({fmt::format("integral({})", state->name), {state->name}, false})
+          .add(states[s], session_.axes(), state->placement);
+      Integrals& square = of({fmt::format("integral({}^2)", state->name), {state->name}, true});
       square.add(squares_of(states[s]), session_.axes(), state->placement);
       squares.push_back(state->name + "^2");
+      all.fields.push_back(state->name);
       total += square.values.back();
     }
-    if (squares.size() > 1) {
-      Integrals& all = integrals_[fmt::format("integral({})", fmt::join(squares, " + "))];
-      all.values.push_back(total);
-      all.magnitude = total;
-    }
-    for (const auto& [name, value] : session_.observe(t, fields)) {
-      Integrals& observable = integrals_[name];
-      observable.values.push_back(value);
-      observable.magnitude = std::max(observable.magnitude, std::abs(value));
-    }
+    all.name = fmt::format("integral({})", fmt::join(squares, " + "));
+    if (squares.size() > 1) add_number(of(all), total);
+    for (const auto& [name, value] : session_.observe(t, fields)) add_number(of({name, {}, false}), value);
   }
 
-  std::vector<std::string> conserved(double largest_drift) const {
-    std::vector<std::string> names;
-    for (const auto& [name, sum] : integrals_) {
-      if (sum.magnitude > 0 && std::isfinite(sum.magnitude) && sum.relative_drift() <= largest_drift)
-        names.push_back(name);
+  std::vector<ConservedSum> conserved(double largest_drift) const {
+    std::vector<ConservedSum> found;
+    for (const auto& [name, candidate] : candidates_) {
+      const auto& [sum, values] = candidate;
+      if (values.magnitude > 0 && std::isfinite(values.magnitude) && values.relative_drift() <= largest_drift)
+        found.push_back(sum);
     }
-    return names;
+    return found;
   }
 
  private:
+  Integrals& of(const ConservedSum& sum) {
+    return candidates_.try_emplace(sum.name, sum, Integrals{}).first->second.second;
+  }
+
+  static void add_number(Integrals& values, double value) {
+    values.values.push_back(value);
+    values.magnitude = std::max(values.magnitude, std::abs(value));
+  }
+
   driver::Session& session_;
-  std::map<std::string, Integrals> integrals_;
+  std::map<std::string, std::pair<ConservedSum, Integrals>> candidates_;  // by name
 };
 
 }  // namespace
 
-std::optional<std::vector<std::string>> conserved_sums(const SourceFile& source,
-                                                       const std::shared_ptr<const driver::Compiled>& compiled) {
+std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source,
+                                                        const std::shared_ptr<const driver::Compiled>& compiled) {
   if (!compiled->problem || !compiled->problem->networks.empty()) return std::nullopt;
   driver::SessionOptions options;
   options.cells = few_cells(*compiled);
@@ -112,7 +118,7 @@ std::optional<std::vector<std::string>> conserved_sums(const SourceFile& source,
     states.push_back(std::move(values));
     fields.push_back(rollout.initial(s).base());
   }
-  Sums sums(*session);
+  Candidates sums(*session);
   sums.look(session->problem().t_begin, states, fields);
   const RunResult done = rollout.run();
   if (done.blow_up || done.stopped) return std::nullopt;

@@ -13,6 +13,7 @@
 #include "driver/declared.h"
 #include "driver/memory_plan.h"
 #include "driver/tuning.h"
+#include "driver/wall_values.h"
 #include "files/array_file.h"
 #include "model/placement.h"
 
@@ -76,8 +77,10 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
     const dpde_program& program = *compiled_->code->find(name);
     for (int n = 0; n < program.network_count; ++n) workspace().add_weights(*program.networks[n], nullptr);
   }
-  return load_coefficients(source, sink) && load_data(source, sink) && has_data_for_losses(sink) &&
-         load_states(source, sink) && starts_finite(sink);
+  const bool is_ready = load_coefficients(source, sink) && load_data(source, sink) && has_data_for_losses(sink) &&
+                        load_states(source, sink) && starts_finite(sink);
+  if (is_ready && !options_.made_up && options_.cells.empty()) warn_of_wall_values(*this, sink);
+  return is_ready;
 }
 
 bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {

@@ -4,25 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "driver/over_time.h"
 #include "model/build.h"
+#include "stability/equations.h"
 #include "stability/frozen_points.h"
 #include "stability/verdict.h"
-#include "stencil/from_model.h"
 
 namespace dpde::stability {
 
 namespace {
-
-/// The states' perturbations in a step of a problem, lowered anew.
-std::optional<LinearStep> linear_step(const model::Problem& problem) {
-  DiagnosticSink sink;
-  const stencil::ProgramNames names = stencil::program_names(problem);
-  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
-  if (sink.has_errors()) return std::nullopt;
-  std::string why;
-  return LinearStep::make(module, names.step, why);
-}
 
 /// The terms that do not come from this part of the text.
 model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange& left_out) {

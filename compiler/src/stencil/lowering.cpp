@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "model/wall_coefficient.h"
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/effects.h"
@@ -290,6 +291,10 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
 std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const {
   std::vector<AxisBoundary> boundary = plain_boundary();
   const model::Coefficient* coefficient = problem_.find_coefficient(field);
+  for (std::size_t axis = 0; coefficient && axis < boundary.size(); ++axis) {
+    if (model::goes_on_beyond(problem_, *coefficient, axis, true)) boundary[axis].low.kind = SideKind::linear;
+    if (model::goes_on_beyond(problem_, *coefficient, axis, false)) boundary[axis].high.kind = SideKind::linear;
+  }
   if (coefficient && coefficient->walls) {
     AxisBoundary& across = boundary[static_cast<std::size_t>(coefficient->walls->axis)];
     across.low = {SideKind::value, coefficient->walls->low};

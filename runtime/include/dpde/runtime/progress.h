@@ -19,7 +19,8 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 /// Of a gradient: `done` of `total` steps, those forward, those computed again from stored states, and those back.
 struct GradientProgress {
   std::int64_t done, total;
-  double time;  // of the state it is at: it rises, and falls on the way back
+  double time;           // of the state it is at: it rises, and falls on the way back
+  bool is_back = false;  // that state's adjoint has just been found
 };
 /// False stops the gradient.
 using GradientCallback = std::function<bool(const GradientProgress&)>;

@@ -245,6 +245,9 @@ class Rollout {
   const GradientResult& gradient();
   /// Calls `call` every so many steps of gradient() and at its end; an empty one ends that.
   void watch_gradient(GradientCallback call, int every);
+  /// Root of the sum of squares over all states and cells of the adjoint at the state that a call of watch_gradient()
+  /// is at, where that is on its way back.
+  double adjoint_norm() const;
 
   // Of the last gradient(), by name.
   /// Of a state at the start or a sought field, of a control field the first interval's; base null when it is neither.

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/conserved_sums.h"
+#include "dpde/runtime/layout.h"
+#include "model/placement.h"
+
+namespace dpde::analysis {
+
+namespace {
+
+using Widths = std::array<std::vector<double>, 3>;
+
+/// Of the cells along each axis; values at faces stand for what lies between the centres on both sides of them.
+Widths widths_of(const std::vector<model::Axis>& axes, const model::Placement& placement) {
+  Widths widths{{{1}, {1}, {1}}};
+  const std::vector<model::Axis> placed = model::axes_at(axes, placement);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    widths[a].clear();
+    for (int i = 0; i < placed[a].cells; ++i) widths[a].push_back(placed[a].width(i));
+  }
+  return widths;
+}
+
+struct WeightedSums {
+  double sum = 0, magnitude = 0;
+};
+
+/// Row by row: sums of rows err by the square root of all cells less than one sum would.
+template <class Real>
+WeightedSums sums_over(const dpde_layout& layout, const Real* base, const Widths& widths, bool of_squares) {
+  WeightedSums all;
+  for (std::size_t z = 0; z < widths[2].size(); ++z) {
+    for (std::size_t y = 0; y < widths[1].size(); ++y) {
+      const Real* row = base + index_of(layout, 0, static_cast<std::int64_t>(y), static_cast<std::int64_t>(z));
+      WeightedSums of_row;
+      for (std::size_t x = 0; x < widths[0].size(); ++x) {
+        const double value = static_cast<double>(row[x]);
+        const double part = widths[0][x] * (of_squares ? value * value : value);
+        of_row.sum += part;
+        of_row.magnitude += std::abs(part);
+      }
+      const double across = widths[1][y] * widths[2][z];
+      all.sum += across * of_row.sum;
+      all.magnitude += across * of_row.magnitude;
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+double rounding_of_sums(Precision real, int steps) {
+  const double unit = real == Precision::f64 ? 0x1p-53 : 0x1p-24;
+  return unit * (steps + 1000.0);
+}
+
+SumMonitor::SumMonitor(driver::Session& session, std::vector<ConservedSum> sums)
+    : session_(session), sums_(std::move(sums)), values_(sums_.size()) {}
+
+SumMonitor::Value SumMonitor::integral(const void* state, const std::string& field, bool of_square) const {
+  const dpde_layout& layout = session_.workspace().layout();
+  const model::State* known = session_.problem().find_state(field);
+  const Widths widths = widths_of(session_.axes(), known == nullptr ? model::Placement{} : known->placement);
+  const WeightedSums sums = layout.real == DPDE_F32
+                                ? sums_over(layout, static_cast<const float*>(state), widths, of_square)
+                                : sums_over(layout, static_cast<const double*>(state), widths, of_square);
+  return {sums.sum, sums.magnitude};
+}
+
+void SumMonitor::look(int step, double t, const std::vector<void*>& states) {
+  if (sums_.empty() || (!times_.empty() && step <= last_)) return;
+  if (times_.empty()) first_ = step;
+  last_ = step;
+  times_.push_back(t);
+  const auto observes = [](const ConservedSum& sum) { return sum.fields.empty(); };
+  std::vector<std::pair<std::string, double>> observed;
+  if (std::ranges::any_of(sums_, observes)) observed = session_.observe(t, states);
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    Value value;
+    for (const std::string& field : sums_[i].fields) {
+      const int state = session_.rollout().state_index(field);
+      const Value part = integral(states[static_cast<std::size_t>(state)], field, sums_[i].of_squares);
+      value.sum += part.sum;
+      value.magnitude += part.magnitude;
+    }
+    for (const auto& [name, number] : observed) {
+      if (observes(sums_[i]) && name == sums_[i].name) value = {number, std::abs(number)};
+    }
+    values_[i].push_back(value);
+  }
+}
+
+std::vector<SumDrift> SumMonitor::drifts() const {
+  std::vector<SumDrift> result;
+  if (times_.size() < 2) return result;
+  const double allowed = rounding_of_sums(session_.problem().scheme.real, last_ - first_);
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const std::vector<Value>& values = values_[i];
+    SumDrift drift{sums_[i].name, values.front().sum, values.back().sum};
+    drift.per_time = (drift.end - drift.begin) / (times_.back() - times_.front());
+    double magnitude = 0, distance = 0;
+    for (const Value& value : values) {
+      magnitude = std::max(magnitude, value.magnitude);
+      distance = std::max(distance, std::abs(value.sum - drift.begin));
+    }
+    drift.largest = magnitude > 0 ? distance / magnitude : 0;
+    drift.exceeds_rounding = !(drift.largest <= allowed);
+    result.push_back(std::move(drift));
+  }
+  return result;
+}
+
+}  // namespace dpde::analysis

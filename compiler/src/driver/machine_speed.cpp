@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/machine_speed.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <sstream>
+#include <thread>
+
+#include "driver/cost.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr int smallest_power = 15, largest_power = 28;  // powers of two: 32 KiB, and what no cache holds
+
+double rounded_footprint(double bytes) {
+  const int power =
+      static_cast<int>(std::lround((std::log2(std::max(bytes, 1.0)) - smallest_power) / 2)) * 2 + smallest_power;
+  return std::exp2(std::clamp(power, smallest_power, largest_power));
+}
+
+std::string key_of(double footprint, int threads) {
+  return fmt::format("machine speed\n{} cores, {} threads\n{} bytes", std::thread::hardware_concurrency(), threads,
+                     footprint);
+}
+
+std::string date_of_now() {
+  const std::time_t time = std::time(nullptr);
+  return fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(time));
+}
+
+std::string text_of_speed(const MachineSpeed& speed) {
+  return fmt::format("{} {} {} {}", speed.copy, speed.flops, speed.is_busy ? 1 : 0, speed.date);
+}
+
+bool read_speed(const std::string& text, MachineSpeed& speed) {
+  std::istringstream in(text);
+  int busy = 0;
+  if (!(in >> speed.copy >> speed.flops >> busy) || !(speed.copy > 0) || !(speed.flops > 0)) return false;
+  speed.is_busy = busy != 0;
+  in.get();
+  return static_cast<bool>(std::getline(in, speed.date));
+}
+
+}  // namespace
+
+double MachineSpeed::points(double bytes, double operations) const {
+  const double most = std::numeric_limits<double>::infinity();
+  return std::min(bytes > 0 ? copy / bytes : most, operations > 0 ? flops / operations : most);
+}
+
+MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int threads, bool anew) {
+  const double size = rounded_footprint(footprint);
+  const std::string key = key_of(size, threads);
+  MachineSpeed known;
+  const std::optional<std::string> text = cache == nullptr || anew ? std::nullopt : cache->find(key);
+  const bool is_known = text && read_speed(*text, known);
+  if (is_known && !known.is_busy) {
+    known.from_cache = true;
+    return known;
+  }
+  const CopyRate rate = measure_copy(size, threads);
+  MachineSpeed speed{rate.best, measure_flops(threads), date_of_now(), rate.is_busy};
+  if (is_known) {
+    speed.copy = std::max(speed.copy, known.copy);
+    speed.flops = std::max(speed.flops, known.flops);
+  }
+  if (cache != nullptr) cache->store(key, text_of_speed(speed));
+  return speed;
+}
+
+}  // namespace dpde::driver

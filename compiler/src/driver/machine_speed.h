@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What this machine can do at best, measured once and kept in the cache: a roofline must not depend on who else works
+// while a command asks (S. Williams, A. Waterman and D. Patterson, Comm. ACM 52 (2009)).
+#pragma once
+
+#include <string>
+
+#include "codegen/code_cache.h"
+
+namespace dpde::driver {
+
+struct MachineSpeed {
+  double copy = 0;       // bytes a second, read and written, between arrays of about the footprint
+  double flops = 0;      // multiplications and additions in double precision a second
+  std::string date;      // of the measurement, "2026-11-25 04:10"
+  bool is_busy = false;  // no undisturbed moment was found yet: the next call measures again
+  bool from_cache = false;
+  /// Cells a second, at most, of what moves so many bytes and takes so many operations each; infinite of nothing.
+  double points(double bytes, double flops) const;
+};
+
+/// For fields of together `footprint` bytes, rounded to a power of four from 32 KiB to 256 MiB. The best of several
+/// trials, and of all measurements until one was undisturbed. `anew` forgets them. The cache may be null.
+MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int threads, bool anew = false);
+
+/// The best of several short trials on so many threads: chains of products and sums that stay in registers.
+double measure_flops(int threads);
+
+}  // namespace dpde::driver

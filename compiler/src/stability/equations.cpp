@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/equations.h"
+
+#include <cmath>
+
+#include "driver/over_time.h"
+#include "stencil/from_model.h"
+
+namespace dpde::stability {
+
+std::optional<LinearStep> linear_step(const model::Problem& problem) {
+  if (!problem.program.empty()) return std::nullopt;
+  DiagnosticSink sink;
+  const stencil::ProgramNames names = stencil::program_names(problem);
+  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
+  if (sink.has_errors()) return std::nullopt;
+  std::string why;
+  return LinearStep::make(module, names.step, why);
+}
+
+model::Problem by_euler(model::Problem problem) {
+  std::erase_if(problem.states, [](const model::State& state) { return !state.history_of.empty(); });
+  for (model::State& state : problem.states) state.parts = 1;
+  problem.events.clear();
+  problem.scheme.time = model::TimeScheme::euler;
+  return problem;
+}
+
+std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint& point) {
+  double dt = 1;
+  std::optional<Response> step = euler.response(point, dt);
+  if (!step) return std::nullopt;
+  // A step so long that the 1 of u + dt*L u costs L no digits.
+  if (const double size = magnitude_of(*step); size > 0) dt = 1024 / size;
+  step = euler.response(point, dt);
+  if (!step) return std::nullopt;
+  Response rows;
+  for (std::size_t row = 0; row < step->size(); ++row)
+    rows.push_back((*step)[row].plus(Form(static_cast<int>(row)).times(-1)).times(1 / dt));
+  return rows;
+}
+
+FrozenPoint flat(FrozenPoint point) {
+  for (auto& [name, field] : point.fields) field.slope = {};
+  return point;
+}
+
+double magnitude_of(const Response& rows) {
+  double sum = 0;
+  for (const Form& row : rows) {
+    for (const Form::Term& term : row.terms()) sum += std::abs(term.coefficient);
+  }
+  return sum;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/local_character.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <numbers>
+
+#include "stability/amplification.h"
+#include "stability/equations.h"
+#include "stability/frozen_points.h"
+
+namespace dpde::stability {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double every_step = std::numeric_limits<double>::infinity();
+constexpr double negative = -1e-12;  // of the largest weight: rounding
+constexpr double shortest_try = 1e-6, first_positive_try = 1e-3, last_positive_try = 1e4,
+                 step_factor = 1.1;  // in units of 1 / largest rate
+constexpr double step_precision = 1e-7;
+
+bool is_positive(const Response& rows) {
+  double smallest = 0, largest = 0;
+  for (const Form& row : rows) {
+    for (const Form::Term& term : row.terms()) {
+      smallest = std::min(smallest, term.coefficient);
+      largest = std::max(largest, std::abs(term.coefficient));
+    }
+  }
+  return smallest >= negative * largest;
+}
+
+/// The largest step up to which `holds` does, for rates of at most `rate`.
+double largest_step_where(double rate, const std::function<bool(double)>& holds) {
+  if (rate == 0) return every_step;
+  if (!holds(shortest_try / rate)) return 0;
+  double low = first_positive_try / rate;
+  if (!holds(low)) return 0;
+  double high = low;
+  while (holds(high)) {
+    low = high;
+    if (high > last_positive_try / rate) return every_step;
+    high *= step_factor;
+  }
+  while (high - low > step_precision * high) {
+    const double middle = 0.5 * (low + high);
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// The equations by differences of order 8, whatever the scheme's are.
+model::Problem with_fine_differences(model::Problem problem) {
+  problem.scheme.advect = model::Advection::central;
+  problem.scheme.advect_order = problem.scheme.derivative_order = problem.scheme.laplacian_order = 8;
+  return problem;
+}
+
+}  // namespace
+
+Positivity positivity_of(driver::Session& session, double step) {
+  Positivity found;
+  const model::Problem& problem = session.problem();
+  const driver::Compiled& compiled = session.compiled();
+  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), found.why);
+  if (!linear) return found;
+  if (problem.scheme.advect == model::Advection::maccormack && linear->follows_flow()) {
+    found.why = "its clamp is not linear";
+    return found;
+  }
+  std::vector<FrozenPoint> points;
+  double rate = 0;
+  for (const ScenePoint& at : frozen_points(session, *linear)) {
+    points.push_back(flat(at.point));
+    const std::optional<Response> rows = linear->response(points.back(), step);
+    if (!rows) continue;
+    Response change;
+    for (std::size_t row = 0; row < rows->size(); ++row)
+      change.push_back((*rows)[row].plus(Form(static_cast<int>(row)).times(-1)));
+    rate = std::max(rate, magnitude_of(change) / step);
+  }
+  const auto holds = [&](double dt) {
+    return std::ranges::all_of(points, [&](const FrozenPoint& point) {
+      const std::optional<Response> rows = linear->response(point, dt);
+      return rows ? is_positive(*rows) : linear->follows_flow();  // where it goes too far to be followed
+    });
+  };
+  found.is_kept = holds(step);
+  found.largest_step = largest_step_where(rate, holds);
+  return found;
+}
+
+std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step) {
+  constexpr double lengths[] = {4, 8, 16, 32}, finer = 16;
+  const driver::Compiled& compiled = session.compiled();
+  const int rank = static_cast<int>(session.axes().size());
+  std::string why;
+  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), why);
+  const std::optional<LinearStep> fine = linear_step(with_fine_differences(by_euler(session.problem())));
+  if (!linear || !fine) return {};
+  const FrozenPoint point = flat(at);
+  FrozenPoint on_fine_grid = point;
+  for (const model::Axis& axis : session.axes()) on_fine_grid.params.at("h" + axis.name) /= finer;
+  const std::optional<Response> rows = linear->response(point, step), rates = generator_of(*fine, on_fine_grid);
+  if (!rows || !rates) return {};
+  const Amplification scheme(*rows, rank), equations(*rates, rank);
+  std::vector<Wave> result;
+  for (int axis = 0; axis < rank; ++axis) {
+    for (const double cells : lengths) {
+      Angles angle{}, fine_angle{};
+      angle[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / cells;
+      fine_angle[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / (finer * cells);
+      const Eigen::VectorXcd factors = scheme.eigenvalues(angle);
+      for (const Complex rate : equations.eigenvalues(fine_angle)) {
+        const Complex exact = std::exp(step * rate);
+        const auto is_nearer = [&](const Complex& a, const Complex& b) {
+          return std::abs(a - exact) < std::abs(b - exact);
+        };
+        const Complex factor = *std::min_element(factors.begin(), factors.end(), is_nearer);
+        Wave wave{axis, cells, std::abs(factor), std::exp(step * rate.real())};
+        const double turn = step * rate.imag();
+        if (std::abs(turn) > 1e-9) wave.phase = (turn + std::arg(factor * std::exp(Complex(0, -turn)))) / turn;
+        result.push_back(wave);
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `dpde check` says of a step beside its stability: orders with walls, cell numbers, positivity, waves.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using Character = Command;
+
+std::string steep_burgers(const std::string& advect) {
+  return "model m { field u; dt(u) = -advect(u, u) + 0.01/pi*lap(u) }\nscheme c { time = ssp_rk3; advect = " + advect +
+         " }\nscene s : m with c {\n  grid x = -1 .. 1, cells 64, periodic\n  initial u = -sin(pi*x)\n"
+         "  time 0 .. 1, step 1/128\n}\n";
+}
+
+/// Section 16 of the table of references: Burgers 4.A on 64 cells, |u|*h/nu = 9.81.
+TEST_F(Character, CellReynoldsNumbersAboveTwoAreAWarningOfCentralDifferences) {
+  write("s.dpde", steep_burgers("central(2)"));
+  const Outcome central = dpde("check s.dpde --json");
+  EXPECT_EQ(central.status, 0) << central.err;
+  EXPECT_EQ(central.codes(), std::vector<std::string>{"W0804"}) << central.err;
+  const Json found = central.json();
+  ASSERT_EQ(found["cell_numbers"].size(), 1u);
+  EXPECT_EQ(found["cell_numbers"][0]["kind"], "reynolds");
+  EXPECT_NEAR(found["cell_numbers"][0]["number"].get<double>(), 9.806, 1e-3);
+  EXPECT_EQ(found["cell_numbers"][0]["rings"], true);
+  EXPECT_EQ(found["monotone"]["kept"], false);
+  EXPECT_EQ(found["monotone"]["max_step"], 0);
+  EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind1").codes().empty());
+  EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind3").codes().empty());
+  EXPECT_TRUE(dpde("check s.dpde --json --set cells.x=317").codes().empty()) << "what the hint says";
+}
+
+/// Section 1: theta = pi/4, a Courant number of 0.5.
+TEST_F(Character, WavesAreDampedAndDelayed) {
+  write("s.dpde",
+        "model m { field u; dt(u) = -advect(1, u) }\nscheme c { time = euler; advect = upwind(1) }\nscene s : m with c "
+        "{\n"
+        "  grid x = 0 .. 32, cells 32, periodic\n  initial u = sin(2*pi*x/32)\n  time 0 .. 10, step 0.5\n}\n");
+  const Outcome check = dpde("check s.dpde --waves --json");
+  EXPECT_EQ(check.status, 0) << check.err;
+  const Json json = check.json();
+  ASSERT_EQ(json["waves"].size(), 4u);
+  EXPECT_EQ(json["waves"][1]["cells"], 8);
+  EXPECT_NEAR(json["waves"][1]["growth_per_step"].get<double>(), 0.9238795325, 1e-10);
+  EXPECT_NEAR(json["waves"][1]["growth_per_time"].get<double>(), 0.9238795325 * 0.9238795325, 1e-9);
+  EXPECT_NEAR(json["waves"][1]["phase_speed"].get<double>(), 1, 1e-9);
+  EXPECT_EQ(json["monotone"]["kept"], true);
+  EXPECT_NEAR(json["monotone"]["max_step"].get<double>(), 1, 1e-6);
+  EXPECT_FALSE(dpde("check s.dpde --json").json().contains("waves"));
+}
+
+std::string heated_rod(const std::string& rate, const std::string& boundary, const std::string& k = "1 + x^2") {
+  return "model m { field u; coefficient k; dt(u) = " + rate + " }\nscheme c { lap = central(4); dx = central(4) }\n" +
+         "scene s : m with c {\n  grid x = 0 .. 1, cells 32\n  k = " + k + "\n  boundary u: " + boundary +
+         "\n  initial u = x\n  time 0 .. 1/64, step 1/16384\n}\n";
+}
+
+/// Measured by WallFlux of tests/numeric.
+TEST_F(Character, OrdersHoldWallsToo) {
+  const auto order = [&](const std::string& text) {
+    write("s.dpde", text);
+    const Outcome check = dpde("check s.dpde --json");
+    EXPECT_EQ(check.status, 0) << check.err;
+    return check.json()["order"];
+  };
+  Json found = order(heated_rod("k*lap(u)", "x.low = 1, x.high = zero_gradient"));
+  EXPECT_EQ(found["space"], 2);
+  EXPECT_EQ(found["space_inside"], 4);
+  EXPECT_TRUE(found["walls"].is_null());
+  EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = gradient(1)"))["space"], 2);
+  found = order(heated_rod("div(k*grad(u))", "x = gradient(k)"));
+  EXPECT_EQ(found["space"], 1);
+  EXPECT_EQ(found["walls"], "k is mirrored beyond x.low");
+  EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = 0"))["space"], 2);
+  EXPECT_EQ(order(heated_rod("lap(u) + dx(k)", "x = 0"))["space"], 1) << "a slope that is half of what it should be";
+}
+
+/// From 1 to 4 in the last two cells: -0.5 on the wall.
+TEST_F(Character, CoefficientsThatChangeTheirSignOnAWallAreAWarning) {
+  write("s.dpde", heated_rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)", "if(x > 1 - 1/32, 1, 4)"));
+  const Outcome run = dpde("run s.dpde --json");
+  const std::vector<std::string> codes = run.codes();
+  EXPECT_NE(std::ranges::find(codes, "W0504"), codes.end()) << run.err;
+  EXPECT_NE(run.err.find("k goes on to -0.5 on the wall x.high"), std::string::npos) << run.err;
+  write("smooth.dpde", heated_rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)"));
+  EXPECT_TRUE(dpde("run smooth.dpde --json").codes().empty());
+}
+
+}  // namespace
+}  // namespace dpde::testing

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums that steps conserve, over a run.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using Drift = Command;
+
+const std::string viscous_shock =
+    "model m { field u; param nu; dt(u) = -dx(u^2/2) + nu*lap(u) }\nscheme c { time = rk4 }\nscene s : m with c {\n"
+    "  grid x = 0 .. 1, cells 64, periodic\n  nu = 0.01\n  initial u = 1 + sin(2*pi*x)\n  observe mass = integral(u)\n"
+    "  time 0 .. 1, step 1/1024\n}\n";
+
+/// The integral is 1 at all times, but for rounding: a unit of it a step at most.
+TEST_F(Drift, OfWhatIsConservedIsRounding) {
+  write("s.dpde", viscous_shock);
+  const Outcome run = dpde("run s.dpde --json");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(run.codes().empty()) << run.err;
+  const Json drift = run.json()["drift"];
+  ASSERT_EQ(drift.size(), 2u) << drift;  // not the integral of u^2, which diffusion lowers
+  for (const std::string name : {"integral(u)", "mass"}) {
+    EXPECT_NEAR(drift[name]["begin"].get<double>(), 1, 1e-14) << name;
+    EXPECT_LT(std::abs(drift[name]["per_time"].get<double>()), 1e-13) << name;
+    EXPECT_LT(drift[name]["relative"].get<double>(), 1e-13) << name;
+    EXPECT_EQ(drift[name]["per_time"].get<double>(),
+              drift[name]["end"].get<double>() - drift[name]["begin"].get<double>());
+  }
+  EXPECT_NE(dpde("run s.dpde").out.find("drift a unit of time: integral(u) "), std::string::npos);
+}
+
+/// Nothing is conserved: nothing is said.
+TEST_F(Drift, OfNothingIsNotTold) {
+  write("s.dpde",
+        "model m { field u; dt(u) = lap(u) - u }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n"
+        "  initial u = 1 + sin(2*pi*x)\n  time 0 .. 1/8, step 1/512\n}\n");
+  const Outcome run = dpde("run s.dpde");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.out.find("drift"), std::string::npos) << run.out;
+}
+
+/// The few first steps keep the integral; later the source does not, and no event or control of the scene says so.
+TEST_F(Drift, BeyondRoundingIsAWarning) {
+  write("s.dpde",
+        "model m { field u; dt(u) = lap(u) + if(t > 1/16, 1, 0) }\nscheme c { time = euler }\n"
+        "scene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n"
+        "  initial u = 1 + sin(2*pi*x)\n  time 0 .. 1/8, step 1/512\n}\n");
+  const Outcome run = dpde("run s.dpde --json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"W0805"}) << run.err;
+  EXPECT_NEAR(run.json()["drift"]["integral(u)"]["per_time"].get<double>(), 0.5, 0.02);
+}
+
+/// A run that goes on from a checkpoint measures from there.
+TEST_F(Drift, GoesOnWithARun) {
+  write("s.dpde", viscous_shock);
+  ASSERT_EQ(dpde("run s.dpde --out o --checkpoint-every 100 --quiet").status, 0);
+  const Outcome again = dpde("run s.dpde --out o --resume --json");
+  EXPECT_EQ(again.status, 0) << again.err;
+}
+
+}  // namespace
+}  // namespace dpde::testing

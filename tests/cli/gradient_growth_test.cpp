@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gradients of chaotic runs: growth of the adjoint beside that of a perturbation, and what is left of the digits.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using GradientGrowth = Command;
+
+/// E. N. Lorenz 1963: sigma 10, rho 28, beta 8/3. From a state on the attractor.
+std::string lorenz(const std::string& end, const std::string& step = "0.01", const std::string& more = "") {
+  return "model lorenz {\n  field a, b, c\n  param rho\n  dt(a) = 10*(b - a)\n  dt(b) = a*(rho - c) - b\n"
+         "  dt(c) = a*b - 8/3*c\n}\nscheme k { time = rk4 }\nscene s : lorenz with k {\n  grid x = 0 .. 1, cells 1, "
+         "periodic\n"
+         "  rho = 28\n  initial a = -5.76\n  initial b = 2.27\n  initial c = 32.82\n  time 0 .. " +
+         end + ", step " + step + "\n}\ntask t : s {\n  unknown rho from 28\n  minimise mean(c) at t = " + end + "\n" +
+         more + "}\n";
+}
+
+/// Its largest Lyapunov exponent is 0.906 (J. C. Sprott, Chaos and Time-Series Analysis, 2003).
+TEST_F(GradientGrowth, OfLorenzIsItsLyapunovExponent) {
+  write("s.dpde", lorenz("300"));
+  const Outcome gradient = dpde("gradient s.dpde t --json");
+  ASSERT_EQ(gradient.status, 0) << gradient.err;
+  const Json growth = gradient.json()["growth"];
+  EXPECT_NEAR(growth["adjoint_rate"].get<double>(), 0.906, 0.0906) << growth;
+  EXPECT_NEAR(growth["perturbation_rate"].get<double>(), 0.906, 0.0906) << growth;
+  EXPECT_NEAR(growth["perturbation_rate_at_half_step"].get<double>(), 0.906, 0.0906) << growth;
+}
+
+/// At t = 40 the gradient is -2.6e8 or any other number; within the window that is advised it keeps three digits.
+TEST_F(GradientGrowth, BeyondRoundingIsToldWithTheWindowThatWouldDo) {
+  write("s.dpde", lorenz("40"));
+  const Outcome gradient = dpde("gradient s.dpde t --json");
+  ASSERT_EQ(gradient.status, 0) << gradient.err;
+  EXPECT_EQ(gradient.codes(), std::vector<std::string>{"W0806"}) << gradient.err;
+  EXPECT_NE(gradient.err.find("chaos of the equations, no fault of the scheme"), std::string::npos) << gradient.err;
+  const double window = gradient.json()["growth"]["safe_window"];
+  EXPECT_GT(window, 20);
+  EXPECT_LT(window, 40);
+  const Outcome optimised = dpde("optimize s.dpde t --iterations 1 --json");
+  const std::vector<std::string> codes = optimised.codes();
+  EXPECT_NE(std::find(codes.begin(), codes.end(), "W0806"), codes.end()) << optimised.err;
+  write("short.dpde", lorenz("10"));
+  const Outcome quiet = dpde("gradient short.dpde t --json");
+  EXPECT_TRUE(quiet.codes().empty()) << quiet.err;
+  EXPECT_EQ(quiet.json()["growth"]["lost"], false);
+}
+
+/// exp(0.9*900) is no number: not NaN without a word, and not a formula's fault.
+TEST_F(GradientGrowth, BeyondAllNumbersIsTold) {
+  write("s.dpde", lorenz("900"));
+  for (const std::string verb : {"gradient s.dpde t --json", "optimize s.dpde t --json"}) {
+    const Outcome outcome = dpde(verb);
+    EXPECT_EQ(outcome.status, 1) << verb << outcome.err;
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0803"}) << verb << outcome.err;
+    EXPECT_NE(outcome.err.find("the adjoint has grown by a factor of e^"), std::string::npos) << verb << outcome.err;
+  }
+}
+
+/// What the equations let grow like the state itself costs no digit: u grows by exp(40), and so does its adjoint.
+TEST_F(GradientGrowth, OfAStateThatGrowsLikewiseIsNoLoss) {
+  write("s.dpde",
+        "model m { field u; param r; dt(u) = r*u }\nscheme k { time = rk4 }\nscene s : m with k {\n"
+        "  grid x = 0 .. 1, cells 4, periodic\n  r = 1\n  initial u = 1 + x\n  time 0 .. 40, step 0.01\n}\n"
+        "task t : s {\n  unknown r from 1\n  minimise mean(u) at t = 40\n}\n");
+  const Outcome gradient = dpde("gradient s.dpde t --json");
+  ASSERT_EQ(gradient.status, 0) << gradient.err;
+  const Json growth = gradient.json()["growth"];
+  EXPECT_NEAR(growth["adjoint_rate"].get<double>(), 1, 1e-6) << growth;
+  EXPECT_NEAR(growth["perturbation_rate"].get<double>(), 1, 1e-5) << growth;
+  EXPECT_EQ(growth["lost"], false) << growth;
+}
+
+/// Diffusion lets nothing grow, and no run is made beside.
+TEST_F(GradientGrowth, OfDiffusionIsNone) {
+  write("s.dpde",
+        "model m { field u; param k; dt(u) = k*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n"
+        "  k = 1\n  initial u = sin(2*pi*x)\n  time 0 .. 1/8, step 1/512\n}\n"
+        "task t : s {\n  unknown k from 0.5\n  minimise mean(u^2)\n}\n");
+  const Json growth = dpde("gradient s.dpde t --json").json()["growth"];
+  EXPECT_LT(growth["adjoint_rate"].get<double>(), 0) << growth;
+  EXPECT_TRUE(growth["perturbation_rate"].is_null()) << growth;
+}
+
+}  // namespace
+}  // namespace dpde::testing

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "growth_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "analysis/instability.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using analysis::GradientGrowth;
+
+std::string cause_text(const GradientGrowth& growth) {
+  const std::optional<bool> is_of_equations = growth.is_of_equations();
+  if (!is_of_equations) return "";
+  const double half = growth.at_half_step->growth.rate;
+  return *is_of_equations
+             ? fmt::format("with half the step it grows at {:.4g}: chaos of the equations, no fault of the scheme; ",
+                           half)
+             : fmt::format("with half the step it grows at {:.4g}: the step is too large for the scheme; ", half);
+}
+
+void warn(Job& job, const TaskRun& run, const GradientGrowth& growth) {
+  const model::Problem& problem = run.session->problem();
+  const double end = problem.t_begin + growth.safe_window;
+  job.sink().report("gradient-lost-digits", run.task().losses.front().origin.range,
+                    {fmt::format("{:.4g}", growth.perturbation->growth.rate),
+                     fmt::format("{:.4g}", growth.adjoint.rate), fmt::format("{:.2g}", growth.rounding)},
+                    cause_text(growth) + fmt::format("a window of {:.4g}, to t = {:.4g}, would leave three digits",
+                                                     growth.safe_window, end));
+}
+
+}  // namespace
+
+Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks) {
+  const std::optional<GradientGrowth> growth = analysis::gradient_growth(*run.session, looks);
+  if (!growth) return nullptr;
+  Json json = {{"adjoint_rate", json_number(growth->adjoint.rate)},
+               {"adjoint_growth_ln", json_number(growth->adjoint.logarithm)},
+               {"perturbation_rate", nullptr},
+               {"perturbation_rate_at_half_step", nullptr},
+               {"rounding", growth->rounding},
+               {"lost", growth->is_lost()},
+               {"window", growth->window},
+               {"safe_window", nullptr}};
+  if (growth->perturbation) json["perturbation_rate"] = json_number(growth->perturbation->growth.rate);
+  if (growth->at_half_step) json["perturbation_rate_at_half_step"] = json_number(growth->at_half_step->growth.rate);
+  if (!growth->is_lost()) return json;
+  json["safe_window"] = growth->safe_window;
+  warn(job, run, *growth);
+  return json;
+}
+
+std::string help_for_growth(const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks) {
+  constexpr double far = 100;  // ln: no formula without a derivative does that by steps
+  const std::optional<analysis::Growth> growth = analysis::growth_of_adjoint(looks);
+  if (!growth || growth->logarithm < far || !analysis::instability(*run.session).empty()) return "";
+  return fmt::format(
+      "on its way back the adjoint has grown by a factor of e^{:.0f}, at a rate of {:.4g} (1/time), and then beyond "
+      "all "
+      "numbers: a shorter run (--set end=...) or a smaller step may help",
+      growth->logarithm, growth->rate);
+}
+
+}  // namespace dpde::tools
