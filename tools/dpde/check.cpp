@@ -87,6 +87,7 @@ Order order_of(const model::Problem& problem) {
     case model::TimeScheme::leapfrog:
     case model::TimeScheme::rk2: order.time = 2; break;
     case model::TimeScheme::rk4: order.time = 4; break;
+    case model::TimeScheme::ab3:
     case model::TimeScheme::ssp_rk3: order.time = 3; break;
   }
   order.time = order_with_parts(problem, order.time);

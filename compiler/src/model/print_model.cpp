@@ -321,27 +321,25 @@ std::vector<std::string> task_lines(const Task& task) {
   return lines;
 }
 
+const char* limiter_text(Limiter limiter) {
+  switch (limiter) {
+    case Limiter::minmod: return "minmod";
+    case Limiter::van_leer: return "van_leer";
+    case Limiter::mc: return "mc";
+  }
+  unreachable("limiter");
+}
+
 std::string advect_text(const Scheme& scheme) {
   switch (scheme.advect) {
     case Advection::central: return fmt::format("central({})", scheme.advect_order);
     case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
+    case Advection::weno: return fmt::format("weno({})", scheme.advect_order);
+    case Advection::muscl: return fmt::format("muscl({})", limiter_text(scheme.limiter));
     case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
     case Advection::maccormack: return "maccormack";
   }
   unreachable("advection");
-}
-
-std::string time_text(TimeScheme time) {
-  switch (time) {
-    case TimeScheme::euler: return "euler";
-    case TimeScheme::rk2: return "rk2";
-    case TimeScheme::rk4: return "rk4";
-    case TimeScheme::ssp_rk3: return "ssp_rk3";
-    case TimeScheme::verlet: return "verlet";
-    case TimeScheme::ab2: return "ab2";
-    case TimeScheme::leapfrog: return "leapfrog";
-  }
-  unreachable("time scheme");
 }
 
 /// An operator whose adjoint is given stands for itself in expressions: here is what it is.
@@ -396,10 +394,24 @@ std::string print(const Source& source) {
   return load_text(source.file, source.variable) + (source.time ? fmt::format(" at t = {}", *source.time) : "");
 }
 
+std::string print(TimeScheme time) {
+  switch (time) {
+    case TimeScheme::euler: return "euler";
+    case TimeScheme::rk2: return "rk2";
+    case TimeScheme::rk4: return "rk4";
+    case TimeScheme::ssp_rk3: return "ssp_rk3";
+    case TimeScheme::verlet: return "verlet";
+    case TimeScheme::ab2: return "ab2";
+    case TimeScheme::ab3: return "ab3";
+    case TimeScheme::leapfrog: return "leapfrog";
+  }
+  unreachable("time scheme");
+}
+
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {}{} }}\n", s.name,
-                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time), real);
+                     advect_text(s), s.derivative_order, s.laplacian_order, print(s.time), real);
 }
 
 std::string print(const Control& control, double step) {

@@ -211,7 +211,7 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
       const model::State& state = problem.states[i];
       advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
     }
-    const bool remembers = is_multistep(problem.scheme.time);
+    const bool remembers = model::has_memory(problem.scheme.time);
     stages = remembers ? multistep_stages(lowering, advances, name) : subcycled_stages(lowering, advances, name);
   }
   std::map<std::string, std::string> ends;
