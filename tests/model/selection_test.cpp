@@ -124,7 +124,7 @@ TEST(Settings, Refusals) {
   EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
   EXPECT_EQ(refusal("time", "rk3"),
             "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4, ssp_rk3, verlet, ab2, "
-            "leapfrog");
+            "ab3, leapfrog");
   EXPECT_EQ(refusal("real", "f16"), "real cannot be set to f16: there is no such choice; choose one of: f64, f32");
   EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
   EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");

@@ -237,6 +237,7 @@ TEST(Order, OfTheTimeSchemes) {
   expect_order(decay, "one", with({{"time", "rk2"}}, steps), 2, 1e-4);
   expect_order(decay, "one", with({{"time", "ab2"}}, steps), 2, 1e-3);
   expect_order(decay, "one", with({{"time", "leapfrog"}}, steps), 2, 1e-3);
+  expect_order(decay, "one", with({{"time", "ab3"}}, steps), 3, 1e-4);
   expect_order(decay, "one", with({{"time", "ssp_rk3"}}, steps), 3, 1e-6);
   expect_order(decay, "one", with({{"time", "rk4"}}, steps), 4, 1e-8);
 }

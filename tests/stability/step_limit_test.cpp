@@ -84,7 +84,9 @@ INSTANTIATE_TEST_SUITE_P(Stability, AdvectionTable,
                                            Entry{"central(4)", "ab2", weak}, Entry{"central(4)", "leapfrog", 0.7288},
                                            Entry{"upwind(3)", "euler", 0}, Entry{"upwind(3)", "rk2", 0.8738},
                                            Entry{"upwind(3)", "ssp_rk3", 1.6259}, Entry{"upwind(3)", "rk4", 1.7453},
-                                           Entry{"upwind(3)", "ab2", 0.5802}, Entry{"upwind(3)", "leapfrog", 0}));
+                                           Entry{"upwind(3)", "ab2", 0.5802}, Entry{"upwind(3)", "leapfrog", 0},
+                                           Entry{"upwind(1)", "ab3", 0.2727}, Entry{"central(2)", "ab3", 0.7236},
+                                           Entry{"central(4)", "ab3", 0.5274}, Entry{"upwind(3)", "ab3", 0.3965}));
 
 /// The wave of two cells has the largest wave number, pi a cell: 1/pi of the limits on the imaginary axis.
 INSTANTIATE_TEST_SUITE_P(Spectral, AdvectionTable,
@@ -114,7 +116,8 @@ INSTANTIATE_TEST_SUITE_P(Stability, DiffusionTable,
                                            Entry{"central(2)", "ab2", 0.25}, Entry{"central(2)", "leapfrog", 0},
                                            Entry{"central(4)", "euler", 0.375}, Entry{"central(4)", "rk2", 0.375},
                                            Entry{"central(4)", "ssp_rk3", 0.47114}, Entry{"central(4)", "rk4", 0.52224},
-                                           Entry{"central(4)", "ab2", 0.1875}));
+                                           Entry{"central(4)", "ab2", 0.1875}, Entry{"central(2)", "ab3", 0.13636},
+                                           Entry{"central(4)", "ab3", 0.10227}));
 INSTANTIATE_TEST_SUITE_P(Spectral, DiffusionTable,
                          ::testing::Values(Entry{"spectral", "euler", 0.20264}, Entry{"spectral", "rk2", 0.20264},
                                            Entry{"spectral", "ssp_rk3", 0.25459}, Entry{"spectral", "rk4", 0.28221},

@@ -62,7 +62,7 @@ TEST_P(Measured, IsWhatIsPredicted) {
 
 std::vector<Pairing> pairings() {
   std::vector<Pairing> result;
-  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4", "ab2", "leapfrog"}) {
+  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4", "ab2", "ab3", "leapfrog"}) {
     for (const std::string space : {"upwind(1)", "central(2)", "central(4)", "upwind(3)"})
       result.push_back({"-advect(1, u)", "advect", space, time});
     for (const std::string space : {"central(2)", "central(4)"}) result.push_back({"lap(u)", "lap", space, time});

@@ -126,6 +126,7 @@ int time_order(model::TimeScheme time) {
     case model::TimeScheme::rk2: return 2;
     case model::TimeScheme::etdrk4:
     case model::TimeScheme::rk4: return 4;
+    case model::TimeScheme::ab3:
     case model::TimeScheme::ssp_rk3: return 3;
   }
   unreachable("time scheme");

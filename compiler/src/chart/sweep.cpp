@@ -44,6 +44,13 @@ Method central(const Uses& uses, const std::string& order) {
   return method;
 }
 
+/// Central differences of order 4, but for advection.
+Method upwind(const Uses& uses, const std::string& advect) {
+  Method method = central(uses, "4");
+  method["advect"] = advect;
+  return method;
+}
+
 void add_new(std::vector<Method>& methods, const Method& method) {
   if (std::ranges::find(methods, method) == methods.end()) methods.push_back(method);
 }
@@ -78,17 +85,21 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
   const Uses uses = uses_of(problem);
   const bool is_second_order =
       std::ranges::any_of(problem.states, [](const auto& s) { return !s.velocity_of.empty(); });
-  std::vector<Method> spaces{central(uses, "2"), central(uses, "4")};
-  if (uses.advect) {
-    spaces.push_back(central(uses, "4"));
-    spaces.back()["advect"] = "upwind3";
-  }
-  for (Method space : spaces) {
-    space["time"] = is_second_order ? "leapfrog" : "ssp_rk3";
-    add_new(methods, space);
-    space["time"] = "rk4";
-    add_new(methods, space);
-  }
+  const auto add = [&](Method method, const std::string& time) {
+    method["time"] = time;
+    add_new(methods, method);
+  };
+  const std::string cheap = is_second_order ? "leapfrog" : "ssp_rk3";
+  if (!uses.advect) add(central(uses, "2"), cheap);
+  add(central(uses, "2"), "rk4");
+  add(central(uses, "4"), cheap);
+  add(central(uses, "4"), "rk4");
+  if (!uses.advect) return methods;
+  const std::string damped = is_second_order ? "rk4" : "ssp_rk3";  // leapfrog lets grow what is damped
+  add(upwind(uses, "upwind3"), damped);
+  add(upwind(uses, "upwind5"), "rk4");
+  add(upwind(uses, "weno5"), damped);
+  add(upwind(uses, "muscl_van_leer"), damped);
   return methods;
 }
 

@@ -20,8 +20,9 @@ struct Wishes {
   std::vector<double> fractions;
 };
 
-/// Methods that suit the scene's equations where none are asked for: its own, and differences of order 2 and 4 and
-/// upwind ones where they are used, each with the scene's integrator and with rk4.
+/// Methods that suit the scene's equations where none are asked for: its own, and central differences of order 2 and 4,
+/// with ssp_rk3 (leapfrog for equations of second order) and rk4; where something is advected also upwind differences
+/// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
 /// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.

@@ -213,7 +213,8 @@ struct AxisSides {
 struct State {
   std::string name;
   std::string velocity_of;  // this state is dt of that one, whose equation is of second order; "" otherwise
-  std::string history_of;   // what a time scheme keeps of that one's last step; has no equation; "" otherwise
+  std::string history_of;   // what a time scheme keeps of that one's last step (that one may be a history itself); has
+                            // no equation; "" otherwise
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
   int parts = 1;                    // its equation makes so many equal steps within each, after those that make fewer
@@ -261,22 +262,27 @@ struct Quantity {
   Origin origin;
 };
 
-enum class Advection { central, upwind, semi_lagrangian, maccormack };
+enum class Advection { central, upwind, weno, muscl, semi_lagrangian, maccormack };
+enum class Limiter { minmod, van_leer, mc };
 /// Whether it goes back along the flow, and is no difference.
 constexpr bool follows_flow(Advection advect) {
   return advect == Advection::semi_lagrangian || advect == Advection::maccormack;
 }
-enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog, etdrk2, etdrk4 };
+enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, ab3, leapfrog, etdrk2, etdrk4 };
+/// Adams-Bashforth: it remembers the rates of the steps before.
+constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
+constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
 /// It treats the linear part exactly, as multipliers of waves.
 constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
 constexpr int spectral = 0;  // in place of an order: by Fourier series
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
-  int advect_order = 2;  // central: 2, 4, 6, 8 or spectral; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic
-                         // interpolation); maccormack: 2
-  int derivative_order = 2;  // key dx: 2, 4, 6, 8 or spectral
-  int laplacian_order = 2;   // key lap: the same, for second derivatives
+  int advect_order = 2;  // central: 2, 4, 6, 8 or spectral; upwind: 1, 3, 5 or 7; weno: 3 or 5; muscl, maccormack: 2;
+                         // semi_lagrangian: 1 or 3 (linear or cubic interpolation)
+  Limiter limiter = Limiter::minmod;  // of muscl
+  int derivative_order = 2;           // key dx: 2, 4, 6, 8 or spectral
+  int laplacian_order = 2;            // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in

@@ -323,29 +323,25 @@ std::vector<std::string> task_lines(const Task& task) {
 
 std::string order_text(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
 
+const char* limiter_text(Limiter limiter) {
+  switch (limiter) {
+    case Limiter::minmod: return "minmod";
+    case Limiter::van_leer: return "van_leer";
+    case Limiter::mc: return "mc";
+  }
+  unreachable("limiter");
+}
+
 std::string advect_text(const Scheme& scheme) {
   switch (scheme.advect) {
     case Advection::central: return order_text(scheme.advect_order);
     case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
+    case Advection::weno: return fmt::format("weno({})", scheme.advect_order);
+    case Advection::muscl: return fmt::format("muscl({})", limiter_text(scheme.limiter));
     case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
     case Advection::maccormack: return "maccormack";
   }
   unreachable("advection");
-}
-
-std::string time_text(TimeScheme time) {
-  switch (time) {
-    case TimeScheme::euler: return "euler";
-    case TimeScheme::rk2: return "rk2";
-    case TimeScheme::rk4: return "rk4";
-    case TimeScheme::ssp_rk3: return "ssp_rk3";
-    case TimeScheme::verlet: return "verlet";
-    case TimeScheme::ab2: return "ab2";
-    case TimeScheme::leapfrog: return "leapfrog";
-    case TimeScheme::etdrk2: return "etdrk2";
-    case TimeScheme::etdrk4: return "etdrk4";
-  }
-  unreachable("time scheme");
 }
 
 /// An operator whose adjoint is given stands for itself in expressions: here is what it is.
@@ -400,11 +396,27 @@ std::string print(const Source& source) {
   return load_text(source.file, source.variable) + (source.time ? fmt::format(" at t = {}", *source.time) : "");
 }
 
+std::string print(TimeScheme time) {
+  switch (time) {
+    case TimeScheme::euler: return "euler";
+    case TimeScheme::rk2: return "rk2";
+    case TimeScheme::rk4: return "rk4";
+    case TimeScheme::ssp_rk3: return "ssp_rk3";
+    case TimeScheme::verlet: return "verlet";
+    case TimeScheme::ab2: return "ab2";
+    case TimeScheme::ab3: return "ab3";
+    case TimeScheme::leapfrog: return "leapfrog";
+    case TimeScheme::etdrk2: return "etdrk2";
+    case TimeScheme::etdrk4: return "etdrk4";
+  }
+  unreachable("time scheme");
+}
+
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   const std::string dealias = s.dealias ? "; dealias = two_thirds" : "";
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect_text(s),
-                     order_text(s.derivative_order), order_text(s.laplacian_order), dealias, time_text(s.time), real);
+                     order_text(s.derivative_order), order_text(s.laplacian_order), dealias, print(s.time), real);
 }
 
 std::string print(const Control& control, double step) {

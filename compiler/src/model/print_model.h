@@ -13,6 +13,8 @@ std::string print(const Problem& problem);
 std::string print(const Expr& expr);
 /// A formula or load(...).
 std::string print(const Source& source);
+/// As a scheme block has it.
+std::string print(TimeScheme time);
 /// A scheme block with all its keys, on a line of its own.
 std::string print(const Scheme& scheme);
 /// F = sin(t) every 0.5, where a step takes `step`.

@@ -21,10 +21,10 @@ struct Transport {
   double at_grid_scale = 0;  // diffusion that the wave of two cells sees
 };
 
-Transport transport_of(const Response& rows, std::size_t row, std::size_t axis, double spacing) {
+Transport transport_of(const Response& response, std::size_t row, std::size_t axis, double spacing) {
   Transport found;
   double size = 0;
-  for (const Form::Term& term : rows[row].terms()) {
+  for (const Form::Term& term : response.rows[row].terms()) {
     if (Form::component_of(term.key) != static_cast<int>(row)) continue;
     const double k = Form::offset_of(term.key)[axis];
     found.speed -= spacing * k * term.coefficient;
@@ -40,6 +40,10 @@ Transport transport_of(const Response& rows, std::size_t row, std::size_t axis, 
 model::Problem with_central_advection(model::Problem problem) {
   problem.scheme.advect = model::Advection::central;
   problem.scheme.advect_order = 2;
+  for (int* order : {&problem.scheme.derivative_order, &problem.scheme.laplacian_order}) {
+    if (*order == model::spectral) *order = 2;
+  }
+  problem.scheme.dealias = false;
   return problem;
 }
 

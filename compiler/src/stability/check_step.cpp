@@ -12,7 +12,7 @@ namespace {
 
 SourceRange equation_of(const model::Problem& problem, const std::string& field) {
   const model::State* state = problem.find_state(field);
-  if (state != nullptr && !state->history_of.empty()) state = problem.find_state(state->history_of);
+  while (state != nullptr && !state->history_of.empty()) state = problem.find_state(state->history_of);
   return state == nullptr ? problem.time_origin.range : state->origin.range;
 }
 

@@ -470,7 +470,7 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
 }
 
 Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place& place) {
-  if (scheme_.advect == model::Advection::upwind) return upwind_at(e, place);
+  if (scheme_.advect != model::Advection::central) return upwind_at(e, place);
   std::vector<Quotient> terms;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;

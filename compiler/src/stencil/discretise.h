@@ -11,8 +11,9 @@
 //    staggered difference where its operand can be taken at the other placement along its axis, else the central one;
 //  - interpolate: the average of the order of `dx` from the operand's own placement, one axis after the other;
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
-//    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell:
-//    of a constant they are 0 exactly.
+//    upwind(3), (5) and (7) likewise with differences of these orders, weno and muscl with the one of
+//    upwind_difference.h on the side that the flow comes from; all as rises from cell to cell: of a constant they are 0
+//    exactly.
 //  - spectral: the sum of derivatives with uniform coefficients becomes a field of its own too, made by one transform;
 //  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all
 //  its
@@ -27,6 +28,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -67,7 +69,7 @@ using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform>;
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
  public:
-  /// `scheme.advect` is central or upwind. Lets take names that `names` does not know.
+  /// `scheme.advect` does not follow the flow. Lets take names that `names` does not know.
   Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {},
               model::Placements placements = {});
 
@@ -128,6 +130,7 @@ class Discretiser {
   std::string stored_transform(Transform transform);
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);
+  Expr chosen_difference(const Expr& speed, const std::function<Expr(int)>& cell);
   Quotient combine(const Difference& difference, int axis, const model::Expr& e, const Place& place);
   Quotient placed_derivative(const model::Derivative& e, const Place& place, int accuracy);
   Expr named_derivative(const model::Derivative& e, const std::string& field, const Place& place, int accuracy);

@@ -1,11 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport by differences from upwind: of order 1, or of order 3 with two cells upwind and one downwind.
+// Transport by differences from the side that the flow comes from, see upwind_difference.h.
+#include <vector>
+
 #include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/discretise.h"
+#include "stencil/upwind_difference.h"
+#include "support/assert.h"
 
 namespace dpde::stencil {
 
+namespace {
+
+Limiter limiter_of(const model::Scheme& scheme) {
+  switch (scheme.limiter) {
+    case model::Limiter::minmod: return minmod_slope;
+    case model::Limiter::van_leer: return van_leer_slope;
+    case model::Limiter::mc: return mc_slope;
+  }
+  unreachable("limiter");
+}
+
+}  // namespace
+
+/// Of a linear scheme both sides are taken, times the parts of the speed that go each way; of another one the side is
+/// chosen first, as its difference costs more. At rest it is the side of a flow to higher cells either way.
 Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
   for (int axis = 0; axis < max_rank; ++axis) {
     if (is_midway(place, axis)) return at_halfway(model::Expr(model::Node{e}), place, axis);
@@ -14,24 +33,41 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;
     Expr speed = velocity_at(e.velocity[axis], place).value();
-    if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
     const auto cell = [&](int distance) {
       Place there = place;
       there[axis] += 2 * distance;
       return distance == 0 ? at(e.operand, place).value() : inside_difference(e.operand, there).value();
     };
-    const Expr rise_before = cell(0) - cell(-1), rise_after = cell(1) - cell(0);
-    const Expr forward = call(Fn::max, {speed, 0.0}), backward = call(Fn::min, {speed, 0.0});
-    if (scheme_.advect_order < 3) {
-      sum = sum + forward * rise_before / spacing(axis) + backward * rise_after / spacing(axis);
+    if (scheme_.advect == model::Advection::upwind) {
+      if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
+      const auto part = [&](Fn side, const Rise& rise) {
+        const UpwindDifference difference = upwind_difference(scheme_.advect_order, rise);
+        return call(side, {speed, 0.0}) * difference.sum / (difference.denominator * spacing(axis));
+      };
+      sum = sum + part(Fn::max, [&](int k) { return cell(k) - cell(k - 1); });
+      sum = sum + part(Fn::min, [&](int k) { return cell(1 - k) - cell(-k); });
     } else {
-      const Expr from_low = 2.0 * rise_after + 5.0 * rise_before - (cell(-1) - cell(-2));
-      const Expr from_high = 2.0 * rise_before + 5.0 * rise_after - (cell(2) - cell(1));
-      const Expr bottom = 6.0 * spacing(axis);
-      sum = sum + forward * from_low / bottom + backward * from_high / bottom;
+      speed = shared("velocity_" + axis_letter(axis), speed);
+      sum = sum + speed * chosen_difference(speed, cell) / spacing(axis);
     }
   }
   return Quotient{sum};
+}
+
+/// Lets may stand within differences here: they are of their own place, and used nowhere else.
+Expr Discretiser::chosen_difference(const Expr& speed, const std::function<Expr(int)>& cell) {
+  const auto share = [this](const std::string& wish, const Expr& value) { return shared(wish, value); };
+  const bool is_weno = scheme_.advect == model::Advection::weno;
+  const int upstream = is_weno ? (scheme_.advect_order + 1) / 2 : 2;
+  std::vector<Expr> faces;  // rises across those between the cells -upstream to upstream
+  for (int k = 1 - upstream; k <= upstream; ++k) faces.push_back(share("rise", cell(k) - cell(k - 1)));
+  const auto face = [&](int k) { return faces[static_cast<std::size_t>(k - 1 + upstream)]; };
+  std::vector<Expr> rises;
+  for (int k = 1 - upstream; k < upstream; ++k)
+    rises.push_back(share("rise", select(binary(BinaryOp::greater_equal, speed, 0.0), face(k), face(1 - k))));
+  const Rise rise = [&](int k) { return rises[static_cast<std::size_t>(k - 1 + upstream)]; };
+  return share("difference", is_weno ? weno_difference(scheme_.advect_order, rise, share)
+                                     : muscl_difference(limiter_of(scheme_), rise, share));
 }
 
 }  // namespace dpde::stencil

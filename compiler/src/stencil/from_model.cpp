@@ -213,7 +213,7 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
       advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
     }
     const model::TimeScheme time = problem.scheme.time;
-    stages = is_multistep(time)            ? multistep_stages(lowering, advances, name)
+    stages = model::has_memory(time)       ? multistep_stages(lowering, advances, name)
              : model::is_exponential(time) ? exponential_stages(lowering, advances, problem.scene)
                                            : subcycled_stages(lowering, advances, name);
   }

@@ -26,10 +26,13 @@ class Multistep {
   Expr next_velocity(const model::State& velocity);
   Expr next_history(const model::State& history) const;
   Expr rate(const Advance& advance);
-  /// A number that is different in the first step.
-  Expr at_first(const std::string& name, const Expr& first, const Expr& later);
+  /// Whether this is one of the first steps.
+  Expr is_within(int steps) const;
+  /// A number that is different in the first step, or in the first ones.
+  Expr at_first(const std::string& name, const Expr& first, const Expr& later, int steps = 1);
   model::Placement placement_of(const std::string& state) const { return at_point_.placements().of(state); }
-  bool keeps_rates() const { return problem_.scheme.time == model::TimeScheme::ab2; }
+  bool keeps_rates() const { return model::keeps_rates(problem_.scheme.time); }
+  Expr next_by_rates(const Advance& advance, const model::State& history);
 
   const model::Problem& problem_;
   const std::vector<Advance>& advances_;
@@ -37,11 +40,14 @@ class Multistep {
   std::map<std::string, Expr> shared_;  // by name: rates, velocities and numbers that are used twice
 };
 
-Expr Multistep::at_first(const std::string& name, const Expr& first, const Expr& later) {
+Expr Multistep::is_within(int steps) const {
+  return binary(BinaryOp::less, param("t"), problem_.t_begin + (steps == 1 ? dt() / 2.0 : (steps - 0.5) * dt()));
+}
+
+Expr Multistep::at_first(const std::string& name, const Expr& first, const Expr& later, int steps) {
   const auto found = shared_.find(name);
   if (found != shared_.end()) return found->second;
-  const Expr is_first = binary(BinaryOp::less, param("t"), problem_.t_begin + dt() / 2.0);
-  return shared_.emplace(name, at_point_.shared(name, select(is_first, first, later))).first->second;
+  return shared_.emplace(name, at_point_.shared(name, select(is_within(steps), first, later))).first->second;
 }
 
 Expr Multistep::rate(const Advance& advance) {
@@ -60,13 +66,23 @@ Expr Multistep::next(const Advance& advance) {
   if (!own.velocity_of.empty() && !keeps_rates()) return next_velocity(own);
   const model::State* history = problem_.history_of(advance.state);
   if (!history) return here;
+  if (keeps_rates()) return next_by_rates(advance, *history);
   const Expr before = access(history->name);
-  if (keeps_rates()) {
-    const Expr weight = at_first("weight_before", 0.0, 0.5);
-    return here + dt() * ((1.0 + weight) * rate(advance) - weight * before);
-  }
   const Expr euler = at_first("is_first", 1.0, 0.0);
   return before + euler * (here - before) + (2.0 - euler) * dt() * rate(advance);
+}
+
+/// With F_1 and F_2 the rates of the two steps before, ab3 is u + dt (F + 11/12 (F - F_1) - 5/12 (F_1 - F_2)).
+Expr Multistep::next_by_rates(const Advance& advance, const model::State& history) {
+  const Expr here = access(advance.state), now = rate(advance), before = access(history.name);
+  if (problem_.scheme.time == model::TimeScheme::ab2) {
+    const Expr weight = at_first("weight_before", 0.0, 0.5);
+    return here + dt() * ((1.0 + weight) * now - weight * before);
+  }
+  const Expr older = access(problem_.history_of(history.name)->name);
+  const Expr bend = at_first("weight_before", 0.0, select(is_within(2), 1.0, 11.0 / 12));
+  const Expr bend_before = at_first("weight_older", 0.0, 5.0 / 12, 2);
+  return here + dt() * (now + bend * (now - before) - bend_before * (before - older));
 }
 
 Expr Multistep::next_position(const std::string& state, const model::State& velocity) {
@@ -90,7 +106,8 @@ Expr Multistep::next_velocity(const model::State& velocity) {
 }
 
 Expr Multistep::next_history(const model::State& history) const {
-  return keeps_rates() ? shared_.at(history.history_of + "_rate_now") : access(history.history_of);
+  const bool is_of_rate = keeps_rates() && problem_.find_state(history.history_of)->history_of.empty();
+  return is_of_rate ? shared_.at(history.history_of + "_rate_now") : access(history.history_of);
 }
 
 std::vector<Stage> Multistep::stages(Kernel kernel) {
@@ -103,10 +120,6 @@ std::vector<Stage> Multistep::stages(Kernel kernel) {
 }
 
 }  // namespace
-
-bool is_multistep(model::TimeScheme scheme) {
-  return scheme == model::TimeScheme::ab2 || scheme == model::TimeScheme::leapfrog;
-}
 
 std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   return Multistep(lowering, advances).stages(lowering.kernel(name));

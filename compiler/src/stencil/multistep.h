@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time schemes that remember, one kernel each:
 //  - ab2: u + dt (3 F(u) - F_before)/2, the rate F_before being a state; the first step is Euler's.
+//  - ab3: u + dt (23 F(u) - 16 F_before + 5 F_older)/12. The first step is Euler's, the second takes 2 F(u) - F_before:
+//    with the first one that is the midpoint rule over both, so that what is left of the start is an error of dt^3 and
+//    the order stays 3 from the second step on.
 //  - leapfrog: u_before + 2 dt F(u) for an equation of first order, u_before being a state; the first step is Euler's.
 //    For one of second order 2 u - u_before + dt^2 F, in the form v = (u - u_before)/dt, v_next = v + dt F,
 //    u_next = u + dt v_next (E. Hairer et al., Acta Numerica 2003, the "one-step formulation on a staggered grid"):
 //    less rounding, and u is read but once. v is the velocity half a step before, except at the start: the first v_next
 //    takes half a step. Damping B v acts on the mean of v and v_next, which is solved for v_next.
-// A first step of order 1 costs one error of dt^2: the order stays 2.
+// Of order 2, a first step of order 1 costs one error of dt^2: the order stays 2.
 #pragma once
 
 #include <string>
@@ -17,8 +20,6 @@
 #include "stencil/time_schemes.h"
 
 namespace dpde::stencil {
-
-bool is_multistep(model::TimeScheme scheme);
 
 /// The kernel of a checked problem; `advances` has all states, histories with the rate 0.
 std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);

@@ -190,6 +190,7 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::ssp_rk3: return by(shu_osher_3);
     case model::TimeScheme::verlet: return velocity_verlet(lowering, advances, prefix, part);
     case model::TimeScheme::ab2:
+    case model::TimeScheme::ab3:
     case model::TimeScheme::leapfrog: break;
     case model::TimeScheme::etdrk2:
     case model::TimeScheme::etdrk4: break;

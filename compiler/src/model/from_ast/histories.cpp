@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, leapfrog the value u_old. Both are states
-// that begin at 0: the first step does not use them. An equation of second order needs none with leapfrog, which keeps
-// its velocity.
+// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, ab3 that and u_rate_old, what u_rate was a
+// step before; leapfrog keeps the value u_old. All are states that begin at 0: the first steps do not use them. An
+// equation of second order needs none with leapfrog, which keeps its velocity.
 #include "model/build.h"
 #include "model/from_ast/parts.h"
+#include "model/print_model.h"
 
 namespace dpde::model {
 
 namespace {
 
 bool is_leapfrog(const Draft& draft) { return draft.problem.scheme.time == TimeScheme::leapfrog; }
-bool is_ab2(const Draft& draft) { return draft.problem.scheme.time == TimeScheme::ab2; }
 
 bool needs_history(const Draft& draft, const State& state) {
   if (!state.rhs || is_constant(*state.rhs, 0)) return false;
-  if (is_ab2(draft)) return true;
+  if (keeps_rates(draft.problem.scheme.time)) return true;
   return is_leapfrog(draft) && state.velocity_of.empty() && !draft.problem.velocity_of(state.name);
 }
 
@@ -39,8 +39,7 @@ void check_velocity(Draft& draft, const State& velocity) {
 }
 
 /// u_rate of u, or u_rate_2 where something of the file is called so.
-std::string history_name(const Draft& draft, const State& state) {
-  const std::string suffix = is_ab2(draft) ? "_rate" : "_old";
+std::string history_name(const Draft& draft, const State& state, const std::string& suffix) {
   const auto is_taken = [&](const std::string& name) {
     return draft.scope.find(name) != nullptr ||
            (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr);
@@ -53,37 +52,41 @@ std::string history_name(const Draft& draft, const State& state) {
 }  // namespace
 
 void add_histories(Draft& draft) {
+  const TimeScheme time = draft.problem.scheme.time;
   std::vector<State> histories;
+  const auto add = [&](const State& of, const std::string& suffix, const Origin& origin) {
+    State history;
+    history.name = history_name(draft, of, suffix);
+    history.history_of = of.name;
+    history.boundary = of.boundary;
+    history.placement = of.placement;
+    history.initial.formula = 0.0;
+    if (declare(draft, {history.name, origin.range}, Role::state)) histories.push_back(history);
+    return history;
+  };
   for (const State& state : draft.problem.states) {
     if (!needs_history(draft, state)) continue;
-    State history;
-    history.name = history_name(draft, state);
-    history.history_of = state.name;
-    history.boundary = state.boundary;
-    history.placement = state.placement;
-    history.initial.formula = 0.0;
-    if (declare(draft, {history.name, state.origin.range}, Role::state)) histories.push_back(std::move(history));
+    const State history = add(state, keeps_rates(time) ? "_rate" : "_old", state.origin);
+    if (time == TimeScheme::ab3) add(history, "_old", state.origin);
   }
   draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
 }
 
 void check_histories(Draft& draft) {
-  if (!draft.model || (!is_ab2(draft) && !is_leapfrog(draft))) return;
   const Problem& problem = draft.problem;
+  if (!draft.model || !has_memory(problem.scheme.time)) return;
+  const std::string time = print(problem.scheme.time);
   if (follows_flow(problem.scheme.advect)) {
-    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
-                      {is_ab2(draft) ? "ab2" : "leapfrog", "advection along the flow"},
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {time, "advection along the flow"},
                       "take time = rk2, or advect = central(2) or upwind(3)");
   }
   if (problem.courant > 0) {
-    draft.sink.report("schemes-do-not-fit", problem.time_origin.range,
-                      {is_ab2(draft) ? "ab2" : "leapfrog", "steps limited by a Courant number"},
+    draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {time, "steps limited by a Courant number"},
                       "take time = rk2 or ssp_rk3");
   }
   if (!problem.events.empty()) {  // what they remember would still be that of before
     draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
-                      {is_ab2(draft) ? "ab2" : "leapfrog", "values that change after steps"},
-                      "take time = rk2 or verlet");
+                      {time, "values that change after steps"}, "take time = rk2 or verlet");
   }
   if (!is_leapfrog(draft)) return;
   for (const State& state : problem.states) {

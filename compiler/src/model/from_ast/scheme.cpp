@@ -25,6 +25,11 @@ void set_advect(Scheme& scheme) {
   scheme.advect = advect;
   scheme.advect_order = order;
 }
+template <Limiter limiter>
+void set_muscl(Scheme& scheme) {
+  set_advect<Advection::muscl, 2>(scheme);
+  scheme.limiter = limiter;
+}
 template <int order>
 void set_derivative(Scheme& scheme) {
   scheme.derivative_order = order;
@@ -61,6 +66,13 @@ constexpr Choice choices[] = {
     {"advect", "spectral", {"spectral()"}, set_advect<Advection::central, spectral>},
     {"advect", "upwind(1)", {"upwind1", "upwind"}, set_advect<Advection::upwind, 1>},
     {"advect", "upwind(3)", {"upwind3"}, set_advect<Advection::upwind, 3>},
+    {"advect", "upwind(5)", {"upwind5"}, set_advect<Advection::upwind, 5>},
+    {"advect", "upwind(7)", {"upwind7"}, set_advect<Advection::upwind, 7>},
+    {"advect", "weno(3)", {"weno3"}, set_advect<Advection::weno, 3>},
+    {"advect", "weno(5)", {"weno5"}, set_advect<Advection::weno, 5>},
+    {"advect", "muscl(minmod)", {"muscl_minmod"}, set_muscl<Limiter::minmod>},
+    {"advect", "muscl(van_leer)", {"muscl_van_leer"}, set_muscl<Limiter::van_leer>},
+    {"advect", "muscl(mc)", {"muscl_mc"}, set_muscl<Limiter::mc>},
     {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
     {"advect", "semi_lagrangian(cubic)", {"semi_lagrangian_cubic"}, set_advect<Advection::semi_lagrangian, 3>},
     {"advect", "maccormack", {"maccormack()"}, set_advect<Advection::maccormack, 2>},
@@ -82,6 +94,7 @@ constexpr Choice choices[] = {
     {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
     {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
     {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
+    {"time", "ab3", {"ab3()"}, set_time<TimeScheme::ab3>},
     {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
     {"time", "etdrk2", {"etdrk2()"}, set_time<TimeScheme::etdrk2>},
     {"time", "etdrk4", {"etdrk4()"}, set_time<TimeScheme::etdrk4>},

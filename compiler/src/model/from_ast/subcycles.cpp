@@ -6,6 +6,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/print_model.h"
 
 namespace dpde::model {
 
@@ -27,12 +28,10 @@ int parts_of(Draft& draft, const ast::Expr& written) {
 /// would help.
 bool fits(Draft& draft, SourceRange range) {
   const Scheme& scheme = draft.problem.scheme;
-  const bool remembers = scheme.time == TimeScheme::ab2 || scheme.time == TimeScheme::leapfrog;
-  if (remembers) {
-    draft.sink.report(
-        "schemes-do-not-fit", range,
-        {scheme.time == TimeScheme::ab2 ? "ab2" : "leapfrog", "equations that make several steps within each"},
-        "take time = rk2 or verlet");
+  if (has_memory(scheme.time)) {
+    draft.sink.report("schemes-do-not-fit", range,
+                      {print(scheme.time), "equations that make several steps within each"},
+                      "take time = rk2 or verlet");
   } else if (draft.program) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                       "run the kernels several times in the program");

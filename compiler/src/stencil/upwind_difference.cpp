@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/upwind_difference.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "stencil/build.h"
+#include "stencil/finite_difference.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// Added to what is divided by: its square is a number in single precision too.
+constexpr double smallest_rise = 1e-18;
+constexpr double epsilon = 1e-6;
+
+Expr square(const Expr& e) { return power(e, 2.0); }
+
+Expr sum_of(const std::vector<Expr>& terms) {
+  Expr sum = terms.front();
+  for (std::size_t i = 1; i < terms.size(); ++i) sum = sum + terms[i];
+  return sum;
+}
+
+/// The weighted mean of the candidates, each of which has the linear weight `share_of_all` and is as rough as `beta`.
+struct Candidate {
+  double share_of_all;
+  Expr beta, difference;
+};
+
+Expr mean_of(const std::vector<Candidate>& candidates, const Share& share) {
+  std::vector<Expr> weights, terms;
+  for (const Candidate& c : candidates) {
+    weights.push_back(share("weight", c.share_of_all / square(epsilon + c.beta)));
+    terms.push_back(weights.back() * c.difference);
+  }
+  return sum_of(terms) / sum_of(weights);
+}
+
+std::vector<Candidate> candidates_of_3(const std::array<Expr, 3>& v, const std::array<Expr, 3>& r) {
+  return {{1.0 / 3, square(r[1] - r[0]), (3.0 * v[1] - v[0]) / 2.0},
+          {2.0 / 3, square(r[2] - r[1]), (v[1] + v[2]) / 2.0}};
+}
+
+std::vector<Candidate> candidates_of_5(const std::array<Expr, 5>& v, const std::array<Expr, 5>& r) {
+  const auto beta = [](const Expr& bend, const Expr& slope) { return 13.0 / 12 * square(bend) + square(slope) / 4.0; };
+  return {
+      {0.1, beta(r[0] - 2.0 * r[1] + r[2], r[0] - 4.0 * r[1] + 3.0 * r[2]),
+       (2.0 * v[0] - 7.0 * v[1] + 11.0 * v[2]) / 6.0},
+      {0.6, beta(r[1] - 2.0 * r[2] + r[3], r[1] - r[3]), (5.0 * v[2] - v[1] + 2.0 * v[3]) / 6.0},
+      {0.3, beta(r[2] - 2.0 * r[3] + r[4], 3.0 * r[2] - 4.0 * r[3] + r[4]), (2.0 * v[2] + 5.0 * v[3] - v[4]) / 6.0}};
+}
+
+/// The same rises, and over the root of the sum of their squares.
+template <std::size_t count>
+std::pair<std::array<Expr, count>, std::array<Expr, count>> scaled_rises(const Rise& rise, const Share& share) {
+  std::array<Expr, count> values = [&]<std::size_t... k>(std::index_sequence<k...>) {
+    return std::array<Expr, count>{rise(static_cast<int>(k) - static_cast<int>(count / 2))...};
+  }
+  (std::make_index_sequence<count>());
+  std::vector<Expr> squares;
+  for (const Expr& value : values) squares.push_back(square(value));
+  const Expr floor = smallest_rise * smallest_rise;
+  const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {sum_of(squares) + floor}));
+  std::array<Expr, count> ratios = values;
+  for (Expr& ratio : ratios) ratio = share("ratio", ratio * scale);
+  return {values, ratios};
+}
+
+struct Sizes {
+  Expr a, b;
+};
+Sizes sizes_of(const Expr& a, const Expr& b, const Share& share) {
+  return {share("size", call(Fn::abs, {a})), share("size", call(Fn::abs, {b}))};
+}
+
+/// 1 or -1 where both have this sign, 0 where they differ.
+Expr common_sign(const Expr& a, const Expr& b) { return (call(Fn::sign, {a}) + call(Fn::sign, {b})) / 2.0; }
+
+}  // namespace
+
+UpwindDifference upwind_difference(int order, const Rise& rise) {
+  require(order % 2 != 0, "upwind differences have odd orders");
+  std::vector<int> places;
+  for (int cell = -(order + 1) / 2; cell <= (order - 1) / 2; ++cell) places.push_back(2 * cell);
+  const Difference taps = difference(1, places);
+  // sum of w_i u_i = sum of (w_i + w_(i+1) + ...) (u_i - u_(i-1)), as the sum of all w is 0.
+  UpwindDifference result{0.0, static_cast<double>(taps.denominator)};
+  std::int64_t weight = 0;
+  for (std::size_t i = taps.taps.size(); i-- > 1;) {
+    weight += taps.taps[i].weight;
+    const Expr term = static_cast<double>(std::abs(weight)) * rise(taps.taps[i].place / 2);
+    result.sum = weight < 0 ? result.sum - term : result.sum + term;
+  }
+  return result;
+}
+
+Expr weno_difference(int order, const Rise& rise, const Share& share) {
+  require(order == 3 || order == 5, "there are weno(3) and weno(5)");
+  if (order == 3) {
+    const auto [values, ratios] = scaled_rises<3>(rise, share);
+    return mean_of(candidates_of_3(values, ratios), share);
+  }
+  const auto [values, ratios] = scaled_rises<5>(rise, share);
+  return mean_of(candidates_of_5(values, ratios), share);
+}
+
+Expr minmod_slope(const Expr& a, const Expr& b, const Share& share) {
+  const Sizes size = sizes_of(a, b, share);
+  return common_sign(a, b) * call(Fn::min, {size.a, size.b});
+}
+
+/// (a|b| + |a|b)/(|a| + |b|) is 2ab/(a + b) or 0, without a condition.
+Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share) {
+  const Sizes size = sizes_of(a, b, share);
+  return (a * size.b + size.a * b) / (size.a + size.b + smallest_rise);
+}
+
+Expr mc_slope(const Expr& a, const Expr& b, const Share& share) {
+  const Sizes size = sizes_of(a, b, share);
+  const Expr steepest = 2.0 * call(Fn::min, {size.a, size.b});
+  return common_sign(a, b) * call(Fn::min, {steepest, (size.a + size.b) / 2.0});
+}
+
+Expr muscl_difference(Limiter limiter, const Rise& rise, const Share& share) {
+  const Expr here = share("slope", limiter(rise(0), rise(1), share));
+  const Expr upstream = share("slope", limiter(rise(-1), rise(0), share));
+  return rise(0) + (here - upstream) / 2.0;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives of schemes with weights, limiters and memories: tangent against adjoint on grids of 1 to 11 cells, and
+// Taylor's slope, periodic and between walls, of a wind of both signs that carries itself.
+#include <fmt/format.h>
+
+#include "../driver/driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+std::string task(const std::string& advect, const std::string& time, bool periodic, int rank, const std::string& real) {
+  std::string text = fmt::format(
+      "model m {{ vector u; field q; param c; dt(u) = -c*advect(u, u) + 0.002*lap(u); dt(q) = -advect(u, q) }}\n"
+      "scheme p {{ advect = {}; time = {}; real = {} }}\nscene s : m with p {{\n  c = 0.9\n",
+      advect, time, real);
+  for (int axis = 0; axis < rank; ++axis)
+    text += "  " + grid(std::string(1, "xy"[axis]), axis == 0 ? 20 : 6, periodic || axis > 0);
+  const std::string low = rank == 1 ? "0.2" : "(0.2, 0.1)";
+  if (!periodic)
+    text += "  boundary u: x.low = " + low + ", x.high = zero_gradient\n  boundary q: x.low = linear, x.high = 0.1\n";
+  text += rank == 1 ? "  initial u = 0.3*sin(4*pi*x + 0.3) + 0.07\n"
+                    : "  initial u = (0.3*sin(4*pi*x + 0.3) + 0.07, 0.2*cos(2*pi*y*40/6) + 0.03)\n";
+  text += "  initial q = 0.5 + 0.4*cos(4*pi*x + 1)\n  time 0 .. 0.05, step 0.01\n}\n";
+  return text +
+         "task t : s {\n  unknown c\n  unknown initial u\n  unknown initial q\n  minimise mean(dot(u, u) + q^2)\n}\n";
+}
+
+const std::vector<std::string> advections{"upwind(5)",     "upwind(7)",       "weno(3)",  "weno(5)",
+                                          "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"};
+
+class SchemeCertificate : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(SchemeCertificate, Passes) {
+  for (const bool periodic : {true, false}) {
+    const auto certificate = certificate_of(task(GetParam(), "ssp_rk3", periodic, 1, "f64"), false);
+    ASSERT_TRUE(certificate);
+    EXPECT_TRUE(certificate->passed());
+    EXPECT_LT(certificate->worst(), 1e-12);
+    EXPECT_NEAR(certificate->slope.value_or(0), 2, 0.05);
+  }
+}
+TEST_P(SchemeCertificate, PassesInTwoDimensions) {
+  const auto certificate = certificate_of(task(GetParam(), "euler", false, 2, "f64"), false);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed());
+}
+/// The programs of f32 agree with their adjoints as far as floats can: no weight or limiter divides by what they flush.
+TEST_P(SchemeCertificate, PassesInSinglePrecision) {
+  auto certificate = certificate_of(task(GetParam(), "euler", false, 1, "f64"), false);
+  ASSERT_TRUE(certificate);
+  const SourceFile source("test.dpde", task(GetParam(), "euler", false, 1, "f32"));
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.tangent = options.adjoint = options.certify = true;
+  DiagnosticSink sink;
+  ASSERT_TRUE(analysis::certify_single_precision(source, compiled(source, options), {}, *certificate, sink))
+      << all_messages(source, sink);
+  ASSERT_TRUE(certificate->single);
+  EXPECT_TRUE(certificate->single->passed()) << certificate->single->worst();
+}
+INSTANTIATE_TEST_SUITE_P(Numeric, SchemeCertificate, ::testing::ValuesIn(advections));
+
+TEST(TimeSchemeCertificate, OfAb3) {
+  for (const bool periodic : {true, false}) expect_certified(task("central(2)", "ab3", periodic, 1, "f64"), false);
+}
+
+}  // namespace
+}  // namespace dpde::testing

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Largest stable steps of upwind differences of order 5 and 7, and by ab3, against a scan of amplification factors that
+// shares no code with the analysis: the symbols are written out, and 4001 angles are looked at.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <numbers>
+
+#include "driver/session.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+using Complex = std::complex<double>;
+
+struct Symbol {
+  int first;  // cell of the first weight
+  std::vector<double> weights;
+  double bottom;
+  Complex of(double angle) const {
+    Complex sum = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      sum += weights[i] / bottom * std::polar(1.0, angle * (first + static_cast<double>(i)));
+    return -sum;
+  }
+};
+/// By hand from Taylor series.
+const Symbol upwind_5{-3, {-2, 15, -60, 20, 30, -3}, 60};
+const Symbol upwind_7{-4, {3, -28, 126, -420, 105, 252, -42, 4}, 420};
+const Symbol central_2{-1, {-1, 0, 1}, 2};
+
+/// The largest root of x^3 = x^2 + z/12 (23 x^2 - 16 x + 5), by iteration on all three (Durand and Kerner).
+double largest_root_of_ab3(Complex z) {
+  const auto p = [&](Complex x) { return x * x * x - x * x - z / 12.0 * (23.0 * x * x - 16.0 * x + 5.0); };
+  std::array<Complex, 3> x{1, Complex{0.4, 0.9}, Complex{-0.65, 0.72}};
+  for (int i = 0; i < 50; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) x[k] -= p(x[k]) / ((x[k] - x[(k + 1) % 3]) * (x[k] - x[(k + 2) % 3]));
+  }
+  return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
+}
+
+const std::map<std::string, std::function<double(Complex)>> factors{
+    {"ssp_rk3", [](Complex z) { return std::abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0))); }},
+    {"rk4", [](Complex z) { return std::abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))); }},
+    {"ab3", largest_root_of_ab3}};
+
+double scanned_limit(const Symbol& symbol, const std::string& time) {
+  const auto is_stable = [&](double courant) {
+    for (int i = 0; i <= 4000; ++i) {
+      if (factors.at(time)(courant * symbol.of(std::numbers::pi * i / 4000)) > 1 + 1e-10) return false;
+    }
+    return true;
+  };
+  double low = 0.05, high = 4;
+  while (high - low > 1e-4) (is_stable((low + high) / 2) ? low : high) = (low + high) / 2;
+  return low;
+}
+
+std::unique_ptr<driver::Session> session_of(const std::string& advect, const std::string& time, double step = 0.1) {
+  const SourceFile source("test.dpde", fmt::format("model m {{ field u; dt(u) = -advect(1, u) }}\n"
+                                                   "scheme c {{ advect = {}; time = {} }}\nscene s : m with c {{\n"
+                                                   "  grid x = 0 .. 64, cells 64, periodic\n"
+                                                   "  initial u = sin(2*pi*x/64)\n  time 0 .. {}, step {}\n}}\n",
+                                                   advect, time, 100 * step, step));
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  options.backend = driver::Backend::jit;
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
+  if (!compiled) return nullptr;
+  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+}
+
+TEST(UpwindLimit, IsThatOfAScan) {
+  const std::map<std::string, Symbol> symbols{{"upwind(5)", upwind_5}, {"upwind(7)", upwind_7}};
+  EXPECT_NEAR(scanned_limit(central_2, "ab3"), 0.7236, 1e-4);  // numerics.md 1.1: the scan is right
+  for (const auto& [advect, symbol] : symbols) {
+    for (const auto& [time, factor] : factors) {
+      const double expected = scanned_limit(symbol, time);
+      const Verdict verdict = verdict_of(*session_of(advect, time));
+      ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << advect << time;
+      EXPECT_TRUE(verdict.is_exact);
+      EXPECT_NEAR(verdict.limit.step, expected, 0.002 * expected) << advect << time;
+    }
+    for (const std::string time : {"euler", "leapfrog"})
+      EXPECT_EQ(verdict_of(*session_of(advect, time)).limit.kind, StepLimit::Kind::never) << advect << time;
+  }
+}
+
+/// Where the state is frozen the weights of weno are linear; limiters leave upwind(1) of a constant, Fromm's scheme of
+/// a slope. None of that is exact, and no step is refused that limiters keep stable.
+TEST(UpwindLimit, OfWeightsAndLimitersIsAnEstimate) {
+  for (const std::string advect : {"weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+    for (const std::string time : {"ssp_rk3", "rk4"}) {
+      const std::unique_ptr<driver::Session> session = session_of(advect, time);
+      const Verdict verdict = verdict_of(*session);
+      ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << advect << time;
+      EXPECT_FALSE(verdict.is_exact) << advect;
+      EXPECT_GT(verdict.limit.step, advect[0] == 'm' ? 0.6 : 1.3) << advect << time;
+      EXPECT_LT(verdict.limit.step, 1.8) << advect << time;
+    }
+  }
+  for (const std::string advect : {"muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+    const Verdict verdict = verdict_of(*session_of(advect, "euler", 0.4));  // TVD up to 1/2
+    EXPECT_FALSE(verdict.is_above()) << advect;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::stability
