@@ -16,7 +16,8 @@ constexpr double rung_ratio = 1.4142135623730951;
 constexpr int cells_to_begin_with = 8, first_rungs[] = {0, 2};
 constexpr double margin = 0.95;  // of the tolerance that predictions aim at
 constexpr double usual_order = 2, least_order = 0.3, highest_order = 10;
-constexpr double doubt = 2;  // by so much predictions of time may be too long
+constexpr double doubt = 2;                // by so much predictions of time may be too long
+constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// One method with one fraction of the largest stable step.
@@ -27,13 +28,14 @@ struct Candidate {
   std::set<int> proven = {};       // rungs that are timed as points are; others only explore
   int next = 0;                    // the rung that should meet the tolerance
   double seconds = infinite;       // that it should take
+  double predicted = infinite;     // the same, before it was proven
   std::string out = "";            // why it is out
 };
 
 class Tuner {
  public:
-  Tuner(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Reference& reference)
-      : source_(source), options_(options), scene_(scene), reference_(reference) {
+  Tuner(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const References& references)
+      : source_(source), options_(options), scene_(scene), references_(references) {
     int fewest = std::numeric_limits<int>::max();
     for (const model::Axis& axis : scene.axes) fewest = std::min(fewest, axis.cells);
     lowest_ = std::min(1.0, static_cast<double>(cells_to_begin_with) / fewest);
@@ -46,12 +48,13 @@ class Tuner {
     for (const auto& method : methods_for(scene_, wishes)) {
       for (const double fraction : fractions) candidates_.push_back({method, fraction});
     }
+    is_single_first_ = !wishes.method.contains("real") && options_.tolerance >= single_tolerance;
     for (Candidate& candidate : candidates_) explore(candidate);
     while (Candidate* next = most_promising()) {
       if (!advance(*next)) break;
     }
     try_longer_steps();
-    try_single_precision(wishes);
+    try_other_precision(wishes);
     return finish();
   }
 
@@ -60,8 +63,13 @@ class Tuner {
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
   Point run(const Entry& entry, const PointOptions& options) {
-    Point point = run_point(source_, options, scene_, entry, reference_);
+    Point point = run_point(source_, options, scene_, entry, references_);
     if (point.steps > 0) ++result_.tried;
+    if (options_.of_gradient && point.failure.empty()) {
+      if (!point.gradient) point.failure = point.gradient_failure;
+      static_cast<Measured&>(point) = point.gradient.value_or(Measured{});
+    }
+    if (options_.cost && is_complete(point)) point.seconds = options_.cost(point);
     return point;
   }
 
@@ -70,12 +78,21 @@ class Tuner {
     PointOptions options = options_.point;
     options.samples = 1;
     options.sample_seconds = std::min(options.sample_seconds, 0.01);
+    options.times_states = !options_.of_gradient;
     return candidate.runs[rung] = run_at(candidate, rung, options);
   }
 
   const Point& prove_at(Candidate& candidate, int rung) {
-    if (candidate.proven.insert(rung).second) candidate.runs[rung] = run_at(candidate, rung, options_.point);
-    return candidate.runs.at(rung);
+    if (!candidate.proven.insert(rung).second) return candidate.runs.at(rung);
+    if (is_single_first_) {
+      Candidate single = candidate;
+      single.method["real"] = "f32";
+      const Point point = run_at(single, rung, options_.point);
+      if (meets(point)) return candidate.runs[rung] = point;
+    }
+    const Point& point = candidate.runs[rung] = run_at(candidate, rung, options_.point);
+    if (is_single_first_ && meets(point)) is_single_first_ = false;  // it is rounding that has missed
+    return point;
   }
 
   Point run_at(const Candidate& candidate, int rung, const PointOptions& options) {
@@ -143,6 +160,7 @@ class Tuner {
       predict(candidate);
       return true;
     }
+    candidate.predicted = candidate.seconds;
     int rung = candidate.next;  // as coarse as it may be
     while (rung > 0 && !is_stopped() && meets(prove_at(candidate, rung - 1))) --rung;
     const Point& best = candidate.runs.at(rung);
@@ -171,13 +189,17 @@ class Tuner {
     }
   }
 
-  void try_single_precision(const Wishes& wishes) {
+  void try_other_precision(const Wishes& wishes) {
     if (!proven_ || wishes.method.contains("real") || is_stopped()) return;
-    Entry single{proven_->variant, 0};
-    single.variant.method["real"] = "f32";
-    const Point point = run(single, options_.point), before = *proven_;
+    Entry other{proven_->variant, 0};
+    const bool is_single = proven_->variant.method.contains("real");
+    if (is_single && proven_->seconds <= winner_->predicted) return;  // double was to take longer
+    if (is_single) other.variant.method.erase("real");
+    if (!is_single) other.variant.method["real"] = "f32";
+    const char* name = is_single ? "double" : "single";
+    const Point point = run(other, options_.point), before = *proven_;
     if (take(point, *winner_)) {
-      result_.runners_up.push_back({before, "single precision is faster and meets the tolerance"});
+      result_.runners_up.push_back({before, fmt::format("{} precision is faster and meets the tolerance", name)});
     } else {
       const std::string why = !point.failure.empty() ? point.failure
                               : meets(point)         ? "it is no faster"
@@ -202,10 +224,11 @@ class Tuner {
   const SourceFile& source_;
   const TuneOptions& options_;
   const model::Problem& scene_;
-  const Reference& reference_;
+  const References& references_;
   double lowest_ = 1;
   int highest_rung_ = 0;
   std::vector<Candidate> candidates_;
+  bool is_single_first_ = false;
   std::optional<Point> proven_;
   const Candidate* winner_ = nullptr;  // whose point that is
   Choice result_;
@@ -214,8 +237,8 @@ class Tuner {
 }  // namespace
 
 Choice tune(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Wishes& wishes,
-            const Reference& reference) {
-  return Tuner(source, options, scene, reference).tune(wishes);
+            const References& references) {
+  return Tuner(source, options, scene, references).tune(wishes);
 }
 
 }  // namespace dpde::chart

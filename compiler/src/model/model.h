@@ -277,6 +277,7 @@ struct Scheme {
   TimeScheme time = TimeScheme::rk4;
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
+  bool operator==(const Scheme&) const = default;
 };
 
 /// Which states of a run a quantity or datum looks at.
@@ -379,6 +380,12 @@ struct Task {
       training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
 };
 
+/// What a scene wants of its result: relative error at the end of the run, root mean square.
+struct Accuracy {
+  double tolerance = 0;
+  std::vector<std::string> states;  // none: all
+};
+
 struct Problem {
   std::string scene;
   std::string model;    // name of the model, or
@@ -391,6 +398,7 @@ struct Problem {
   std::vector<network::Network> networks;  // those that are called, for the axes of the scene
   std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
+  std::optional<Accuracy> accuracy;
   std::vector<Output> outputs;
   std::vector<Event> events;           // in the order in which they happen
   std::vector<StatedOrder> operators;  // each as often as it is used in different ways

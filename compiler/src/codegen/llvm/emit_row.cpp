@@ -13,6 +13,7 @@
 #include "codegen/llvm/emit_expr.h"
 #include "codegen/llvm/emit_module.h"
 #include "codegen/llvm/line_loads.h"
+#include "codegen/llvm/optimise.h"
 #include "dpde/kernel_abi.h"
 #include "loop/expressions.h"
 #include "support/assert.h"
