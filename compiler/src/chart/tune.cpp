@@ -13,9 +13,11 @@ namespace dpde::chart {
 namespace {
 
 constexpr double rung_ratio = 1.4142135623730951;
-constexpr int cells_to_begin_with = 8, first_rungs[] = {0, 2};
-constexpr double margin = 0.95;  // of the tolerance that predictions aim at
+constexpr int cells_to_begin_with = 8, rungs_apart = 2;
+constexpr double resolved = 0.1;  // errors above it tell no order
+constexpr double margin = 0.95;   // of the tolerance that predictions aim at
 constexpr double usual_order = 2, least_order = 0.3, highest_order = 10;
+constexpr double longest_fraction = 0.9, between = 0.6, short_fraction = 0.3;  // of the largest stable step
 constexpr double doubt = 2;                // by so much predictions of time may be too long
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -44,7 +46,7 @@ class Tuner {
 
   Choice tune(const Wishes& wishes) {
     std::vector<double> fractions = wishes.fractions;
-    if (fractions.empty()) fractions = {0.9, 0.3};
+    if (fractions.empty()) fractions = {longest_fraction, short_fraction};
     for (const auto& method : methods_for(scene_, wishes)) {
       for (const double fraction : fractions) candidates_.push_back({method, fraction});
     }
@@ -53,6 +55,7 @@ class Tuner {
     while (Candidate* next = most_promising()) {
       if (!advance(*next)) break;
     }
+    try_coarser_cells();
     try_longer_steps();
     try_other_precision(wishes);
     return finish();
@@ -62,6 +65,7 @@ class Tuner {
   double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
+  /// The least of the timings counts: what disturbs them only adds to them.
   Point run(const Entry& entry, const PointOptions& options) {
     Point point = run_point(source_, options, scene_, entry, references_);
     if (point.steps > 0) ++result_.tried;
@@ -69,15 +73,15 @@ class Tuner {
       if (!point.gradient) point.failure = point.gradient_failure;
       static_cast<Measured&>(point) = point.gradient.value_or(Measured{});
     }
-    if (options_.cost && is_complete(point)) point.seconds = options_.cost(point);
+    if (is_complete(point)) point.seconds = options_.cost ? options_.cost(point) : point.samples.front();
     return point;
   }
 
-  /// One short timing where it is only to be seen how error and time go on.
+  /// Short timings where it is only to be seen how error and time go on.
   const Point& explore_at(Candidate& candidate, int rung) {
     PointOptions options = options_.point;
-    options.samples = 1;
-    options.sample_seconds = std::min(options.sample_seconds, 0.01);
+    options.samples = std::min(options.samples, 3);
+    options.sample_seconds = std::min(options.sample_seconds, 0.003);
     options.times_states = !options_.of_gradient;
     return candidate.runs[rung] = run_at(candidate, rung, options);
   }
@@ -104,12 +108,14 @@ class Tuner {
 
   bool meets(const Point& point) const { return is_complete(point) && point.error <= options_.tolerance; }
 
+  /// Two coarse grids, and finer ones as long as they do not resolve what there is.
   void explore(Candidate& candidate) {
-    for (const int rung : first_rungs) {
-      if (is_stopped() || rung > highest_rung_) break;
+    for (int rung = 0; rung <= highest_rung_ && !is_stopped(); rung += rungs_apart) {
       const Point& point = explore_at(candidate, rung);
-      if (point.does_not_fit || (!point.failure.empty() && rung == first_rungs[1])) candidate.out = point.failure;
+      const bool is_first = rung == 0;
+      if (point.does_not_fit || (!point.failure.empty() && !is_first)) candidate.out = point.failure;
       if (!candidate.out.empty()) return;
+      if (!is_first && !(point.error > resolved)) break;
     }
     predict(candidate);
   }
@@ -166,7 +172,7 @@ class Tuner {
     const Point& best = candidate.runs.at(rung);
     candidate.seconds = best.seconds;
     candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
-    take(best, candidate);
+    if (take(best, candidate)) winner_rung_ = rung;
     return true;
   }
 
@@ -178,9 +184,16 @@ class Tuner {
     return true;
   }
 
+  /// Coarser ones than the longest steps need may do with shorter ones.
+  void try_coarser_cells() {
+    if (!proven_ || winner_rung_ == 0 || winner_->fraction <= between || is_stopped()) return;
+    take(run({{proven_->variant.method, cells_of(scene_, factor_of(winner_rung_ - 1))}, between}, options_.point),
+         *winner_);
+  }
+
   /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
   void try_longer_steps() {
-    for (const double fraction : {0.6, 0.9}) {
+    for (const double fraction : {between, longest_fraction}) {
       if (!proven_ || is_stopped()) return;
       if (fraction <= winner_->fraction) continue;
       Entry entry{proven_->variant, fraction};
@@ -231,6 +244,7 @@ class Tuner {
   bool is_single_first_ = false;
   std::optional<Point> proven_;
   const Candidate* winner_ = nullptr;  // whose point that is
+  int winner_rung_ = 0;
   Choice result_;
 };
 
