@@ -39,6 +39,20 @@ TEST_F(ChartExamples, FrontOfBurgersByColeAndHopf) {
   EXPECT_NEAR(order(json, 64, "advect", "upwind(3)"), 3, 0.15);
 }
 
+/// Where the solution is known, the parts of the cells and of the steps make the error.
+TEST_F(ChartExamples, BudgetOfTheFront) {
+  const Json json = chart("burgers_1d/burgers", "accuracy_of_front",
+                          "--vary cells=32,64 --vary fraction=0.9 --vary time=euler,rk4 --budget");
+  ASSERT_EQ(json["points"].size(), 12u);
+  for (const Json& point : json["points"]) {
+    if (!point["stable"].get<bool>()) continue;
+    ASSERT_TRUE(point["budget"]["failure"].is_null()) << point;
+    const double ratio = point["budget"]["sum"].get<double>() / point["error"].get<double>();
+    EXPECT_GT(ratio, 1 / 1.5) << point;
+    EXPECT_LT(ratio, 1.5) << point;
+  }
+}
+
 TEST_F(ChartExamples, Plate) {
   const Json json = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3");
   EXPECT_EQ(json["points"][0]["errors"].size(), 2u) << "l2 and linf";

@@ -248,6 +248,9 @@ TEST_F(ChartCommand, MistakesOfABlockAreShownInIt) {
   EXPECT_EQ(codes("gradient speed"), "E0318:10");
   EXPECT_EQ(codes("tolerance -1"), "E0707:10");
   EXPECT_EQ(codes("tolerence 1"), "E0203:10");
+  write("s.dpde", wind(false) + "chart cost : ring { vary scheme in plane }\n");
+  EXPECT_EQ(dpde("check s.dpde ring --json").codes(), std::vector<std::string>{"E0318"})
+      << "it is looked at there, too";
 }
 
 /// The scene's own method is one of those that are tried by themselves: it does not stand twice.
