@@ -220,6 +220,12 @@ TEST_F(ChartCommand, ABlockOfTheFileSaysWhatIsRun) {
   ASSERT_EQ(other["points"].size(), 1u);
   EXPECT_EQ(other["points"][0]["cells"][0], 24);
   EXPECT_NEAR(other["points"][0]["step"].get<double>() * other["points"][0]["steps"].get<int>(), 1, 1e-12);
+  const Json norm = dpde("chart s.dpde --error 'l1(u)' --tolerance 0.5" + quick).json();
+  EXPECT_TRUE(norm["points"][0]["errors"].contains("l1(u)"));
+  EXPECT_EQ(norm["points"][0]["errors"].size(), 1u);
+  EXPECT_LE(norm["meets_tolerance"]["error"].get<double>(), 0.5);
+  EXPECT_EQ(dpde("chart s.dpde --error 'l3(u)'" + quick).codes(), std::vector<std::string>{"E0904"});
+  EXPECT_EQ(dpde("chart s.dpde --error 'l2(w)'" + quick).codes(), std::vector<std::string>{"E0301"});
   const Json self = dpde("chart s.dpde cost --reference-cells 128" + quick).json();
   EXPECT_NE(self["reference"]["text"].get<std::string>().find("4 times"), std::string::npos);
   EXPECT_NEAR(self["points"][1]["error"].get<double>(), json["points"][1]["error"].get<double>(), 1e-4);

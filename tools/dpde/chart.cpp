@@ -22,6 +22,7 @@ namespace {
 
 struct ChartOptions : CommonOptions {
   ChartWishes wishes;
+  double tolerance = 0;  // 0: what the block says
   bool progress = false, resume = false, budget = false;
 };
 
@@ -45,8 +46,9 @@ class Chart {
 
 std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& entries) {
   std::vector<chart::Point> points;
-  const std::string against =
+  std::string against =
       fmt::format("{} {} {}", references_.states.text(), scene_.options.task, references_.gradient.text());
+  for (const chart::Measure& measure : scene_.options.measures) against += " " + chart::text_of(measure);
   for (const chart::Entry& entry : entries) {
     progress_.show(chart::method_text(entry.variant), static_cast<int>(points.size()),
                    static_cast<int>(entries.size()));
@@ -83,7 +85,8 @@ Json Chart::operator()() {
                        options_.out.empty() ? "" : "the same command with --resume goes on from here");
   if (!points.empty() && std::ranges::all_of(points, &chart::Point::does_not_fit))
     job_.sink().report("bad-option", {}, {fmt::format("no variant fits the scene: {}", points.front().failure)});
-  const double tolerance = scene_.block ? scene_.block->tolerance : 0;
+  const double in_block = scene_.block ? scene_.block->tolerance : 0;
+  const double tolerance = options_.tolerance > 0 ? options_.tolerance : in_block;
   write_chart(job_, {problem, points, references_, scene_.options.task, name, tolerance, scene_.options.threads},
               result);
   return result;
@@ -98,6 +101,8 @@ void add_chart(CLI::App& app, int& status) {
   add_common_options(*verb, *options);
   add_chart_options(*verb, options->wishes);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->add_option("--tolerance", options->tolerance, "drawn as a wall; the fastest point that meets it is told")
+      ->check(CLI::PositiveNumber);
   verb->add_flag("--budget", options->budget, "of each point's error the parts of cells, steps and rounding");
   verb->add_flag("--resume", options->resume, "take over the points that --out holds already");
   verb->footer(

@@ -36,6 +36,7 @@ void read_measured(const Json& json, const std::string& prefix, chart::Measured&
   measured.low_quartile = json.at(prefix + "wall_s_quartiles").at(0);
   measured.high_quartile = json.at(prefix + "wall_s_quartiles").at(1);
   measured.samples = json.at(prefix + "wall_s_samples").get<std::vector<double>>();
+  measured.memory_bytes = json.at(prefix + "memory_bytes");
 }
 
 void write_measured(const chart::Measured& measured, const std::string& prefix, bool has_error, Json& json) {
@@ -43,6 +44,7 @@ void write_measured(const chart::Measured& measured, const std::string& prefix, 
   json[prefix + "wall_s"] = measured.seconds > 0 ? Json(measured.seconds) : Json(nullptr);
   json[prefix + "wall_s_quartiles"] = {measured.low_quartile, measured.high_quartile};
   json[prefix + "wall_s_samples"] = measured.samples;
+  json[prefix + "memory_bytes"] = measured.memory_bytes;
   json[prefix + "pareto"] = measured.is_pareto;
 }
 
@@ -91,7 +93,6 @@ Point point_from(const Json& json) {
   for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
   read_measured(json, "", point);
   point.compile_seconds = json.at("compile_s");
-  point.memory_bytes = json.at("memory_bytes");
   if (json.contains("budget")) point.budget = budget_from(json.at("budget"));
   if (!json.contains("gradient_failure")) return point;
   for (const auto& [name, error] : json.at("gradient_errors").items()) point.gradient_errors[name] = number_from(error);
@@ -109,7 +110,6 @@ Json point_json(const Point& point) {
                {"steps", point.steps},
                {"errors", errors_json(point.errors)},
                {"compile_s", point.compile_seconds},
-               {"memory_bytes", point.memory_bytes},
                {"max_step", point.largest_step > 0 ? Json(point.largest_step) : Json(nullptr)},
                {"stable", !point.is_unstable},
                {"fits", !point.does_not_fit},

@@ -22,8 +22,8 @@ Extent extent_of(const std::vector<MethodMarks>& methods) {
       extent.slowest = std::max(extent.slowest, mark.at.seconds);
       extent.fastest = std::min(extent.fastest, mark.at.seconds);
       extent.worst = std::max(extent.worst, mark.at.error);
-      extent.least_memory = std::min(extent.least_memory, mark.point->memory_bytes);
-      extent.most_memory = std::max(extent.most_memory, mark.point->memory_bytes);
+      extent.least_memory = std::min(extent.least_memory, mark.at.memory_bytes);
+      extent.most_memory = std::max(extent.most_memory, mark.at.memory_bytes);
     }
   }
   return extent;
@@ -33,7 +33,7 @@ Extent extent_of(const std::vector<MethodMarks>& methods) {
 double size_of(const Mark& mark, const Extent& extent) {
   if (!(extent.most_memory > extent.least_memory) || !(extent.least_memory > 0)) return 0.8;
   return 0.5 +
-         std::log(mark.point->memory_bytes / extent.least_memory) / std::log(extent.most_memory / extent.least_memory);
+         std::log(mark.at.memory_bytes / extent.least_memory) / std::log(extent.most_memory / extent.least_memory);
 }
 
 Curve curve_of(const MethodMarks& method, const Extent& extent) {

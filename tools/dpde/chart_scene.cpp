@@ -133,14 +133,34 @@ bool find_task(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   return true;
 }
 
-/// What the block calls the error, of the states of the scene.
-void find_measures(Job& job, ChartScene& scene) {
-  if (!scene.block) return;
+/// l2(u); nullopt where it is something else.
+std::optional<model::Chart::Error> error_from(const std::string& text) {
+  const std::size_t open = text.find('(');
+  if (open == std::string::npos || !text.ends_with(")")) return std::nullopt;
+  for (const model::ErrorNorm norm : {model::ErrorNorm::l1, model::ErrorNorm::l2, model::ErrorNorm::linf}) {
+    if (text.substr(0, open) == model::name_of(norm))
+      return model::Chart::Error{text.substr(open + 1, text.size() - open - 2), norm, {}};
+  }
+  return std::nullopt;
+}
+
+/// What the options or the block call the error, of the states of the scene.
+void find_measures(Job& job, const ChartWishes& wishes, ChartScene& scene) {
+  std::vector<model::Chart::Error> errors;
+  if (scene.block) errors = scene.block->errors;
+  if (!wishes.errors.empty()) errors.clear();
+  for (const std::string& text : wishes.errors) {
+    const std::optional<model::Chart::Error> error = error_from(text);
+    if (error) errors.push_back(*error);
+    if (!error)
+      job.sink().report("bad-option", {}, {fmt::format("--error {} is no norm of a field", text)},
+                        "l1(u), l2(u) or linf(u)");
+  }
   std::vector<std::string> names;
   for (const model::State& state : scene.session->problem().states) {
     if (state.history_of.empty()) names.push_back(state.name);
   }
-  for (const model::Chart::Error& error : scene.block->errors) {
+  for (const model::Chart::Error& error : errors) {
     const std::size_t before = scene.options.measures.size();
     for (const std::string& name : names) {
       if (name == error.field || name.starts_with(error.field + "."))
@@ -167,6 +187,9 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes) {
                   "values of a key of --set; also cells, step, scheme: blocks of the file, and fraction: parts of the "
                   "largest stable step")
       ->type_name("KEY=V1,V2,...")
+      ->allow_extra_args(false);
+  verb.add_option("--error", wishes.errors, "what is called the error: l1, l2 or linf of a field; the largest counts")
+      ->type_name("NORM(FIELD)")
       ->allow_extra_args(false);
   verb.add_option("--task", wishes.task, "compare its gradient, too: error against seconds for value and gradient")
       ->type_name("TASK");
@@ -197,7 +220,7 @@ bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   scene.options.stop = &interrupt_flag();
   const Preparing preparing(job);
   scene.session = open_scene(job, *compile, job.sink());
-  if (scene.session != nullptr) find_measures(job, scene);
+  if (scene.session != nullptr) find_measures(job, wishes, scene);
   return scene.session != nullptr && !job.failed();
 }
 

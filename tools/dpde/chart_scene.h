@@ -20,12 +20,13 @@ struct Timing {
   double seconds = 0.1;
 };
 struct ChartWishes {
-  std::vector<std::string> vary;  // KEY=V1,V2,...
-  int reference_cells = 0;        // 0: what the block says
-  std::string task;               // whose gradient is compared too; "": what the block says
+  std::vector<std::string> vary;    // KEY=V1,V2,...
+  int reference_cells = 0;          // 0: what the block says
+  std::vector<std::string> errors;  // l2(u); none: what the block says
+  std::string task;                 // whose gradient is compared too; "": what the block says
   Timing timing;
 };
-/// --vary, --task, --reference-cells, --samples and --sample-seconds.
+/// --vary, --error, --task, --reference-cells, --samples and --sample-seconds.
 void add_chart_options(CLI::App& verb, ChartWishes& wishes);
 
 struct ChartScene {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "driver/memory_plan.h"
 #include "model/placement.h"
 
 namespace dpde::chart {
@@ -42,6 +43,10 @@ std::vector<double> fields_at_points(const GradientPart& from, const std::vector
   return values;
 }
 
+driver::StorageOptions storage_of(const driver::Session& session) {
+  return {session.options().threads, session.options().checkpoint_bytes, session.options().checkpoint_folder};
+}
+
 }  // namespace
 
 std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session> session, const SourceFile& source,
@@ -52,6 +57,10 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
     return nullptr;
   }
   DiagnosticSink sink;
+  if (!driver::gradient_fits(session->compiled(), storage_of(*session), source, sink)) {
+    why = sink.all().front().message;
+    return nullptr;
+  }
   std::unique_ptr<TaskGradient> task(new TaskGradient());
   task->session_ = std::move(session);
   task->inverse_ = driver::Inverse::open(*task->session_, source, sink);
@@ -60,6 +69,11 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
     return nullptr;
   }
   return task;
+}
+
+double TaskGradient::memory_bytes(const SourceFile& source) const {
+  const auto plan = driver::plan_of_gradient(session_->compiled(), storage_of(*session_));
+  return plan ? driver::peak_of_gradient(session_->compiled(), *plan, source) : 0;
 }
 
 bool TaskGradient::run() {

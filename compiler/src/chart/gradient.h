@@ -37,6 +37,8 @@ class TaskGradient {
   GradientParts parts(const std::vector<double>& values) const;
   bool is_finite() const;
   driver::Session& session() { return *session_; }
+  /// At the peak of a run.
+  double memory_bytes(const SourceFile& source) const;
 
  private:
   std::unique_ptr<driver::Session> session_;

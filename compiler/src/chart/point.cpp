@@ -206,6 +206,7 @@ void add_gradient(const SourceFile& source, const PointOptions& options, const V
   std::vector<double> samples = time_runs(options, [&] { return task->run(); });
   if (samples.empty()) return;
   measured.take(std::move(samples));
+  measured.memory_bytes = task->memory_bytes(source);
   point.gradient = std::move(measured);
 }
 

@@ -54,6 +54,7 @@ struct Measured {
   double error = 0;
   double seconds = 0, low_quartile = 0, high_quartile = 0;
   std::vector<double> samples;  // all timings, increasing
+  double memory_bytes = 0;      // at the peak
   bool is_pareto = false;       // nothing else is both faster and more accurate
 
   void take(std::vector<double> timings);
@@ -70,7 +71,6 @@ struct Point : Measured {  // its error is the largest of `errors`
   double largest_step = 0;               // by the verdict; 0: not known or none
   std::map<std::string, double> errors;  // by measure, over the root mean square of the reference
   double compile_seconds = 0;
-  double memory_bytes = 0;
   /// Of the task's loss by its unknowns, where one is asked for: its error is the largest of `gradient_errors`.
   std::optional<Measured> gradient;
   std::map<std::string, double> gradient_errors;  // by unknown, over the root mean square of the reference's
