@@ -29,7 +29,7 @@ std::string failure_row(const Point& point) {
 }
 
 /// Against the next coarser mark with about the same ratio of step to cell; "" without one.
-std::string order_of(const MethodMarks& method, const Mark& mark) {
+std::string mark_order(const MethodMarks& method, const Mark& mark) {
   const Mark* before = nullptr;
   for (const Mark& other : method.marks) {
     if (!other.is_drawn() || !mark.is_drawn() || other.point->cells[0] >= mark.point->cells[0]) continue;
@@ -41,7 +41,7 @@ std::string order_of(const MethodMarks& method, const Mark& mark) {
                                    std::log(static_cast<double>(mark.point->cells[0]) / before->point->cells[0]));
 }
 
-std::string table_of(const std::vector<MethodMarks>& methods, double uncertainty, const char* seconds) {
+std::string marks_table(const std::vector<MethodMarks>& methods, double uncertainty, const char* seconds) {
   std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", seconds, "order");
   for (const MethodMarks& method : methods) {
     const double slope = slope_of(hull_of(method));
@@ -52,7 +52,7 @@ std::string table_of(const std::vector<MethodMarks>& methods, double uncertainty
         continue;
       }
       text += fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}{}\n", cells_of(*mark.point),
-                          mark.point->step, mark.at.error, mark.at.seconds, order_of(method, mark),
+                          mark.point->step, mark.at.error, mark.at.seconds, mark_order(method, mark),
                           mark.at.is_pareto ? "*" : "", is_wide(mark.at) ? " (timings vary)" : "",
                           mark.at.error < uncertainty ? " (below the error of the reference)" : "");
     }
@@ -172,14 +172,14 @@ std::string budget_rows(const std::vector<Point>& points) {
 }
 
 /// As text, and as JSON in `result`.
-std::string report_gradient(const ChartResult& chart, const std::vector<MethodMarks>& methods, Json& result) {
+std::string report_gradients(const ChartResult& chart, const std::vector<MethodMarks>& methods, Json& result) {
   const chart::GradientReference& reference = chart.references.gradient;
   result = {{"task", chart.task},
             {"reference", reference_json(reference.text(), reference.uncertainty())},
             {"methods", slopes_of(methods)}};
   std::string text = fmt::format("task {}: errors of the gradient against {}{}\n", chart.task, reference.text(),
                                  known_to(reference.uncertainty()));
-  text += table_of(methods, reference.uncertainty(), "s");
+  text += marks_table(methods, reference.uncertainty(), "s");
   text += report_speed_ups(methods, result["speed_up"]);
   for (const Point& point : chart.points) {
     if (!point.gradient_failure.empty())
@@ -207,11 +207,11 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   job.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
                       problem.t_begin + problem.steps * problem.step, reference.text(),
                       known_to(reference.uncertainty())));
-  job.say(table_of(methods, reference.uncertainty(), "s per unit"));
+  job.say(marks_table(methods, reference.uncertainty(), "s per unit"));
   job.say(report_speed_ups(methods, result["speed_up"]));
   job.say(report_tolerance(chart, result));
   job.say(budget_rows(chart.points));
-  if (!chart.task.empty()) job.say(report_gradient(chart, gradients, result["gradient"]));
+  if (!chart.task.empty()) job.say(report_gradients(chart, gradients, result["gradient"]));
   if (is_machine_busy(methods)) job.say("timings vary: the machine is busy, and times are worth little\n");
   if (!job.options().out.empty()) {
     std::vector<Panel> panels;

@@ -36,7 +36,7 @@ double size_of(const Mark& mark, const Extent& extent) {
          std::log(mark.at.memory_bytes / extent.least_memory) / std::log(extent.most_memory / extent.least_memory);
 }
 
-Curve curve_of(const MethodMarks& method, const Extent& extent) {
+Curve method_curve(const MethodMarks& method, const Extent& extent) {
   Curve curve{method.name, {}, {}};
   for (const Mark& mark : hull_of(method)) {
     curve.x.push_back(mark.at.error);
@@ -91,7 +91,7 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
   const auto add = [&](Curve curve) {
     if (!curve.x.empty()) panel.curves.push_back(std::move(curve));
   };
-  for (const MethodMarks& method : methods) add(curve_of(method, extent));
+  for (const MethodMarks& method : methods) add(method_curve(method, extent));
   add(marks_where("beaten by the same method", Symbol::dot, methods, is_beaten));
   add(marks_where("nothing beats it", Symbol::ring, methods,
                   [](const MethodMarks&, const Mark& mark) { return mark.at.is_pareto; }));

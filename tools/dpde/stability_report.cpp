@@ -64,7 +64,8 @@ Json json_of(const model::Problem& problem, const Verdict& verdict, const Term& 
   return result;
 }
 
-std::string text_of(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
+std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
+                      const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
   const std::string wave = stability::wave_text(verdict, problem);
   std::string text = "stability: ";
@@ -99,7 +100,7 @@ std::string text_of(const model::Problem& problem, const Verdict& verdict, const
 
 StabilityReport report_of(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
-  return {json_of(problem, verdict, term, source), text_of(problem, verdict, term, source)};
+  return {json_of(problem, verdict, term, source), term_text(problem, verdict, term, source)};
 }
 
 }  // namespace dpde::tools

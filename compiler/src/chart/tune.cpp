@@ -16,7 +16,7 @@ constexpr double rung_ratio = 1.4142135623730951;
 constexpr int cells_to_begin_with = 8, rungs_apart = 2;
 constexpr double resolved = 0.1;  // errors above it tell no order
 constexpr double margin = 0.95;   // of the tolerance that predictions aim at
-constexpr double usual_order = 2, least_order = 0.3, highest_order = 10;
+constexpr double usual_order = 2, lowest_order = 0.3, highest_order = 10;
 constexpr double longest_fraction = 0.9, between = 0.6, short_fraction = 0.3;  // of the largest stable step
 constexpr double doubt = 2;                // by so much predictions of time may be too long
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
@@ -136,7 +136,7 @@ class Tuner {
         order = std::log(coarse.error / point.error) / ratio;
         growth_of_steps = std::log(static_cast<double>(point.steps) / coarse.steps) / ratio;
       }
-      order = order > least_order ? std::min(order, highest_order) : usual_order;
+      order = order > lowest_order ? std::min(order, highest_order) : usual_order;
       const double wanted = std::log(point.error / (margin * options_.tolerance)) / order / std::log(rung_ratio);
       candidate.next = std::max(0, rung + static_cast<int>(std::ceil(wanted)));
       const double growth = growth_of_steps + static_cast<double>(scene_.axes.size());
