@@ -341,6 +341,23 @@ TEST_F(ChartCommand, FieldsOfTheTableAreQuoted) {
   EXPECT_NE(table.find(",\"the step is above 0.2777, the largest stable one\",,,,\n"), std::string::npos) << table;
 }
 
+/// Steps are chosen so that what has times of its own falls on them: outputs, controls, losses.
+TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
+  std::string text = wind(true);
+  text.insert(text.find("  time"), "  output u every 1/4\n");
+  write("s.dpde", text + "task shape : ring {\n  unknown initial u\n  minimise integral(u^2) at t = 0.375\n}\n");
+  const std::string rest = " --vary advect=central2 --vary cells=16,32 --vary fraction=0.9";
+  const Json plain = dpde("chart s.dpde ring" + rest + quick).json();
+  const Json task = dpde("chart s.dpde shape" + rest + quick).json();
+  ASSERT_TRUE(plain.contains("points") && task.contains("points")) << plain << task;
+  for (int i = 0; i < 2; ++i) {
+    const double step = plain["points"][i]["step"], in_task = task["points"][i]["step"];
+    EXPECT_NEAR(0.25 / step, std::round(0.25 / step), 1e-9);
+    EXPECT_NEAR(0.125 / in_task, std::round(0.125 / in_task), 1e-9);
+    EXPECT_FALSE(task["points"][i]["gradient_error"].is_null()) << task["points"][i];
+  }
+}
+
 /// Cells, steps and rounding add up to the error that is measured.
 TEST_F(ChartCommand, TheBudgetAddsUpToTheError) {
   write("wind.dpde", wind(true));

@@ -13,6 +13,7 @@ namespace {
 constexpr double narrow = 0.25;     // of the median
 constexpr double busy_part = 0.25;  // of the points
 constexpr int resamplings = 1000;
+constexpr std::size_t fewest_samples = 3;
 constexpr double tail = 0.025;  // on each side of the interval
 
 /// Seconds at this error on a hull; nullopt beyond its ends.
@@ -41,6 +42,8 @@ std::vector<Mark> resampled(std::vector<Mark> hull, std::mt19937_64& random) {
 
 /// Both hulls reach the error. The seed is fixed: the same timings give the same interval.
 void add_interval(const std::vector<Mark>& base, const std::vector<Mark>& hull, SpeedUp& speed_up) {
+  const auto has_few = [](const Mark& mark) { return mark.at.samples.size() < fewest_samples; };
+  if (std::ranges::any_of(base, has_few) || std::ranges::any_of(hull, has_few)) return;
   std::mt19937_64 random(1);
   std::vector<double> ratios;
   for (int i = 0; i < resamplings; ++i) {

@@ -40,7 +40,7 @@ struct SpeedUp {
   std::string method;
   double error = 0;          // the middle, in logarithms, of those that both reach; 0: there is none
   double ratio = 0;          // of medians
-  double low = 0, high = 0;  // of 95 of 100 resamplings of the timings of each point
+  double low = 0, high = 0;  // of 95 of 100 resamplings of the timings of each point; 0: these are too few
 };
 /// Of each method that has a curve, the first one left out.
 std::vector<SpeedUp> speed_ups(const std::vector<MethodMarks>& methods);

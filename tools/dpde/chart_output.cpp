@@ -65,14 +65,16 @@ std::string report_speed_ups(const std::vector<MethodMarks>& methods, Json& resu
   std::string text;
   result = Json::array();
   for (const SpeedUp& speed_up : speed_ups(methods)) {
-    const bool overlaps = speed_up.error > 0;
+    const bool overlaps = speed_up.error > 0, has_interval = speed_up.high > 0;
     result.push_back({{"method", speed_up.method},
                       {"against", methods.front().name},
                       {"error", overlaps ? Json(speed_up.error) : Json(nullptr)},
                       {"ratio", overlaps ? Json(speed_up.ratio) : Json(nullptr)},
-                      {"interval", overlaps ? Json({speed_up.low, speed_up.high}) : Json(nullptr)}});
-    text += overlaps ? fmt::format("  {}: {:.3g} times as fast at an error of {:.2g} (95 of 100: {:.3g} to {:.3g})\n",
-                                   speed_up.method, speed_up.ratio, speed_up.error, speed_up.low, speed_up.high)
+                      {"interval", has_interval ? Json({speed_up.low, speed_up.high}) : Json(nullptr)}});
+    const std::string interval =
+        has_interval ? fmt::format(" (95 of 100: {:.3g} to {:.3g})", speed_up.low, speed_up.high) : "";
+    text += overlaps ? fmt::format("  {}: {:.3g} times as fast at an error of {:.2g}{}\n", speed_up.method,
+                                   speed_up.ratio, speed_up.error, interval)
                      : fmt::format("  {}: no overlap of errors\n", speed_up.method);
   }
   return text.empty() ? "" : fmt::format("at equal accuracy, against {}:\n", methods.front().name) + text;

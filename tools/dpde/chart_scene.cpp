@@ -7,7 +7,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 
+#include "chart/common_steps.h"
 #include "chart/finer_runs.h"
 #include "interrupt.h"
 #include "model/from_ast/names.h"
@@ -133,6 +135,20 @@ bool find_task(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   return true;
 }
 
+/// Steps that all times of the scene, and of the task whose gradient is wanted, fall on. False after a diagnostic.
+bool find_common_steps(Job& job, ChartScene& scene) {
+  scene.options.common_steps = chart::common_steps(scene.session->problem());
+  if (scene.options.task.empty()) return true;
+  driver::CompileOptions compile = scene.options.compile;
+  compile.selection.name = scene.options.task;
+  compile.without_task = false;
+  compile.backend.reset();
+  const std::optional<driver::Compiled> task = driver::compile(job.source(), compile, job.sink());
+  if (task && task->problem)
+    scene.options.common_steps = std::gcd(scene.options.common_steps, chart::common_steps(*task->problem));
+  return task.has_value();
+}
+
 /// l2(u); nullopt where it is something else.
 std::optional<model::Chart::Error> error_from(const std::string& text) {
   const std::size_t open = text.find('(');
@@ -220,8 +236,9 @@ bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   scene.options.stop = &interrupt_flag();
   const Preparing preparing(job);
   scene.session = open_scene(job, *compile, job.sink());
-  if (scene.session != nullptr) find_measures(job, wishes, scene);
-  return scene.session != nullptr && !job.failed();
+  if (scene.session == nullptr || !find_common_steps(job, scene)) return false;
+  find_measures(job, wishes, scene);
+  return !job.failed();
 }
 
 namespace {

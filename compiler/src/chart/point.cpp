@@ -138,7 +138,7 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
   if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
     largest = point.largest_step = verdict.limit.step;
-  const double length = scene.steps * scene.step;
+  const double length = (options.common_steps > 0 ? options.common_steps : scene.steps) * scene.step;
   const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
   entry.variant.resolution["step"] = fmt::format("{}", length / steps);
   return true;

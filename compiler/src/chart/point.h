@@ -82,6 +82,7 @@ struct PointOptions {
   driver::CompileOptions compile;  // of the scene, with what holds for all variants
   std::vector<Measure> measures;   // none: of all states, l2
   std::string task;                // whose gradient is compared too; "": none
+  int common_steps = 0;            // of the scene, that a whole number of chosen steps has to make; 0: all of them
   int threads = 1;
   bool times_states = true;     // else one short run tells the seconds of a run
   int samples = 5;              // timings; the median counts
@@ -103,8 +104,8 @@ struct References {
   GradientReference gradient;  // none where no task is asked for
 };
 
-/// Puts the step that the fraction stands for into the variant: a whole number of them makes the run of `scene`. False
-/// where there is none, and `point` says why.
+/// Puts the step that the fraction stands for into the variant: a whole number of them makes the common steps of
+/// `scene`. False where there is none, and `point` says why.
 bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
                  Point& point);
 
