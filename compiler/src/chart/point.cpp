@@ -234,7 +234,8 @@ bool is_complete(const Measured& measured) { return measured.seconds > 0 && std:
 bool is_complete(const Point& p) { return p.failure.empty() && is_complete(static_cast<const Measured&>(p)); }
 
 bool beats(const Measured& a, const Measured& b) {
-  return a.error <= b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
+  constexpr double alike = 1.01;  // errors that differ by less are the same: shorter steps that buy nothing
+  return a.error <= alike * b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
 }
 
 void mark_pareto(std::vector<Point>& points) {

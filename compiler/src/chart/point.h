@@ -116,7 +116,7 @@ Point run_point(const SourceFile& source, const PointOptions& options, const mod
 /// It ran, was timed, and has an error.
 bool is_complete(const Point& point);
 bool is_complete(const Measured& measured);
-/// Both complete: no worse in error and time, and better in one of them.
+/// Both complete: no worse in time and, within a hundredth, in error, and better in one of them.
 bool beats(const Measured& a, const Measured& b);
 /// Marks those that no other one beats.
 void mark_pareto(std::vector<Point>& points);
