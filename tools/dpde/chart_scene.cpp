@@ -143,10 +143,11 @@ bool find_common_steps(Job& job, ChartScene& scene) {
   compile.selection.name = scene.options.task;
   compile.without_task = false;
   compile.backend.reset();
-  const std::optional<driver::Compiled> task = driver::compile(job.source(), compile, job.sink());
+  DiagnosticSink unread;  // its warnings are those of the scene
+  const std::optional<driver::Compiled> task = driver::compile(job.source(), compile, unread);
   if (task && task->problem)
     scene.options.common_steps = std::gcd(scene.options.common_steps, chart::common_steps(*task->problem));
-  return task.has_value();
+  return task || driver::compile(job.source(), compile, job.sink());
 }
 
 /// l2(u); nullopt where it is something else.
