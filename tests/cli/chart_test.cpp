@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Charts of speed against accuracy, and the choice of the cheapest that meets a tolerance. Errors are compared with
 // closed forms; times are not tested but for being there.
+#include <complex>
 #include <numbers>
+#include <set>
 
 #include "command_support.h"
 
@@ -90,6 +92,46 @@ TEST_F(ChartCommand, GoesOnFromWhatItsFolderHolds) {
   EXPECT_EQ(dpde(command + " --resume" + quick).codes(), std::vector<std::string>{"E0901"});
 }
 
+/// Without --tolerance the scene's line counts; what it looks at is what has to be that accurate.
+TEST_F(ChartCommand, TuneTakesTheAccuracyOfTheScene) {
+  const auto with = [&](const std::string& line) {
+    std::string text = wind(true);
+    text.insert(text.find("  time"), "  " + line + "\n");
+    write("s.dpde", text);
+    return dpde("tune s.dpde" + quick);
+  };
+  const Outcome run = with("accuracy 2e-3 on u");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.json()["tolerance"].get<double>(), 2e-3);
+  EXPECT_LE(run.json()["error"].get<double>(), 2e-3);
+  EXPECT_EQ(dpde("tune s.dpde --tolerance 0.1" + quick).json()["tolerance"].get<double>(), 0.1);
+  EXPECT_EQ(with("").codes(), std::vector<std::string>{"E0904"}) << "no tolerance";
+  EXPECT_EQ(with("accuracy 1e-3 on w").codes(), std::vector<std::string>{"E0301"});
+  EXPECT_EQ(with("accuracy 0 on u").codes(), std::vector<std::string>{"E0414"});
+  EXPECT_EQ(with("accuracy 1e-3; accuracy 1e-2").codes(), std::vector<std::string>{"E0303"});
+}
+
+/// The gradient of the choice, by itself, is as near to the closed form pi sin(1) as was asked for.
+TEST_F(ChartCommand, TuneAsksTheSameOfGradients) {
+  write("s.dpde", wind(true) +
+                      "scene still : wind with plain {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  c = 0\n"
+                      "  initial u = sin(x)\n  time 0 .. 1, step 1/32\n}\n"
+                      "task speed : ring {\n  data r = u from scene still at t = 0\n  unknown c from 1\n"
+                      "  minimise 0.5*integral((u - r)^2)\n}\n");
+  const Outcome run =
+      dpde("tune s.dpde speed --gradient --tolerance 1e-2 --vary advect=central2,central4 --vary real=f64" + quick);
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  EXPECT_LE(json["error"].get<double>(), 1e-2);
+  const std::string set =
+      fmt::format(" --set step={} --set cells={} --set advect={} --set real=f64", json["chosen"]["step"].dump(),
+                  json["chosen"]["cells"][0].dump(), json["chosen"]["advect"].get<std::string>());
+  const Json proof = dpde("gradient s.dpde speed --json" + set).json();
+  const double error = proof["gradient"]["c"]["value"].get<double>() / (std::numbers::pi * std::sin(1.0)) - 1;
+  EXPECT_NEAR(std::abs(error), json["error"].get<double>(), 2e-4);
+  EXPECT_EQ(dpde("tune s.dpde ring --gradient --tolerance 1e-2" + quick).codes(), std::vector<std::string>{"E0904"});
+}
+
 /// What is chosen has the error that is told, and that meets the tolerance.
 TEST_F(ChartCommand, TuneProvesWhatItChooses) {
   write("s.dpde", wind(true));
@@ -138,8 +180,210 @@ TEST_F(ChartCommand, StabilityMeasuresWhatItPredicts) {
     EXPECT_NEAR(row["ratio"].get<double>(), 1, 0.02);
   }
   EXPECT_EQ(dpde("stability s.dpde --against c=2..1 --json").codes(), std::vector<std::string>{"E0904"});
+  // 31.5 cells cannot be run: it is listed, and the others go on.
+  const Json listed = dpde("stability s.dpde --against cells=31..32 --points 3 --json").json();
+  ASSERT_EQ(listed["against"]["rows"].size(), 3u);
+  EXPECT_FALSE(listed["against"]["rows"][0].contains("failure"));
+  EXPECT_NE(listed["against"]["rows"][1]["failure"].get<std::string>().find("whole number"), std::string::npos);
+  EXPECT_NEAR(listed["against"]["rows"][2]["ratio"].get<double>(), 1, 0.02);
+  EXPECT_FALSE(listed.contains("diagnostics"));
+  EXPECT_EQ(dpde("stability s.dpde --against cells=0.1..0.9 --points 3 --json").status, 2);
   const Json weak = dpde("stability s.dpde --set time=rk2 --json").json();
   EXPECT_TRUE(weak["predicted"]["weak"].get<bool>());
+}
+
+/// A chart block says all of it; options go before its lines.
+TEST_F(ChartCommand, ABlockOfTheFileSaysWhatIsRun) {
+  write("s.dpde", wind(true) +
+                      "scheme windward { advect = upwind(1); time = ssp_rk3 }\n"
+                      "chart cost : ring {\n  reference exact\n  vary scheme in plain, windward\n"
+                      "  vary cells in 16, 32\n  vary fraction in 1/2\n  error l2(u), linf(u) at t = 0.5\n"
+                      "  tolerance 0.02\n}\n");
+  const Outcome run = dpde("chart s.dpde --out o" + quick);
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  ASSERT_EQ(json["points"].size(), 4u);
+  EXPECT_EQ(json["points"][3]["variant"]["scheme"], "windward");
+  for (const Json& point : json["points"]) {
+    EXPECT_EQ(point["errors"].size(), 2u);
+    EXPECT_EQ(point["error"], point["errors"]["linf(u)"]) << "the largest of them";
+    // Of a sine the largest value is the root of 2 times the root mean square.
+    EXPECT_NEAR(point["errors"]["linf(u)"].get<double>() / point["errors"]["u"].get<double>(), std::sqrt(2.0), 0.03);
+    EXPECT_NEAR(point["step"].get<double>() * point["steps"].get<int>(), 0.5, 1e-12);
+  }
+  // Half a unit of time with central(2): 1 - sin(h)/h of half the size, by linf in units of the root mean square.
+  const double h = 2 * std::numbers::pi / 32, shift = 0.5 * (1 - std::sin(h) / h);
+  EXPECT_NEAR(json["points"][1]["error"].get<double>(), std::sqrt(2.0) * 2 * std::sin(shift / 2), 1e-4);
+  EXPECT_EQ(json["meets_tolerance"]["variant"]["scheme"], "plain");
+  for (const char* name : {"o/cost.csv", "o/cost.json", "o/cost_points.json"}) EXPECT_TRUE(fs::exists(path(name)));
+  const Json other = dpde("chart s.dpde cost --vary cells=24 --vary scheme=plain --set end=1" + quick).json();
+  ASSERT_EQ(other["points"].size(), 1u);
+  EXPECT_EQ(other["points"][0]["cells"][0], 24);
+  EXPECT_NEAR(other["points"][0]["step"].get<double>() * other["points"][0]["steps"].get<int>(), 1, 1e-12);
+  const Json norm = dpde("chart s.dpde --error 'l1(u)' --tolerance 0.5" + quick).json();
+  EXPECT_TRUE(norm["points"][0]["errors"].contains("l1(u)"));
+  EXPECT_EQ(norm["points"][0]["errors"].size(), 1u);
+  EXPECT_LE(norm["meets_tolerance"]["error"].get<double>(), 0.5);
+  EXPECT_EQ(dpde("chart s.dpde --error 'l3(u)'" + quick).codes(), std::vector<std::string>{"E0904"});
+  EXPECT_EQ(dpde("chart s.dpde --error 'l2(w)'" + quick).codes(), std::vector<std::string>{"E0301"});
+  const Json self = dpde("chart s.dpde cost --reference-cells 128" + quick).json();
+  EXPECT_NE(self["reference"]["text"].get<std::string>().find("4 times"), std::string::npos);
+  EXPECT_NEAR(self["points"][1]["error"].get<double>(), json["points"][1]["error"].get<double>(), 1e-4);
+  EXPECT_EQ(dpde("chart s.dpde cost --reference-cells 32" + quick).codes(), std::vector<std::string>{"E0916"});
+  EXPECT_EQ(dpde("chart s.dpde --vary scheme=plane" + quick).codes(), std::vector<std::string>{"E0904"});
+}
+
+TEST_F(ChartCommand, MistakesOfABlockAreShownInIt) {
+  const auto codes = [&](const std::string& lines) {
+    write("s.dpde", wind(false) + "chart cost : ring {\n  " + lines + "\n}\n");
+    const Json json = dpde("chart s.dpde cost" + quick).json();
+    if (!json.contains("diagnostics") || json["diagnostics"].size() != 1) return "several: " + json.dump();
+    const Json& told = json["diagnostics"][0];
+    return told["code"].get<std::string>() + ":" + std::to_string(told["line"].get<int>());
+  };
+  EXPECT_EQ(codes("vary scheme in plane"), "E0318:10");
+  EXPECT_EQ(codes("vary advekt in central(2)"), "E0501:10");
+  EXPECT_EQ(codes("vary advect in weno(77)"), "E0502:10");
+  EXPECT_EQ(codes("vary cells in 12.5"), "E0707:10");
+  EXPECT_EQ(codes("vary cells in 16; vary cells in 32"), "E0303:10");
+  EXPECT_EQ(codes("error l3(u)"), "E0707:10");
+  EXPECT_EQ(codes("error l2(w)"), "E0301:10");
+  EXPECT_EQ(codes("reference best"), "E0707:10");
+  EXPECT_EQ(codes("reference exact"), "E0916:10") << "the scene has none";
+  EXPECT_EQ(codes("reference self(cells = 16); vary cells in 64"), "E0916:10");
+  EXPECT_EQ(codes("gradient speed"), "E0318:10");
+  EXPECT_EQ(codes("tolerance -1"), "E0707:10");
+  EXPECT_EQ(codes("tolerence 1"), "E0203:10");
+  write("s.dpde", wind(false) + "chart cost : ring { vary scheme in plane }\n");
+  EXPECT_EQ(dpde("check s.dpde ring --json").codes(), std::vector<std::string>{"E0318"})
+      << "it is looked at there, too";
+}
+
+/// The scene's own method is one of those that are tried by themselves: it does not stand twice.
+TEST_F(ChartCommand, TheScenesOwnMethodStandsOnce) {
+  write("s.dpde", wind(true));
+  const Json all = dpde("chart s.dpde --vary cells=16 --vary fraction=0.5" + quick).json();
+  std::set<std::string> methods;
+  for (const Json& method : all["methods"]) EXPECT_TRUE(methods.insert(method["name"]).second);
+  EXPECT_EQ(methods.size(), 6u);
+  EXPECT_FALSE(methods.contains("advect=central2 time=rk4")) << "is the scene's own";
+}
+
+/// J = 1/2 int (u(T) - sin x)^2 of a sine that goes round with speed c: dJ/dc = pi T sin(c T) in the limit, and with
+/// central(2) the speed is s c, s = sin(h)/h: pi T s sin(s c T). Of the initial state the derivative is u(T) carried
+/// back, less what was to be there, the same function on all grids.
+TEST_F(ChartCommand, GradientsAreComparedToo) {
+  write("s.dpde", wind(true) +
+                      "scene still : wind with plain {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  c = 0\n"
+                      "  initial u = sin(x)\n  time 0 .. 1, step 1/32\n}\n"
+                      "task speed : ring {\n  data r = u from scene still at t = 0\n  unknown c from 1\n"
+                      "  unknown initial u\n  minimise 0.5*integral((u - r)^2)\n}\n");
+  const Outcome run = dpde(
+      "chart s.dpde speed --vary cells=32,64 --vary fraction=0.2 --vary advect=central2 --budget"
+      " --out o" +
+      quick);
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  EXPECT_EQ(json["gradient"]["task"], "speed");
+  EXPECT_LT(json["gradient"]["reference"]["uncertainty"].get<double>(), 1e-5);
+  for (const Json& point : json["points"]) {
+    const double h = 2 * std::numbers::pi / point["cells"][0].get<double>(), s = std::sin(h) / h;
+    const double expected = std::abs(s * std::sin(s) / std::sin(1.0) - 1);
+    EXPECT_NEAR(point["gradient_errors"]["c"].get<double>(), expected, 1e-4) << point;
+    // By the initial state: sin(x) - sin(x + s) for sin(x) - sin(x + 1), both of size 2 sin(s/2), half as far apart.
+    const std::complex<double> i(0, 1), is = 1.0 - std::exp(i * s), was = 1.0 - std::exp(i);
+    EXPECT_NEAR(point["gradient_errors"]["initial u"].get<double>(), std::abs(is - was) / std::abs(was), 1e-4);
+    EXPECT_GT(point["gradient_wall_s"].get<double>(), 0);
+    EXPECT_FALSE(point["gradient_error"].is_null());
+  }
+  EXPECT_NE(content(path("o/ring_chart.csv")).find("gradient_error"), std::string::npos);
+  const Outcome text = dpde("chart s.dpde ring --task speed --vary cells=32 --samples 1 --sample-seconds 0");
+  EXPECT_NE(text.out.find("task speed: errors of the gradient"), std::string::npos) << text.out << text.err;
+  EXPECT_EQ(dpde("chart s.dpde ring --task sped" + quick).codes(), std::vector<std::string>{"E0318"});
+}
+
+/// central(8) on half the reference's cells has an error below what the reference, of order 6, is known to.
+TEST_F(ChartCommand, WhatTheReferenceDoesNotResolveIsMarked) {
+  write("s.dpde", wind(false));
+  const Outcome run = dpde(
+      "chart s.dpde --vary advect=central2,central8 --vary cells=32 --vary fraction=0.05 --samples 1"
+      " --sample-seconds 0");
+  EXPECT_EQ(run.status, 0) << run.err;
+  const std::size_t second = run.out.find("advect=central8\n"),
+                    mark = run.out.find("(below the error of the reference)");
+  EXPECT_NE(mark, std::string::npos) << run.out;
+  EXPECT_GT(mark, second) << "central2 is resolved";
+}
+
+/// The interval about a speed-up is that of the same timings each time; curves without an error in common have none.
+TEST_F(ChartCommand, SpeedUpsAtEqualAccuracyHaveAnInterval) {
+  write("s.dpde", wind(true));
+  const std::string command =
+      "chart s.dpde --out o --vary time=rk4,ssp_rk3 --vary cells=16,32,64 --vary fraction=0.5"
+      " --vary advect=central2,central4 --samples 5 --sample-seconds 0 --json";
+  const Json first = dpde(command).json(), again = dpde(command + " --resume").json();
+  ASSERT_EQ(first["speed_up"].size(), 3u);
+  EXPECT_EQ(first["speed_up"], again["speed_up"]);
+  for (const Json& point : first["points"]) EXPECT_EQ(point["wall_s_samples"].size(), 5u);
+  const Json& other_time = first["speed_up"][0];  // the same errors of space
+  ASSERT_FALSE(other_time["ratio"].is_null()) << first["speed_up"];
+  EXPECT_LE(other_time["interval"][0], other_time["ratio"]);
+  EXPECT_GE(other_time["interval"][1], other_time["ratio"]);
+  const Json& far = first["speed_up"][1];  // central4 on 16 cells is better than central2 on 64
+  EXPECT_EQ(far["method"], "advect=central4 time=rk4");
+  EXPECT_TRUE(far["ratio"].is_null() && far["interval"].is_null()) << far;
+}
+
+TEST_F(ChartCommand, FieldsOfTheTableAreQuoted) {
+  write("s.dpde", wind(true));
+  ASSERT_EQ(dpde("chart s.dpde --out o --vary cells=64 --vary step=1" + quick).status, 0);
+  const std::string table = content(path("o/ring_chart.csv"));
+  EXPECT_NE(table.find(",\"the step is above 0.2777, the largest stable one\",,,,\n"), std::string::npos) << table;
+}
+
+/// Steps are chosen so that what has times of its own falls on them: outputs, controls, losses.
+TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
+  std::string text = wind(true);
+  text.insert(text.find("  time"), "  output u every 1/4\n");
+  write("s.dpde", text + "task shape : ring {\n  unknown initial u\n  minimise integral(u^2) at t = 0.375\n}\n");
+  const std::string rest = " --vary advect=central2 --vary cells=16,32 --vary fraction=0.9";
+  const Json plain = dpde("chart s.dpde ring" + rest + quick).json();
+  const Json task = dpde("chart s.dpde shape" + rest + quick).json();
+  ASSERT_TRUE(plain.contains("points") && task.contains("points")) << plain << task;
+  for (int i = 0; i < 2; ++i) {
+    const double step = plain["points"][i]["step"], in_task = task["points"][i]["step"];
+    EXPECT_NEAR(0.25 / step, std::round(0.25 / step), 1e-9);
+    EXPECT_NEAR(0.125 / in_task, std::round(0.125 / in_task), 1e-9);
+    EXPECT_FALSE(task["points"][i]["gradient_error"].is_null()) << task["points"][i];
+  }
+}
+
+/// Cells, steps and rounding add up to the error that is measured.
+TEST_F(ChartCommand, TheBudgetAddsUpToTheError) {
+  write("wind.dpde", wind(true));
+  write("heat.dpde",
+        "model heat { field u; param k; dt(u) = k*lap(u) }\nscheme plain { lap = central(2); time = euler }\n"
+        "scene rod : heat with plain {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  k = 1\n"
+        "  initial u = sin(x)\n  exact u = exp(-k*t)*sin(x)\n  time 0 .. 1, step 1/256\n}\n");
+  const std::string cases[] = {
+      "chart wind.dpde --vary advect=central2,upwind1,central4 --vary time=rk2,rk4,ssp_rk3 --vary fraction=0.5",
+      "chart heat.dpde --vary time=euler,rk4 --vary fraction=0.9,0.3 --vary real=f32,f64"};
+  for (const std::string& command : cases) {
+    const Outcome run = dpde(command + " --vary cells=32,64 --budget" + quick);
+    ASSERT_EQ(run.status, 0) << run.err;
+    int stable = 0;
+    const Json json = run.json();
+    for (const Json& point : json["points"]) {
+      if (!point["stable"].get<bool>()) continue;
+      ++stable;
+      ASSERT_TRUE(point["budget"]["failure"].is_null()) << point;
+      const double ratio = point["budget"]["sum"].get<double>() / point["error"].get<double>();
+      EXPECT_GT(ratio, 1 / 1.5) << point;
+      EXPECT_LT(ratio, 1.5) << point;
+      EXPECT_EQ(point["budget"]["rounding"].is_null(), point["variant"].value("real", "f64") == "f64");
+    }
+    EXPECT_GE(stable, 8);
+  }
 }
 
 }  // namespace

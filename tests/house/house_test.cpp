@@ -141,7 +141,7 @@ struct Level {
 /// What a conversion gives, its passes, printers and verifiers know their own level alone.
 const std::vector<Level> levels{
     {"syntax", {"model/", "stencil/", "loop/"}, {}},
-    {"model", {"syntax/"}, {"data_set"}},
+    {"model", {"syntax/"}, {"chart", "data_set"}},
     {"stencil",
      {"syntax/", "model/"},
      {"apply", "discretise", "discretise_upwind", "discretise_waves", "events", "exponential", "idle_walls", "lowering",

@@ -111,7 +111,7 @@ class Names {
           for (const ast::Network::Input& input : n.inputs) add(input.name);
           add(n.name);
         },
-        [&](const ast::DataSet& s) { add(s.name); });
+        [&](const ast::DataSet& s) { add(s.name); }, [&](const ast::Chart& c) { add(c.name); });
   }
   const std::vector<std::string>& all() const { return all_; }
 

@@ -11,11 +11,13 @@ namespace {
 const std::string model_words = "understood here: field, vector, coefficient, param, control, let, dt";
 const std::string scene_words =
     "understood here: grid, initial, exact, boundary, time, step, after, every, at, subcycle, observe, output, "
+    "accuracy, "
     "parameter = value";
 const std::string task_words =
     "understood here: data, unknown, learn, minimise, using, test, statistic, spectrum, correlation, growth";
 const std::string file_words =
-    "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, network, dataset, import";
+    "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, network, dataset, import, "
+    "chart";
 
 TEST(Errors, NameWordsThatAreNotUnderstood) {
   EXPECT_EQ(
@@ -36,10 +38,10 @@ TEST(Errors, NameBlocksThatAreNotUnderstood) {
   EXPECT_EQ(problems_of("mesh corrector(u: vector, re: constant) -> vector {\n"
                         "  repeat 3 { residual { conv 32, 5; relu }; relu }\n"
                         "}\n"
-                        "chart c : wave {\n  vary cells in 64, 128\n}\n"
+                        "graph c : wave {\n  vary cells in 64, 128\n}\n"
                         "model m { fild u }\n"),
             "1:1 E0202 'mesh' does not begin a block | " + file_words + "\n" +
-                "4:1 E0202 'chart' does not begin a block | " + file_words + "\n" +
+                "4:1 E0202 'graph' does not begin a block | " + file_words + "\n" +
                 "7:11 E0203 'fild' is not understood in a model | did you mean field? " + model_words + "\n");
   EXPECT_EQ(problems_of("modle m { field u }"),
             "1:1 E0202 'modle' does not begin a block | did you mean model? " + file_words + "\n");

@@ -230,6 +230,40 @@ TEST(Items, OfDataSets) {
   EXPECT_EQ(print(*std::get<FramesItem>(set.items[4].kind).to), "23");
 }
 
+TEST(Items, OfCharts) {
+  const std::string text =
+      "chart cost : wave with plain {\n"
+      "  reference self(cells = 8192)\n"
+      "  vary scheme in cheap, precise\n"
+      "  vary advect in central(2), upwind(3)  # two\n"
+      "  vary cells in 64, 128\n"
+      "  error l2(u), linf(v) at t = 1\n"
+      "  gradient recover\n"
+      "  tolerance 1e-3\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Chart chart = only_block<Chart>(text);
+  EXPECT_EQ(chart.of.name, "wave");
+  EXPECT_EQ(chart.scheme->name, "plain");
+  EXPECT_EQ(print(std::get<ReferenceItem>(chart.items[0].kind).value), "self(cells = 8192)");
+  EXPECT_EQ(std::get<ChoicesItem>(chart.items[1].kind).key.name, "scheme");
+  EXPECT_EQ(std::get<ChoicesItem>(chart.items[2].kind).values.size(), 2u);
+  EXPECT_EQ(std::get<ErrorItem>(chart.items[4].kind).norms.size(), 2u);
+  EXPECT_EQ(print(*std::get<ErrorItem>(chart.items[4].kind).at), "1");
+  EXPECT_EQ(std::get<OptionItem>(chart.items[5].kind).name.name, "gradient");
+}
+
+TEST(Items, OfScenesThatSayHowAccurateTheyAre) {
+  const std::string text = "scene s : m {\n  accuracy 1e-3 on u, v.x\n  accuracy 0.1\n}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Scene scene = only_block<Scene>(text);
+  const auto& accuracy = std::get<AccuracyItem>(scene.items[0].kind);
+  EXPECT_EQ(print(accuracy.tolerance), "1e-3");
+  ASSERT_EQ(accuracy.fields.size(), 2u);
+  EXPECT_EQ(accuracy.fields[1].name, "v.x");
+  EXPECT_TRUE(std::get<AccuracyItem>(scene.items[1].kind).fields.empty());
+}
+
 TEST(Items, OfKernels) {
   const std::string text =
       "kernel k(u, f: field halo 1, out v: field, inout w: field, sum nu_bar: param, nu, hx, dt: param) on 2 axes {\n"

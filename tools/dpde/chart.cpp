@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "chart/budget.h"
 #include "chart/sweep.h"
+#include "chart_file.h"
 #include "chart_output.h"
 #include "chart_scene.h"
 #include "command.h"
@@ -19,9 +21,9 @@ namespace dpde::tools {
 namespace {
 
 struct ChartOptions : CommonOptions {
-  std::vector<std::string> vary;
-  Timing timing;
-  bool progress = false, resume = false;
+  ChartWishes wishes;
+  double tolerance = 0;  // 0: what the block says
+  bool progress = false, resume = false, budget = false;
 };
 
 class Chart {
@@ -38,22 +40,27 @@ class Chart {
   const ChartOptions& options_;
   Progress progress_;
   ChartScene scene_;
-  chart::Reference reference_;
+  chart::References references_;
   ChartFile file_;
 };
 
 std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& entries) {
   std::vector<chart::Point> points;
+  std::string against =
+      fmt::format("{} {} {}", references_.states.text(), scene_.options.task, references_.gradient.text());
+  for (const chart::Measure& measure : scene_.options.measures) against += " " + chart::text_of(measure);
   for (const chart::Entry& entry : entries) {
     progress_.show(chart::method_text(entry.variant), static_cast<int>(points.size()),
                    static_cast<int>(entries.size()));
-    const std::string key = file_.key_of(job_, entry, reference_.text());
+    const std::string key = file_.key_of(job_, entry, against);
     std::optional<chart::Point> point = file_.find(key, entry);
     if (!point) {
-      point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, reference_);
-      if (interrupt_flag().load()) break;
-      file_.add(key, *point);
+      point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, references_);
     }
+    if (options_.budget && is_complete(*point) && !point->budget)
+      point->budget = chart::budget_of(job_.source(), scene_.options, *point);
+    if (interrupt_flag().load()) break;
+    file_.add(key, *point);
     points.push_back(std::move(*point));
     if (!options_.out.empty()) file_.save(job_.sink());
   }
@@ -63,24 +70,25 @@ std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& en
 
 Json Chart::operator()() {
   Json result = Json::object();
-  const std::optional<chart::Wishes> wishes = parse_wishes(options_.vary, job_.sink());
   if (options_.resume && options_.out.empty())
     job_.sink().report("bad-option", {}, {"--resume needs the --out DIR of the chart"});
   if (job_.failed()) return result;
-  if (!wishes || !job_.load_source() || !prepare_out(job_) || !open_chart_scene(job_, options_.timing, scene_))
-    return result;
-  if (!options_.out.empty() && !file_.open(options_.out, scene_.session->problem().scene, options_.resume, job_.sink()))
-    return result;
+  if (!job_.load_source() || !prepare_out(job_) || !open_chart_scene(job_, options_.wishes, scene_)) return result;
   const model::Problem& problem = scene_.session->problem();
-  const std::vector<chart::Entry> entries = chart::entries_of(problem, *wishes);
-  if (!find_reference(job_, scene_, chart::finest_of(problem, entries), progress_, reference_)) return result;
+  const std::string name = scene_.block ? scene_.block->name : problem.scene + "_chart";
+  if (!options_.out.empty() && !file_.open(options_.out, name, options_.resume, job_.sink())) return result;
+  const std::vector<chart::Entry> entries = chart::entries_of(problem, scene_.wishes);
+  if (!find_references(job_, scene_, chart::finest_of(problem, entries), progress_, references_)) return result;
   const std::vector<chart::Point> points = run_entries(entries);
   if (interrupt_flag().load())
     job_.sink().report("run-failed", {}, {"stopped before all points were run; the chart is of those that were"},
                        options_.out.empty() ? "" : "the same command with --resume goes on from here");
   if (!points.empty() && std::ranges::all_of(points, &chart::Point::does_not_fit))
     job_.sink().report("bad-option", {}, {fmt::format("no variant fits the scene: {}", points.front().failure)});
-  write_chart(job_, problem, points, reference_, scene_.options.threads, result);
+  const double in_block = scene_.block ? scene_.block->tolerance : 0;
+  const double tolerance = options_.tolerance > 0 ? options_.tolerance : in_block;
+  write_chart(job_, {problem, points, references_, scene_.options.task, name, tolerance, scene_.options.threads},
+              result);
   return result;
 }
 
@@ -91,15 +99,18 @@ void add_chart(CLI::App& app, int& status) {
   CLI::App* verb =
       app.add_subcommand("chart", "speed against accuracy: error against time for methods, cells and steps");
   add_common_options(*verb, *options);
-  add_chart_options(*verb, options->vary, options->timing);
+  add_chart_options(*verb, options->wishes);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->add_option("--tolerance", options->tolerance, "drawn as a wall; the fastest point that meets it is told")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--budget", options->budget, "of each point's error the parts of cells, steps and rounding");
   verb->add_flag("--resume", options->resume, "take over the points that --out holds already");
   verb->footer(
       "Examples:\n  dpde chart advection.dpde ring --out results\n  dpde chart burgers.dpde ends --vary "
       "advect=central2,central4,upwind3 --vary time=ssp_rk3,rk4 --vary cells=64,128,256\n  dpde chart heat.dpde rod "
-      "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe error is that at the end of the scene, against its "
-      "exact "
-      "solution or else a finer run.");
+      "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe name may be that of a chart block, whose lines "
+      "options "
+      "replace. The error is that at the end of the scene, against its exact solution or else a finer run.");
   on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Chart(job, *options)(); }); });
 }
 

@@ -7,12 +7,17 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 
+#include "chart/common_steps.h"
+#include "chart/finer_runs.h"
 #include "interrupt.h"
+#include "model/from_ast/names.h"
 #include "model/from_ast/parts.h"
 #include "preparing.h"
 #include "scene_session.h"
 #include "support/contains.h"
+#include "syntax/parser.h"
 
 namespace dpde::tools {
 
@@ -43,72 +48,268 @@ bool read_numbers(const std::vector<std::string>& texts, std::vector<Number>& nu
   return true;
 }
 
-}  // namespace
+std::optional<chart::Wishes> refuse(const std::string& text, const std::string& why, const std::string& hint,
+                                    DiagnosticSink& sink) {
+  sink.report("bad-option", {}, {fmt::format("--vary {}{}", text, why)}, hint);
+  return std::nullopt;
+}
 
-std::optional<chart::Wishes> parse_wishes(const std::vector<std::string>& vary, DiagnosticSink& sink) {
+/// What numbers and methods the values of a key are; false where they are none.
+bool add_choices(const std::string& key, const std::vector<std::string>& values, chart::Wishes& wishes) {
+  if (key == "cells") return read_numbers(values, wishes.cells = {});
+  if (key == "step") return read_numbers(values, wishes.steps = {});
+  if (key == "fraction") return read_numbers(values, wishes.fractions = {});
+  wishes.method[key] = values;
+  return true;
+}
+
+chart::Wishes wishes_of(const model::Chart& block) {
   chart::Wishes wishes;
+  for (const model::Chart::Choices& choices : block.vary) add_choices(choices.key, choices.values, wishes);
+  return wishes;
+}
+
+/// Each KEY=V1,V2,... in the place of what `wishes` has for the key; nullopt after a diagnostic.
+std::optional<chart::Wishes> with_options(chart::Wishes wishes, const std::vector<std::string>& vary,
+                                          const std::vector<std::string>& schemes, DiagnosticSink& sink) {
   for (const std::string& text : vary) {
     const std::size_t equals = text.find('=');
     const std::string key = text.substr(0, equals);
     const std::vector<std::string> values = split(equals == std::string::npos ? "" : text.substr(equals + 1));
-    bool is_understood = equals != std::string::npos && equals > 0 &&
+    const bool is_list = equals != std::string::npos && equals > 0 &&
                          std::ranges::none_of(values, [](const std::string& v) { return v.empty(); });
-    if (is_understood && key == "cells") {
-      is_understood = read_numbers(values, wishes.cells);
-    } else if (is_understood && key == "step") {
-      is_understood = read_numbers(values, wishes.steps);
-    } else if (is_understood && key == "fraction") {
-      is_understood = read_numbers(values, wishes.fractions);
-    } else if (is_understood && !contains(model::scheme_keys(), key)) {
-      sink.report("bad-option", {}, {fmt::format("--vary {}: {} is no key of a scheme", text, key)},
-                  fmt::format("cells, step, fraction, or one of: {}", fmt::join(model::scheme_keys(), ", ")));
-      return std::nullopt;
-    } else if (is_understood) {
-      wishes.method[key] = values;
+    const bool is_number = key == "cells" || key == "step" || key == "fraction";
+    if (is_list && !is_number && key != chart::scheme_block && !contains(model::scheme_keys(), key))
+      return refuse(text, fmt::format(": {} is no key of a scheme", key),
+                    fmt::format("scheme, cells, step, fraction, or one of: {}", fmt::join(model::scheme_keys(), ", ")),
+                    sink);
+    if (!is_list || !add_choices(key, values, wishes))
+      return refuse(text, " is no list of values",
+                    "as in --vary advect=central2,upwind3 --vary cells=32,64,128 --vary step=0.01,0.005", sink);
+    for (const std::string& value : values) {
+      if (key == chart::scheme_block && !contains(schemes, value))
+        return refuse(text, fmt::format(": there is no scheme {}", value), model::did_you_mean(value, schemes), sink);
     }
-    if (is_understood) continue;
-    sink.report("bad-option", {}, {fmt::format("--vary {} is no list of values", text)},
-                "as in --vary advect=central2,upwind3 --vary cells=32,64,128 --vary step=0.01,0.005");
-    return std::nullopt;
   }
   return wishes;
 }
 
-void add_chart_options(CLI::App& verb, std::vector<std::string>& vary, Timing& timing) {
-  verb.add_option("--vary", vary,
-                  "values of a key of --set; also cells, step, and fraction: parts of the largest stable step")
+/// The chart that is named, or where nothing is named the only one of the file itself; "": none.
+std::string chart_name(const ast::File& file, const std::string& name) {
+  if (!name.empty()) return contains(model::chart_names(file), name) ? name : "";
+  ast::File own = file;
+  std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
+  const std::vector<std::string> names = model::chart_names(own);
+  return names.size() == 1 ? names.front() : "";
+}
+
+/// False after a diagnostic.
+bool read_block(Job& job, const ChartWishes& wishes, ChartScene& scene) {
+  DiagnosticSink unread;  // told when the scene is compiled
+  const ast::File file = ast::parse(job.source(), unread);
+  const std::string name = chart_name(file, job.options().name);
+  if (!name.empty()) {
+    scene.block = model::chart_from_ast(file, name, job.sink());
+    if (!scene.block) return false;
+    scene.wishes = wishes_of(*scene.block);
+    scene.reference_cells = scene.block->reference_cells;
+  }
+  if (wishes.reference_cells > 0) scene.reference_cells = wishes.reference_cells;
+  const auto all = with_options(scene.wishes, wishes.vary, model::scheme_names(file), job.sink());
+  if (all) scene.wishes = *all;
+  return all.has_value();
+}
+
+/// Whose gradient is wanted: the option's, the block's, or the task that the command names. False after a diagnostic.
+bool find_task(Job& job, const ChartWishes& wishes, ChartScene& scene) {
+  DiagnosticSink unread;
+  const std::vector<std::string> tasks = model::task_names(ast::parse(job.source(), unread));
+  if (!wishes.task.empty()) {
+    scene.options.task = wishes.task;
+    if (contains(tasks, wishes.task)) return true;
+    job.sink().report("unknown-block", {}, {"task", wishes.task}, model::did_you_mean(wishes.task, tasks));
+    return false;
+  }
+  if (scene.block) scene.options.task = scene.block->gradient;
+  if (!scene.block && contains(tasks, job.options().name)) scene.options.task = job.options().name;
+  return true;
+}
+
+/// Steps that all times of the scene, and of the task whose gradient is wanted, fall on. False after a diagnostic.
+bool find_common_steps(Job& job, ChartScene& scene) {
+  scene.options.common_steps = chart::common_steps(scene.session->problem());
+  if (scene.options.task.empty()) return true;
+  driver::CompileOptions compile = scene.options.compile;
+  compile.selection.name = scene.options.task;
+  compile.without_task = false;
+  compile.backend.reset();
+  DiagnosticSink unread;  // its warnings are those of the scene
+  const std::optional<driver::Compiled> task = driver::compile(job.source(), compile, unread);
+  if (task && task->problem)
+    scene.options.common_steps = std::gcd(scene.options.common_steps, chart::common_steps(*task->problem));
+  return task || driver::compile(job.source(), compile, job.sink());
+}
+
+/// l2(u); nullopt where it is something else.
+std::optional<model::Chart::Error> error_from(const std::string& text) {
+  const std::size_t open = text.find('(');
+  if (open == std::string::npos || !text.ends_with(")")) return std::nullopt;
+  for (const model::ErrorNorm norm : {model::ErrorNorm::l1, model::ErrorNorm::l2, model::ErrorNorm::linf}) {
+    if (text.substr(0, open) == model::name_of(norm))
+      return model::Chart::Error{text.substr(open + 1, text.size() - open - 2), norm, {}};
+  }
+  return std::nullopt;
+}
+
+/// What the options or the block call the error, of the states of the scene.
+void find_measures(Job& job, const ChartWishes& wishes, ChartScene& scene) {
+  std::vector<model::Chart::Error> errors;
+  if (scene.block) errors = scene.block->errors;
+  if (!wishes.errors.empty()) errors.clear();
+  for (const std::string& text : wishes.errors) {
+    const std::optional<model::Chart::Error> error = error_from(text);
+    if (error) errors.push_back(*error);
+    if (!error)
+      job.sink().report("bad-option", {}, {fmt::format("--error {} is no norm of a field", text)},
+                        "l1(u), l2(u) or linf(u)");
+  }
+  std::vector<std::string> names;
+  for (const model::State& state : scene.session->problem().states) {
+    if (state.history_of.empty()) names.push_back(state.name);
+  }
+  for (const model::Chart::Error& error : errors) {
+    const std::size_t before = scene.options.measures.size();
+    for (const std::string& name : names) {
+      if (name == error.field || name.starts_with(error.field + "."))
+        scene.options.measures.push_back({name, error.norm});
+    }
+    if (scene.options.measures.size() == before)
+      job.sink().report("unknown-name", error.range, {error.field}, model::did_you_mean(error.field, names));
+  }
+}
+
+/// Whether all that is measured has an exact solution; without measures, whether anything has one.
+bool has_exact(const ChartScene& scene) {
+  const model::Problem& problem = scene.session->problem();
+  const auto is_exact = [](const model::State& state) { return state.exact.has_value(); };
+  if (scene.options.measures.empty()) return std::ranges::any_of(problem.states, is_exact);
+  return std::ranges::all_of(scene.options.measures,
+                             [&](const chart::Measure& m) { return is_exact(*problem.find_state(m.state)); });
+}
+
+}  // namespace
+
+void add_chart_options(CLI::App& verb, ChartWishes& wishes) {
+  verb.add_option("--vary", wishes.vary,
+                  "values of a key of --set; also cells, step, scheme: blocks of the file, and fraction: parts of the "
+                  "largest stable step")
       ->type_name("KEY=V1,V2,...")
       ->allow_extra_args(false);
-  verb.add_option("--samples", timing.samples, "timings of each point; the median counts")
+  verb.add_option("--error", wishes.errors, "what is called the error: l1, l2 or linf of a field; the largest counts")
+      ->type_name("NORM(FIELD)")
+      ->allow_extra_args(false);
+  verb.add_option("--task", wishes.task, "compare its gradient, too: error against seconds for value and gradient")
+      ->type_name("TASK");
+  verb.add_option("--reference-cells", wishes.reference_cells,
+                  "compare with a run on so many cells along the first axis, not with the exact solution")
+      ->check(CLI::Range(2, 1000000000));
+  verb.add_option("--samples", wishes.timing.samples, "timings of each point; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb.add_option("--sample-seconds", timing.seconds, "least duration of each")
+  verb.add_option("--sample-seconds", wishes.timing.seconds, "least duration of each")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
-bool open_chart_scene(Job& job, const Timing& timing, ChartScene& scene) {
+bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   std::optional<driver::CompileOptions> compile = job.compile_options();
-  if (!compile) return false;
+  if (!compile || !read_block(job, wishes, scene) || !find_task(job, wishes, scene)) return false;
   compile->without_task = true;
-  scene.options = {*compile, thread_count(job.options()), timing.samples, timing.seconds, &interrupt_flag()};
+  if (scene.block) {
+    compile->selection.name = scene.block->scene;
+    if (compile->selection.scheme.empty()) compile->selection.scheme = scene.block->scheme;
+    if (scene.block->end) compile->selection.overrides.try_emplace("end", fmt::format("{}", *scene.block->end));
+  }
+  scene.options.compile = *compile;
+  scene.options.threads = thread_count(job.options());
+  scene.options.samples = wishes.timing.samples;
+  scene.options.sample_seconds = wishes.timing.seconds;
+  scene.options.stop = &interrupt_flag();
   const Preparing preparing(job);
-  scene.session = open_scene(job, job.sink());
-  return scene.session != nullptr;
+  scene.session = open_scene(job, *compile, job.sink());
+  if (scene.session == nullptr || !find_common_steps(job, scene)) return false;
+  find_measures(job, wishes, scene);
+  return !job.failed();
 }
 
-bool find_reference(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
-                    chart::Reference& reference) {
+namespace {
+
+constexpr double most_seconds_of_tuning = 300;  // for one run of the reference
+
+/// In units of the scene's cells; 0, and why, where there can be none.
+double finest_of(const ChartScene& scene, double most_cells, bool is_exact_wanted, std::string& why) {
+  const int cells = scene.session->problem().axes.front().cells;
+  if (scene.reference_cells > 0) {
+    const double finest = static_cast<double>(scene.reference_cells) / cells;
+    if (finest > most_cells) return finest;
+    why = fmt::format("{} cells are no more than the finest variant has, {:g}", scene.reference_cells,
+                      most_cells * cells);
+    return 0;
+  }
+  if (is_exact_wanted) why = "what is measured has no exact solution";
+  return is_exact_wanted ? 0 : 2 * most_cells;
+}
+
+/// Up to `finest` at once, or no finer than the accuracy that is wanted asks for.
+chart::Refinement refinement(const ChartScene& scene, double finest) {
+  if (!(scene.accuracy > 0) || scene.reference_cells > 0) return {finest / 2, finest};
+  return {1, std::max(2.0, finest), scene.accuracy, most_seconds_of_tuning};
+}
+
+bool find_state_reference(Job& job, const ChartScene& scene, double most_cells, chart::Reference& reference) {
   const model::Problem& problem = scene.session->problem();
-  if (std::ranges::any_of(problem.states, [](const model::State& state) { return state.exact.has_value(); }))
-    return true;
-  progress.show("the reference", 0, 1);
+  const SourceRange place = !scene.block                                               ? job.place()
+                            : scene.block->reference == model::Chart::Reference::found ? scene.block->range
+                                                                                       : scene.block->reference_range;
+  if (scene.reference_cells == 0 && has_exact(scene)) return true;
   std::string why;
-  std::optional<chart::Reference> found = chart::make_reference(job.source(), scene.options, problem, most_cells, why);
+  const bool wants_exact = scene.block && scene.block->reference == model::Chart::Reference::exact;
+  const double finest = finest_of(scene, most_cells, wants_exact, why);
+  std::optional<chart::Reference> found;
+  if (finest > 0) found = chart::make_reference(job.source(), scene.options, problem, refinement(scene, finest), why);
   if (found) reference = std::move(*found);
   if (!found)
-    job.sink().report("no-reference", job.place(), {problem.scene, why}, "give it an exact solution: exact u = ...");
-  return found.has_value() && !interrupt_flag().load();
+    job.sink().report("no-reference", place, {problem.scene, why},
+                      scene.reference_cells > 0 ? "" : "give it an exact solution: exact u = ...");
+  return found.has_value();
+}
+
+bool find_gradient_reference(Job& job, const ChartScene& scene, double most_cells,
+                             chart::GradientReference& reference) {
+  std::string why;
+  const double finest = finest_of(scene, most_cells, false, why);
+  std::optional<chart::GradientReference> found;
+  if (finest > 0)
+    found = chart::make_gradient_reference(job.source(), scene.options, scene.session->problem(),
+                                           refinement(scene, finest), why);
+  if (found) reference = std::move(*found);
+  if (!found)
+    job.sink().report("no-reference", scene.block ? scene.block->range : job.place(),
+                      {scene.session->problem().scene, fmt::format("task {}: {}", scene.options.task, why)});
+  return found.has_value();
+}
+
+}  // namespace
+
+bool find_references(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
+                     chart::References& references) {
+  progress.show("the reference", 0, 1);
+  if (!scene.is_gradient_alone && !find_state_reference(job, scene, most_cells, references.states)) return false;
+  if (!scene.options.task.empty()) {
+    progress.show("the reference of the gradient", 0, 1);
+    if (!interrupt_flag().load() && !find_gradient_reference(job, scene, most_cells, references.gradient)) return false;
+  }
+  return !interrupt_flag().load();
 }
 
 }  // namespace dpde::tools

@@ -20,6 +20,7 @@
 #include "driver/savings.h"
 #include "driver/storage.h"
 #include "model/build.h"
+#include "model/chart.h"
 #include "order_report.h"
 #include "preparing.h"
 #include "scene_session.h"
@@ -269,6 +270,8 @@ int check(const CheckOptions& options) {
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
     training::check_beside(*compiled, job.source(), job.sink());
+    for (const std::string& chart : model::chart_names(compiled->ast))
+      model::chart_from_ast(compiled->ast, chart, job.sink());
     if (compiled->problem) {
       check_scene(job, options, *compiled, result);
     } else {

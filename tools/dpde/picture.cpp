@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "files/files.h"
+#include "support/assert.h"
 #include "support/match.h"
 #include "support/process.h"
 
@@ -35,6 +36,7 @@ std::string data_of(const LinePanel& panel, int index) {
     for (std::size_t i = 0; i < curve.y.size(); ++i) {
       text += number(curve.x[i]) + " " + number(curve.y[i]);
       if (!curve.low.empty()) text += " " + number(curve.low[i]) + " " + number(curve.high[i]);
+      if (!curve.sizes.empty()) text += " " + number(curve.sizes[i]);
       text += "\n";
     }
     text += "EOD\n";
@@ -109,11 +111,32 @@ std::string labels_of(const std::string& title, const std::string& x_label, cons
                      quoted(x_label), quoted(y_label));
 }
 
-std::string style_of(const Curve& curve, std::size_t number) {
-  const std::size_t colour = number + 1;
-  if (!curve.low.empty()) return fmt::format("using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.6 lc {}", colour);
-  return curve.points ? fmt::format("using 1:2 with points pt 7 ps 0.4 lc {}", colour)
-                      : fmt::format("using 1:2 with lines lw 2 lc {}", colour);
+/// gnuplot's number of a symbol, and its size.
+std::string symbol_of(Symbol symbol) {
+  switch (symbol) {
+    case Symbol::small_dot: return "pt 7 ps 0.4";
+    case Symbol::dot: return "pt 7 ps 0.6";
+    case Symbol::ring: return "pt 6 ps 1.8";
+    case Symbol::square: return "pt 4 ps 1.6";
+    case Symbol::cross: return "pt 2 ps 0.8";
+  }
+  unreachable("symbol");
+}
+
+/// With the name of the curve's data, and its title.
+std::string plot_of(const Curve& curve, const std::string& data, std::size_t number, const std::string& title) {
+  const std::string colour =
+      curve.colour.empty() ? fmt::format("{}", number + 1) : fmt::format("rgb '{}'", curve.colour);
+  if (!curve.low.empty() && !curve.sizes.empty())
+    return fmt::format(
+        "{0} using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.1 lc {1} title {2}, {0} using 1:2:5 with points pt 7 ps "
+        "variable lc {1} notitle",
+        data, colour, title);
+  const std::string style =
+      !curve.low.empty() ? fmt::format("using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.6 lc {}", colour)
+      : curve.points     ? fmt::format("using 1:2 with points {} lc {}", symbol_of(curve.symbol), colour)
+                         : fmt::format("using 1:2 with lines lw 2 lc {}", colour);
+  return fmt::format("{} {} title {}", data, style, title);
 }
 
 std::string plot_of(const LinePanel& panel, int index) {
@@ -130,8 +153,8 @@ std::string plot_of(const LinePanel& panel, int index) {
                       panel.names_below ? "below left Left reverse maxcols 2" : "top right");
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     if (c > 0) text += ", ";
-    text += fmt::format("$p{}c{} {} title {}", index, c, style_of(panel.curves[c], c),
-                        panel.curves.size() > 1 ? quoted(panel.curves[c].title) : "''");
+    const Curve& curve = panel.curves[c];
+    text += plot_of(curve, fmt::format("$p{}c{}", index, c), c, panel.curves.size() > 1 ? quoted(curve.title) : "''");
   }
   return text + "\n";
 }

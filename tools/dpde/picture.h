@@ -12,11 +12,15 @@
 
 namespace dpde::tools {
 
+enum class Symbol { small_dot, dot, ring, square, cross };
 struct Curve {
   std::string title;
   std::vector<double> x, y;
-  bool points = false;            // marks instead of a line
-  std::vector<double> low, high;  // one each a point, or none: bars about y, and marks on the line
+  bool points = false;                // marks instead of a line
+  std::vector<double> low, high;      // one each a point, or none: bars about y, and marks on the line
+  std::vector<double> sizes = {};     // of these marks: 1 is the usual one; none: all the same
+  Symbol symbol = Symbol::small_dot;  // of marks instead of a line
+  std::string colour = {};            // "#999999"; "": by its number
 };
 /// Of the values shown, so that pictures can be compared.
 struct ValueRange {

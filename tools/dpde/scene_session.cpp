@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_session.h"
 
+#include <utility>
+
 #include "interrupt.h"
 
 namespace dpde::tools {
@@ -9,9 +11,13 @@ std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
                                             const std::map<std::string, std::string>& overrides) {
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return nullptr;
-  options->without_task = true;
   for (const auto& [key, value] : overrides) options->selection.overrides[key] = value;
-  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, sink);
+  return open_scene(job, *std::move(options), sink);
+}
+
+std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions options, DiagnosticSink& sink) {
+  options.without_task = true;
+  std::optional<driver::Compiled> compiled = driver::compile(job.source(), options, sink);
   if (!compiled) return nullptr;
   if (!compiled->problem) {
     sink.report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");

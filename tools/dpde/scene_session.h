@@ -14,5 +14,7 @@ namespace dpde::tools {
 /// `overrides` beside those of --set. null after an error in `sink`.
 std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
                                             const std::map<std::string, std::string>& overrides = {});
+/// The scene that the options select.
+std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions options, DiagnosticSink& sink);
 
 }  // namespace dpde::tools

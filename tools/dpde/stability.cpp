@@ -74,13 +74,14 @@ class Stability {
   Json operator()();
 
  private:
-  std::unique_ptr<driver::Session> open(const std::map<std::string, std::string>& overrides = {});
+  std::unique_ptr<driver::Session> open(DiagnosticSink& sink, const std::map<std::string, std::string>& overrides = {});
   stability::TrialOptions trial_options(const Verdict& verdict) const;
   stability::Search search(driver::Session& session, const Verdict& verdict);
   void scan_step(Json& result);
   void scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result);
   void measure_growth(driver::Session& session, const Verdict& verdict, Json& result);
   void scan_against(const Sweep& sweep, Json& result);
+  bool scan_value(const Sweep& sweep, double value, Json& rows, Json& result);
   void draw_growths(driver::Session& session, const Verdict& verdict, const std::vector<stability::Trial>& trials);
   void draw_limits(const Sweep& sweep, const Json& rows, const Json& points);
   void save_points(const Json& points);
@@ -91,9 +92,10 @@ class Stability {
   Progress progress_;
 };
 
-std::unique_ptr<driver::Session> Stability::open(const std::map<std::string, std::string>& overrides) {
+std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
+                                                 const std::map<std::string, std::string>& overrides) {
   const Preparing preparing(job_);
-  return open_scene(job_, job_.sink(), overrides);
+  return open_scene(job_, sink, overrides);
 }
 
 stability::TrialOptions Stability::trial_options(const Verdict& verdict) const {
@@ -208,7 +210,7 @@ void Stability::measure_growth(driver::Session& session, const Verdict& verdict,
 }
 
 void Stability::scan_step(Json& result) {
-  const std::unique_ptr<driver::Session> session = open();
+  const std::unique_ptr<driver::Session> session = open(job_.sink());
   if (session == nullptr) return;
   result["scene"] = session->problem().scene;
   const Verdict verdict = stability::verdict_of(*session);
@@ -225,34 +227,51 @@ void Stability::scan_step(Json& result) {
   save_points(result["points"]);
 }
 
-void Stability::scan_against(const Sweep& sweep, Json& result) {
-  Json rows = Json::array(), points = Json::array();
-  for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {
-    const double value = sweep.values[i];
-    const std::unique_ptr<driver::Session> session = open({{sweep.name, fmt::format("{}", value)}});
-    if (session == nullptr) return;
-    result["scene"] = session->problem().scene;
-    const Verdict verdict = stability::verdict_of(*session);
-    const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
-    const stability::Search found = search(*session, verdict);
-    if (found.was_stopped) break;
-    const bool is_found = found.largest > 0 && found.smallest_unstable > 0;
-    const Json predicted = has_limit ? Json(verdict.limit.step) : Json(nullptr);
-    const Json measured = is_found ? Json(found.largest) : Json(nullptr);
-    const Json ratio = has_limit && is_found ? Json(found.largest / verdict.limit.step) : Json(nullptr);
-    rows.push_back({{sweep.name, value}, {"predicted", predicted}, {"measured", measured}, {"ratio", ratio}});
-    for (const stability::Trial& trial : found.trials)
-      points.push_back({{sweep.name, value},
-                        {"step", trial.step},
-                        {"stable", trial.is_stable},
-                        {"growth", json_number(trial.growth)},
-                        {"steps", trial.steps}});
-    job_.say(fmt::format("{} = {:.5g}: predicted {}, measured {}, ratio {}\n", sweep.name, value,
-                         has_limit ? fmt::format("{:.5g}", verdict.limit.step) : "no limit",
-                         is_found ? fmt::format("{:.5g}", found.largest) : "no limit",
-                         has_limit && is_found ? fmt::format("{:.4f}", found.largest / verdict.limit.step) : "-"));
-    progress_.show(fmt::format("{} = {:.5g}", sweep.name, value), static_cast<int>(i) + 1, options_.points);
+/// One value that cannot be run is a row that says why. False where it was stopped.
+bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& result) {
+  DiagnosticSink sink;
+  Json row = {{sweep.name, value}, {"predicted", nullptr}, {"measured", nullptr}, {"ratio", nullptr}};
+  const std::unique_ptr<driver::Session> session = open(sink, {{sweep.name, fmt::format("{}", value)}});
+  if (session == nullptr) {
+    const auto error =
+        std::ranges::find(sink.all(), Severity::error, [](const Diagnostic& d) { return d.kind->severity; });
+    row["failure"] = error == sink.all().end() ? "it cannot be run" : error->message;
+    job_.say(fmt::format("{} = {:.5g}: left out: {}\n", sweep.name, value, row["failure"].get<std::string>()));
+    rows.push_back(row);
+    return true;
   }
+  result["scene"] = session->problem().scene;
+  const Verdict verdict = stability::verdict_of(*session);
+  const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+  const stability::Search found = search(*session, verdict);
+  if (found.was_stopped) return false;
+  const bool is_found = found.largest > 0 && found.smallest_unstable > 0;
+  if (has_limit) row["predicted"] = verdict.limit.step;
+  if (is_found) row["measured"] = found.largest;
+  if (has_limit && is_found) row["ratio"] = found.largest / verdict.limit.step;
+  rows.push_back(row);
+  for (const stability::Trial& trial : found.trials)
+    result["points"].push_back({{sweep.name, value},
+                                {"step", trial.step},
+                                {"stable", trial.is_stable},
+                                {"growth", json_number(trial.growth)},
+                                {"steps", trial.steps}});
+  job_.say(fmt::format("{} = {:.5g}: predicted {}, measured {}, ratio {}\n", sweep.name, value,
+                       has_limit ? fmt::format("{:.5g}", verdict.limit.step) : "no limit",
+                       is_found ? fmt::format("{:.5g}", found.largest) : "no limit",
+                       has_limit && is_found ? fmt::format("{:.4f}", found.largest / verdict.limit.step) : "-"));
+  return true;
+}
+
+void Stability::scan_against(const Sweep& sweep, Json& result) {
+  Json rows = Json::array();
+  result["points"] = Json::array();
+  for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {
+    if (!scan_value(sweep, sweep.values[i], rows, result)) break;
+    progress_.show(fmt::format("{} = {:.5g}", sweep.name, sweep.values[i]), static_cast<int>(i) + 1, options_.points);
+  }
+  const bool is_any_run = std::ranges::any_of(rows, [](const Json& row) { return !row.contains("failure"); });
+  if (!is_any_run && !rows.empty()) open(job_.sink(), {{sweep.name, fmt::format("{}", sweep.values.front())}});  // says
   result["predicted"] = Json::array();
   result["measured"] = Json::array();
   result["ratio"] = Json::array();
@@ -260,9 +279,8 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
     for (const char* key : {"predicted", "measured", "ratio"}) result[key].push_back(row[key]);
   }
   result["against"] = {{"name", sweep.name}, {"rows", rows}};
-  result["points"] = points;
-  draw_limits(sweep, rows, points);
-  save_points(points);
+  draw_limits(sweep, rows, result["points"]);
+  save_points(result["points"]);
 }
 
 void Stability::draw_limits(const Sweep& sweep, const Json& rows, const Json& points) {

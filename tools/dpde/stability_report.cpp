@@ -64,8 +64,8 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   return result;
 }
 
-std::string verdict_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
-                         const SourceFile& source) {
+std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
+                      const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
   const std::string wave = stability::wave_text(verdict, problem);
   std::string text = "stability: ";
@@ -100,7 +100,7 @@ std::string verdict_text(const model::Problem& problem, const Verdict& verdict, 
 
 StabilityReport report_of(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
-  return {verdict_json(problem, verdict, term, source), verdict_text(problem, verdict, term, source)};
+  return {verdict_json(problem, verdict, term, source), term_text(problem, verdict, term, source)};
 }
 
 }  // namespace dpde::tools

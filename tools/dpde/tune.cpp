@@ -25,10 +25,9 @@ namespace {
 constexpr double reference_part = 3;  // the reference is known to this part of the tolerance, or it proves nothing
 
 struct TuneCommand : CommonOptions {
-  std::vector<std::string> vary;
-  Timing timing;
+  ChartWishes wishes;
   double tolerance = 0, most_cells = 8;
-  bool progress = false;
+  bool progress = false, gradient = false;
 };
 
 Json chosen_json(const chart::Point& point) {
@@ -89,42 +88,75 @@ void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choic
                         other.reason));
 }
 
-Json tune_scene(Job& job, const TuneCommand& options) {
-  Json result = Json::object();
-  const std::optional<chart::Wishes> wishes = parse_wishes(options.vary, job.sink());
+/// That of the option, of the chart block or of the scene's line; sets what the error is of. 0 after a diagnostic.
+double find_tolerance(Job& job, const TuneCommand& options, ChartScene& scene) {
+  const std::optional<model::Accuracy>& accuracy = scene.session->problem().accuracy;
+  if (accuracy && scene.options.measures.empty()) {
+    for (const std::string& state : accuracy->states) scene.options.measures.push_back({state});
+  }
+  if (options.tolerance > 0) return options.tolerance;
+  if (scene.block && scene.block->tolerance > 0) return scene.block->tolerance;
+  if (accuracy) return accuracy->tolerance;
+  job.sink().report("bad-option", job.place(), {"there is no tolerance"},
+                    "--tolerance 1e-3, or a line of the scene: accuracy 1e-3 on u");
+  return 0;
+}
+
+/// Whether the references can prove the tolerance; a diagnostic where not.
+bool is_known_well(Job& job, const ChartScene& scene, const chart::References& references, bool of_gradient,
+                   double tolerance) {
+  const double uncertainty = of_gradient ? references.gradient.uncertainty() : references.states.uncertainty();
+  if (uncertainty * reference_part <= tolerance) return true;
+  const std::string text = of_gradient ? references.gradient.text() : references.states.text();
+  job.sink().report("no-reference", job.place(),
+                    {scene.session->problem().scene,
+                     fmt::format("{} is known to {:.2g} only, which cannot prove {:g}", text, uncertainty, tolerance)},
+                    "a larger --tolerance, more --most-cells, or an exact solution: exact u = ...");
+  return false;
+}
+
+bool open_tuning(Job& job, const TuneCommand& options, ChartScene& scene) {
   if (!std::isfinite(options.tolerance) || !std::isfinite(options.most_cells))
     job.sink().report("bad-option", {}, {"--tolerance and --most-cells are finite numbers"});
-  if (wishes && (!wishes->cells.empty() || !wishes->steps.empty()))
+  if (job.failed() || !job.load_source() || !prepare_out(job) || !open_chart_scene(job, options.wishes, scene))
+    return false;
+  if (!scene.block && (!scene.wishes.cells.empty() || !scene.wishes.steps.empty()))
     job.sink().report("bad-option", {}, {"dpde tune chooses cells and steps by itself: --vary has scheme keys here"});
-  if (job.failed()) return result;
+  if (options.gradient && scene.options.task.empty())
+    job.sink().report("bad-option", {}, {"--gradient needs a task"}, "name one: dpde tune FILE TASK, or --task TASK");
+  if (!options.gradient) scene.options.task.clear();
+  scene.is_gradient_alone = options.gradient;
+  return !job.failed();
+}
+
+Json tune_scene(Job& job, const TuneCommand& options) {
+  Json result = Json::object();
   ChartScene scene;
-  if (!wishes || !job.load_source() || !prepare_out(job) || !open_chart_scene(job, options.timing, scene))
-    return result;
+  if (!open_tuning(job, options, scene)) return result;
+  const double tolerance = find_tolerance(job, options, scene);
+  if (!(tolerance > 0)) return result;
+  scene.accuracy = tolerance / reference_part;
   const model::Problem& problem = scene.session->problem();
   Progress progress(options.progress, options.quiet || options.json);
-  chart::Reference reference;
-  if (!find_reference(job, scene, options.most_cells, progress, reference)) return result;
-  if (reference.uncertainty() * reference_part > options.tolerance) {
-    job.sink().report("no-reference", job.place(),
-                      {problem.scene, fmt::format("{} is known to {:.2g} only, which cannot prove {:g}",
-                                                  reference.text(), reference.uncertainty(), options.tolerance)},
-                      "a larger --tolerance, more --most-cells, or an exact solution: exact u = ...");
+  chart::References references;
+  if (!find_references(job, scene, options.most_cells, progress, references) ||
+      !is_known_well(job, scene, references, options.gradient, tolerance))
     return result;
-  }
   int runs = 0;
-  const chart::TuneOptions tuning{scene.options, options.tolerance, options.most_cells, [&](const std::string& what) {
-                                    ++runs;
-                                    progress.show(what, runs, runs + 10);  // how many there will be nobody knows
-                                  }};
-  const chart::Choice choice = chart::tune(job.source(), tuning, problem, *wishes, reference);
-  report_choice(job, scene, choice, options.tolerance, result);
+  const auto tell = [&](const std::string& what) {
+    ++runs;
+    progress.show(what, runs, runs + 10);  // how many there will be nobody knows
+  };
+  const chart::TuneOptions tuning{scene.options, tolerance, options.most_cells, options.gradient, {}, tell};
+  const chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
+  report_choice(job, scene, choice, tolerance, result);
   if (choice.chosen && chosen_json(*choice.chosen).value("real", "") == "f32")
     analysis::keep_single_precision(scene.session->compiled().options.cache.get(), job.source(), problem.scene,
-                                    options.tolerance, choice.chosen->error);
+                                    tolerance, choice.chosen->error);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});
   } else if (!choice.chosen) {
-    job.sink().report("no-choice", job.place(), {fmt::format("{:g}", options.tolerance)},
+    job.sink().report("no-choice", job.place(), {fmt::format("{:g}", tolerance)},
                       "more --most-cells, other methods (--vary), or a larger --tolerance");
   }
   if (!job.options().out.empty()) save_text(job, problem.scene + "_tune.json", result.dump(1) + "\n");
@@ -138,10 +170,11 @@ void add_tune(CLI::App& app, int& status) {
   const auto options = std::make_shared<TuneCommand>();
   CLI::App* verb = app.add_subcommand("tune", "the cheapest scheme, cells, step and precision that meets a tolerance");
   add_common_options(*verb, *options);
-  verb->add_option("--tolerance", options->tolerance, "relative error at the end of the scene (root mean square)")
-      ->required()
+  verb->add_option("--tolerance", options->tolerance,
+                   "relative error at the end of the scene (root mean square); else what the scene's accuracy says")
       ->check(CLI::PositiveNumber);
-  add_chart_options(*verb, options->vary, options->timing);
+  verb->add_flag("--gradient", options->gradient, "the error and the seconds are those of the gradient of the task");
+  add_chart_options(*verb, options->wishes);
   verb->add_option("--most-cells", options->most_cells, "along each axis, in units of the scene's")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

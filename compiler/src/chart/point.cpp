@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 
 #include "driver/memory_plan.h"
 #include "stability/verdict.h"
@@ -19,12 +20,33 @@ std::string method_text(const Variant& variant) {
   return parts.empty() ? "the scene's own" : fmt::format("{}", fmt::join(parts, " "));
 }
 
-std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptions& options, const Variant& variant,
-                                      std::string& why) {
+void Measured::take(std::vector<double> timings) {
+  std::ranges::sort(timings);
+  samples = std::move(timings);
+  const auto quantile = [&](double part) {
+    return samples[static_cast<std::size_t>(std::lround(part * static_cast<double>(samples.size() - 1)))];
+  };
+  seconds = quantile(0.5);
+  low_quartile = quantile(0.25);
+  high_quartile = quantile(0.75);
+}
+
+namespace {
+
+constexpr std::int64_t most_checkpoint_bytes = std::int64_t{1} << 30;  // of gradients
+
+/// As `compile` says, with the variant put in.
+std::unique_ptr<driver::Session> open_with(const SourceFile& source, const PointOptions& options,
+                                           driver::CompileOptions compile, const Variant& variant, std::string& why) {
   DiagnosticSink sink;
-  driver::CompileOptions compile = options.compile;
   for (const auto* part : {&variant.method, &variant.resolution}) {
-    for (const auto& [key, value] : *part) compile.selection.overrides[key] = value;
+    for (const auto& [key, value] : *part) {
+      if (key == scheme_block) {
+        compile.selection.scheme = value;
+      } else {
+        compile.selection.overrides[key] = value;
+      }
+    }
   }
   std::optional<driver::Compiled> compiled = driver::compile(source, compile, sink);
   std::unique_ptr<driver::Session> session;
@@ -32,6 +54,7 @@ std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptio
     driver::SessionOptions open;
     open.threads = options.threads;
     open.stop = options.stop;
+    open.checkpoint_bytes = most_checkpoint_bytes;
     session = driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(*compiled)), open, sink);
   }
   for (const Diagnostic& diagnostic : sink.all()) {
@@ -41,12 +64,28 @@ std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptio
   return session;
 }
 
+}  // namespace
+
+std::unique_ptr<driver::Session> open(const SourceFile& source, const PointOptions& options, const Variant& variant,
+                                      std::string& why) {
+  return open_with(source, options, options.compile, variant, why);
+}
+
+std::unique_ptr<TaskGradient> open_gradient(const SourceFile& source, const PointOptions& options,
+                                            const Variant& variant, std::string& why) {
+  driver::CompileOptions compile = options.compile;
+  compile.selection.name = options.task;
+  compile.without_task = false;
+  compile.adjoint = true;
+  return TaskGradient::open(open_with(source, options, std::move(compile), variant, why), source, why);
+}
+
 namespace {
 
 const std::string never_stable = "unstable at every step";
 
-/// Seconds of each sample, per run.
-std::vector<double> time_runs(driver::Session& session, const PointOptions& options) {
+/// Seconds of each sample, per run; `run` is false where it was stopped.
+std::vector<double> time_runs(const PointOptions& options, const std::function<bool()>& run) {
   using Clock = std::chrono::steady_clock;
   std::vector<double> samples;
   while (std::ssize(samples) < options.samples) {
@@ -54,13 +93,12 @@ std::vector<double> time_runs(driver::Session& session, const PointOptions& opti
     const auto start = Clock::now();
     double spent = 0;
     do {
-      if (session.rollout().run().stopped) return samples;
+      if (!run()) return samples;
       ++runs;
       spent = std::chrono::duration<double>(Clock::now() - start).count();
     } while (spent < options.sample_seconds);
     samples.push_back(spent / runs);
   }
-  std::ranges::sort(samples);
   return samples;
 }
 
@@ -100,7 +138,7 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
   if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
     largest = point.largest_step = verdict.limit.step;
-  const double length = scene.steps * scene.step;
+  const double length = (options.common_steps > 0 ? options.common_steps : scene.steps) * scene.step;
   const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
   entry.variant.resolution["step"] = fmt::format("{}", length / steps);
   return true;
@@ -110,7 +148,7 @@ namespace {
 
 /// A step that is chosen as part of the largest stable one needs no other verdict.
 Point run_or_throw(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                   const Reference& reference) {
+                   const References& references) {
   Point point;
   const bool is_chosen = entry.fraction > 0;
   if (is_chosen && !choose_step(source, options, scene, entry, point)) return point;
@@ -129,43 +167,75 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
     point.failure = fmt::format("no longer finite after step {}", first.blow_up->step);
     return point;
   }
-  point.errors = reference.errors(*session);
-  if (point.errors.empty()) {
+  point.errors = references.states.errors(*session, options.measures);
+  if (point.errors.empty() && !references.gradient.is_there()) {
     point.failure = "nothing to compare with";
     return point;
   }
   for (const auto& [name, error] : point.errors)
     point.error = error > point.error || std::isnan(error) ? error : point.error;
-  const std::vector<double> samples = time_runs(*session, options);
+  PointOptions timing = options;
+  if (!options.times_states) {
+    timing.samples = 1;
+    timing.sample_seconds = 0;
+  }
+  std::vector<double> samples = time_runs(timing, [&] { return !session->rollout().run().stopped; });
   if (samples.empty()) return point;
   const double duration = session->steps() * session->problem().step;
-  const auto quantile = [&](double part) {
-    return samples[static_cast<std::size_t>(std::lround(part * static_cast<double>(samples.size() - 1)))] / duration;
-  };
-  point.seconds = quantile(0.5);
-  point.low_quartile = quantile(0.25);
-  point.high_quartile = quantile(0.75);
+  for (double& sample : samples) sample /= duration;
+  point.take(std::move(samples));
   return point;
+}
+
+/// Of a point that ran.
+void add_gradient(const SourceFile& source, const PointOptions& options, const Variant& variant,
+                  const GradientReference& reference, Point& point) {
+  const std::unique_ptr<TaskGradient> task = open_gradient(source, options, variant, point.gradient_failure);
+  if (task == nullptr || !task->run()) return;
+  if (!task->is_finite()) {
+    point.gradient_failure = "the loss or its gradient is not finite";
+    return;
+  }
+  Measured measured;
+  point.gradient_errors = reference.errors(task->parts(task->values()));
+  if (point.gradient_errors.empty()) {
+    point.gradient_failure = "no unknown of the task can be compared";
+    return;
+  }
+  for (const auto& [name, error] : point.gradient_errors) measured.error = std::max(measured.error, error);
+  std::vector<double> samples = time_runs(options, [&] { return task->run(); });
+  if (samples.empty()) return;
+  measured.take(std::move(samples));
+  measured.memory_bytes = task->memory_bytes(source);
+  point.gradient = std::move(measured);
 }
 
 }  // namespace
 
 Point run_point(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry entry,
-                const Reference& reference) {
+                const References& references) {
   Point point;
   try {
-    point = run_or_throw(source, options, scene, entry, reference);
+    point = run_or_throw(source, options, scene, entry, references);
   } catch (const std::exception& error) {
     point.failure = error.what();
+  }
+  try {
+    if (is_complete(point) && references.gradient.is_there())
+      add_gradient(source, options, entry.variant, references.gradient, point);
+  } catch (const std::exception& error) {
+    point.gradient_failure = error.what();
   }
   point.variant = std::move(entry.variant);
   return point;
 }
 
-bool is_complete(const Point& p) { return p.failure.empty() && p.seconds > 0 && std::isfinite(p.error); }
+bool is_complete(const Measured& measured) { return measured.seconds > 0 && std::isfinite(measured.error); }
+bool is_complete(const Point& p) { return p.failure.empty() && is_complete(static_cast<const Measured&>(p)); }
 
-bool beats(const Point& a, const Point& b) {
-  return a.error <= b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
+bool beats(const Measured& a, const Measured& b) {
+  constexpr double alike = 1.01;  // errors that differ by less are the same: shorter steps that buy nothing
+  return a.error <= alike * b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
 }
 
 void mark_pareto(std::vector<Point>& points) {
@@ -173,6 +243,11 @@ void mark_pareto(std::vector<Point>& points) {
     point.is_pareto = is_complete(point) && std::ranges::none_of(points, [&](const Point& other) {
                         return is_complete(other) && beats(other, point);
                       });
+    if (!point.gradient) continue;
+    point.gradient->is_pareto =
+        is_complete(*point.gradient) && std::ranges::none_of(points, [&](const Point& other) {
+          return other.gradient && is_complete(*other.gradient) && beats(*other.gradient, *point.gradient);
+        });
   }
 }
 

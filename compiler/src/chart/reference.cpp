@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chart/reference.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "model/placement.h"
+#include "support/assert.h"
 
 namespace dpde::chart {
 
@@ -55,14 +59,45 @@ double root_mean_square(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-double relative_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> difference(a.size());
-  std::ranges::transform(a, b, difference.begin(), std::minus());
-  const double scale = root_mean_square(b);
-  return root_mean_square(difference) / (scale > 0 ? scale : 1);
+double norm_of(const driver::ErrorNorms& norms, model::ErrorNorm norm) {
+  switch (norm) {
+    case model::ErrorNorm::l1: return norms.l1;
+    case model::ErrorNorm::l2: return norms.l2;
+    case model::ErrorNorm::linf: return norms.linf;
+  }
+  unreachable("norm of errors");
+}
+
+/// Those that are asked of a state; without any, l2.
+std::vector<Measure> measures_of(const std::string& state, const std::vector<Measure>& measures) {
+  if (measures.empty()) return {{state}};
+  std::vector<Measure> own;
+  std::ranges::copy_if(measures, std::back_inserter(own), [&](const Measure& m) { return m.state == state; });
+  return own;
 }
 
 }  // namespace
+
+double norm_of(const std::vector<double>& values, model::ErrorNorm norm) {
+  double sum = 0, largest = 0;
+  for (const double v : values) {
+    sum += std::abs(v);
+    largest = std::abs(v) > largest || std::isnan(v) ? std::abs(v) : largest;
+  }
+  switch (norm) {
+    case model::ErrorNorm::l1: return sum / static_cast<double>(values.size());
+    case model::ErrorNorm::l2: return root_mean_square(values);
+    case model::ErrorNorm::linf: return largest;
+  }
+  unreachable("norm of errors");
+}
+
+double relative_difference(const std::vector<double>& a, const std::vector<double>& b, model::ErrorNorm norm) {
+  std::vector<double> difference(a.size());
+  std::ranges::transform(a, b, difference.begin(), std::minus());
+  const double scale = root_mean_square(b);
+  return norm_of(difference, norm) / (scale > 0 ? scale : 1);
+}
 
 FinalStates final_states(driver::Session& session) {
   FinalStates result;
@@ -71,6 +106,19 @@ FinalStates final_states(driver::Session& session) {
     const model::State* state = problem.find_state(session.rollout().state_name(s));
     if (state == nullptr || !state->history_of.empty()) continue;
     result[state->name] = {model::axes_at(session.axes(), state->placement), session.final_state(s)};
+  }
+  return result;
+}
+
+FinalStates final_states(driver::Session& session, const std::vector<double>& values) {
+  FinalStates result;
+  const model::Problem& problem = session.problem();
+  const auto size = static_cast<std::ptrdiff_t>(session.workspace().cell_count());
+  for (int s = 0; s < session.rollout().state_count() && (s + 1) * size <= std::ssize(values); ++s) {
+    const model::State* state = problem.find_state(session.rollout().state_name(s));
+    if (state == nullptr || !state->history_of.empty()) continue;
+    result[state->name] = {model::axes_at(session.axes(), state->placement),
+                           {values.begin() + s * size, values.begin() + (s + 1) * size}};
   }
   return result;
 }
@@ -98,25 +146,35 @@ std::vector<double> at_points(const FinalState& state, const std::vector<model::
   return values;
 }
 
-Reference::Reference(FinalStates finest, FinalStates second, std::string text)
+std::string text_of(const Measure& measure) {
+  return measure.norm == model::ErrorNorm::l2 ? measure.state
+                                              : fmt::format("{}({})", model::name_of(measure.norm), measure.state);
+}
+
+Reference::Reference(FinalStates finest, FinalStates second, const std::vector<Measure>& measures, std::string text)
     : kind(Kind::finer_run), finest_(std::move(finest)), text_(std::move(text)) {
   for (const auto& [name, state] : second) {
     const std::vector<double> fine = at_points(finest_.at(name), state.axes);
-    uncertainty_ = std::max(uncertainty_, relative_difference(state.values, fine));
+    for (const Measure& measure : measures_of(name, measures))
+      uncertainty_ = std::max(uncertainty_, relative_difference(state.values, fine, measure.norm));
   }
 }
 
-std::map<std::string, double> Reference::errors(driver::Session& session) const {
+std::map<std::string, double> Reference::errors(driver::Session& session, const std::vector<Measure>& measures) const {
   std::map<std::string, double> result;
   if (kind == Kind::exact) {
     const std::vector<void*>& states = session.rollout().final_states();
-    for (const driver::ErrorNorms& norm : session.errors(session.end_time(), states))
-      result[norm.field] = norm.l2 / (norm.scale > 0 ? norm.scale : 1);
+    for (const driver::ErrorNorms& norms : session.errors(session.end_time(), states)) {
+      for (const Measure& measure : measures_of(norms.field, measures))
+        result[text_of(measure)] = norm_of(norms, measure.norm) / (norms.scale > 0 ? norms.scale : 1);
+    }
     return result;
   }
   for (const auto& [name, state] : final_states(session)) {
-    if (finest_.contains(name))
-      result[name] = relative_difference(state.values, at_points(finest_.at(name), state.axes));
+    if (!finest_.contains(name)) continue;
+    const std::vector<double> fine = at_points(finest_.at(name), state.axes);
+    for (const Measure& measure : measures_of(name, measures))
+      result[text_of(measure)] = relative_difference(state.values, fine, measure.norm);
   }
   return result;
 }

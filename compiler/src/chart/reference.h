@@ -8,8 +8,18 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "model/error_norm.h"
 
 namespace dpde::chart {
+
+/// What is called the error of a run.
+struct Measure {
+  std::string state;
+  model::ErrorNorm norm = model::ErrorNorm::l2;
+  bool operator==(const Measure&) const = default;
+};
+/// "u", or "linf(u)" of another norm than l2.
+std::string text_of(const Measure& measure);
 
 /// A state at the end of a run.
 struct FinalState {
@@ -20,10 +30,16 @@ using FinalStates = std::map<std::string, FinalState>;
 
 /// Of the last run of the session. Histories of time schemes are left out.
 FinalStates final_states(driver::Session& session);
+/// Of such values, one state of the rollout after the other.
+FinalStates final_states(driver::Session& session, const std::vector<double>& values);
 
 /// The state at the points of other axes of the same domain: by Lagrange's polynomials through six points an axis, one
 /// -sided beside walls.
 std::vector<double> at_points(const FinalState& state, const std::vector<model::Axis>& axes);
+
+double norm_of(const std::vector<double>& values, model::ErrorNorm norm);
+/// The norm of a - b over the root mean square of b, where that is not 0.
+double relative_difference(const std::vector<double>& a, const std::vector<double>& b, model::ErrorNorm norm);
 
 class Reference {
  public:
@@ -31,10 +47,11 @@ class Reference {
   /// The scene gives it.
   Reference() = default;
   /// `second` is the same with half as many cells and steps.
-  Reference(FinalStates finest, FinalStates second, std::string text);
+  Reference(FinalStates finest, FinalStates second, const std::vector<Measure>& measures, std::string text);
 
-  /// Relative root mean square differences by state; of the exact solution those that have one.
-  std::map<std::string, double> errors(driver::Session& session) const;
+  /// By measure, over the root mean square of the reference; of the exact solution those that have one. No measures:
+  /// all states.
+  std::map<std::string, double> errors(driver::Session& session, const std::vector<Measure>& measures) const;
   /// The reference's own error is about as large; 0 of the exact solution.
   double uncertainty() const { return uncertainty_; }
   const std::string& text() const { return text_; }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "model/build.h"
+#include "model/from_ast.h"
 
 namespace dpde::chart {
 
@@ -15,7 +16,6 @@ namespace {
 using Method = std::map<std::string, std::string>;
 constexpr double factors[] = {0.25, 0.5, 1, 2};
 constexpr double chosen_fractions[] = {0.9, 0.45};
-constexpr double reference_fraction = 0.25;
 constexpr int fewest_cells = 8;
 
 struct Uses {
@@ -51,8 +51,11 @@ Method upwind(const Uses& uses, const std::string& advect) {
   return method;
 }
 
-void add_new(std::vector<Method>& methods, const Method& method) {
-  if (std::ranges::find(methods, method) == methods.end()) methods.push_back(method);
+void add_new(std::vector<Method>& methods, const Method& method, const model::Scheme& own) {
+  const auto is_same = [&](const Method& known) {
+    return model::with_settings(own, known) == model::with_settings(own, method);
+  };
+  if (std::ranges::none_of(methods, is_same)) methods.push_back(method);
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
       std::ranges::any_of(problem.states, [](const auto& s) { return !s.velocity_of.empty(); });
   const auto add = [&](Method method, const std::string& time) {
     method["time"] = time;
-    add_new(methods, method);
+    add_new(methods, method, problem.scheme);
   };
   const std::string cheap = is_second_order ? "leapfrog" : "ssp_rk3";
   if (!uses.advect) add(central(uses, "2"), cheap);
@@ -141,31 +144,11 @@ double finest_of(const model::Problem& scene, const std::vector<Entry>& entries)
   return most;
 }
 
-std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
-                                        const model::Problem& scene, double most, std::string& why) {
-  const Uses uses = uses_of(scene);
-  Method best = central(uses, "6");
-  best["time"] = "rk4";
-  const std::vector<Method> methods = scene.program.empty() ? std::vector<Method>{best, {}} : std::vector<Method>{{}};
-  for (Method method : methods) {
-    method["real"] = "f64";
-    std::vector<FinalStates> states;
-    for (const double factor : {most, 2 * most}) {
-      Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
-      Point point;
-      const bool has_step = choose_step(source, options, scene, entry, point);
-      why = point.failure;
-      if (!has_step) break;
-      const std::unique_ptr<driver::Session> session = open(source, options, entry.variant, why);
-      if (session == nullptr || session->rollout().run().blow_up) break;
-      states.push_back(final_states(*session));
-    }
-    if (states.size() < 2) continue;
-    return Reference(states[1], states[0],
-                     fmt::format("a run on {:g} times the cells by {}", 2 * most, method_text({method, {}})));
-  }
-  if (why.empty()) why = "finer runs blow up";
-  return std::nullopt;
+Method most_accurate(const model::Problem& problem) {
+  Method method = central(uses_of(problem), "6");
+  method["time"] = "rk4";
+  method["real"] = "f64";
+  return method;
 }
 
 }  // namespace dpde::chart

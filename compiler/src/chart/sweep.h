@@ -12,7 +12,7 @@ namespace dpde::chart {
 
 /// What a person asked for; what is empty is chosen.
 struct Wishes {
-  std::map<std::string, std::vector<std::string>> method;  // by scheme key: real, advect, time ...
+  std::map<std::string, std::vector<std::string>> method;  // by scheme key: real, advect, time ...; scheme: of blocks
   std::vector<int> cells;                                  // along every axis
   std::vector<double> steps;
   /// In place of steps: parts of the largest stable one; where there is none, of the scene's step, which shrinks with
@@ -22,7 +22,7 @@ struct Wishes {
 
 /// Methods that suit the scene's equations where none are asked for: its own, and central differences of order 2 and 4,
 /// with ssp_rk3 (leapfrog for equations of second order) and rk4; where something is advected also upwind differences
-/// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most.
+/// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most, none twice.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
 /// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
@@ -33,9 +33,7 @@ std::map<std::string, std::string> cells_of(const model::Problem& problem, doubl
 /// The most cells of an entry along an axis, in units of the scene's; 1 at least.
 double finest_of(const model::Problem& scene, const std::vector<Entry>& entries);
 
-/// A run on twice `most` times the scene's cells, by central differences of order 6 and rk4 where these fit and are
-/// stable, else by the scene's own scheme, and one half as fine. nullopt, and why, where neither can be made.
-std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
-                                        const model::Problem& scene, double most, std::string& why);
+/// Central differences of order 6 and rk4, in double precision.
+std::map<std::string, std::string> most_accurate(const model::Problem& problem);
 
 }  // namespace dpde::chart

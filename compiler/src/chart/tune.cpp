@@ -13,10 +13,13 @@ namespace dpde::chart {
 namespace {
 
 constexpr double rung_ratio = 1.4142135623730951;
-constexpr int cells_to_begin_with = 8, first_rungs[] = {0, 2};
-constexpr double margin = 0.95;  // of the tolerance that predictions aim at
-constexpr double usual_order = 2, least_order = 0.3, highest_order = 10;
-constexpr double doubt = 2;  // by so much predictions of time may be too long
+constexpr int cells_to_begin_with = 8, rungs_apart = 2;
+constexpr double resolved = 0.1;  // errors above it tell no order
+constexpr double margin = 0.95;   // of the tolerance that predictions aim at
+constexpr double usual_order = 2, lowest_order = 0.3, highest_order = 10;
+constexpr double longest_fraction = 0.9, between = 0.6, short_fraction = 0.3;  // of the largest stable step
+constexpr double doubt = 2;                // by so much predictions of time may be too long
+constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// One method with one fraction of the largest stable step.
@@ -27,13 +30,14 @@ struct Candidate {
   std::set<int> proven = {};       // rungs that are timed as points are; others only explore
   int next = 0;                    // the rung that should meet the tolerance
   double seconds = infinite;       // that it should take
+  double predicted = infinite;     // the same, before it was proven
   std::string out = "";            // why it is out
 };
 
 class Tuner {
  public:
-  Tuner(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Reference& reference)
-      : source_(source), options_(options), scene_(scene), reference_(reference) {
+  Tuner(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const References& references)
+      : source_(source), options_(options), scene_(scene), references_(references) {
     int fewest = std::numeric_limits<int>::max();
     for (const model::Axis& axis : scene.axes) fewest = std::min(fewest, axis.cells);
     lowest_ = std::min(1.0, static_cast<double>(cells_to_begin_with) / fewest);
@@ -42,16 +46,18 @@ class Tuner {
 
   Choice tune(const Wishes& wishes) {
     std::vector<double> fractions = wishes.fractions;
-    if (fractions.empty()) fractions = {0.9, 0.3};
+    if (fractions.empty()) fractions = {longest_fraction, short_fraction};
     for (const auto& method : methods_for(scene_, wishes)) {
       for (const double fraction : fractions) candidates_.push_back({method, fraction});
     }
+    is_single_first_ = !wishes.method.contains("real") && options_.tolerance >= single_tolerance;
     for (Candidate& candidate : candidates_) explore(candidate);
     while (Candidate* next = most_promising()) {
       if (!advance(*next)) break;
     }
+    try_coarser_cells();
     try_longer_steps();
-    try_single_precision(wishes);
+    try_other_precision(wishes);
     return finish();
   }
 
@@ -59,23 +65,38 @@ class Tuner {
   double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
+  /// The least of the timings counts: what disturbs them only adds to them.
   Point run(const Entry& entry, const PointOptions& options) {
-    Point point = run_point(source_, options, scene_, entry, reference_);
+    Point point = run_point(source_, options, scene_, entry, references_);
     if (point.steps > 0) ++result_.tried;
+    if (options_.of_gradient && point.failure.empty()) {
+      if (!point.gradient) point.failure = point.gradient_failure;
+      static_cast<Measured&>(point) = point.gradient.value_or(Measured{});
+    }
+    if (is_complete(point)) point.seconds = options_.cost ? options_.cost(point) : point.samples.front();
     return point;
   }
 
-  /// One short timing where it is only to be seen how error and time go on.
+  /// Short timings where it is only to be seen how error and time go on.
   const Point& explore_at(Candidate& candidate, int rung) {
     PointOptions options = options_.point;
-    options.samples = 1;
-    options.sample_seconds = std::min(options.sample_seconds, 0.01);
+    options.samples = std::min(options.samples, 3);
+    options.sample_seconds = std::min(options.sample_seconds, 0.003);
+    options.times_states = !options_.of_gradient;
     return candidate.runs[rung] = run_at(candidate, rung, options);
   }
 
   const Point& prove_at(Candidate& candidate, int rung) {
-    if (candidate.proven.insert(rung).second) candidate.runs[rung] = run_at(candidate, rung, options_.point);
-    return candidate.runs.at(rung);
+    if (!candidate.proven.insert(rung).second) return candidate.runs.at(rung);
+    if (is_single_first_) {
+      Candidate single = candidate;
+      single.method["real"] = "f32";
+      const Point point = run_at(single, rung, options_.point);
+      if (meets(point)) return candidate.runs[rung] = point;
+    }
+    const Point& point = candidate.runs[rung] = run_at(candidate, rung, options_.point);
+    if (is_single_first_ && meets(point)) is_single_first_ = false;  // it is rounding that has missed
+    return point;
   }
 
   Point run_at(const Candidate& candidate, int rung, const PointOptions& options) {
@@ -87,12 +108,14 @@ class Tuner {
 
   bool meets(const Point& point) const { return is_complete(point) && point.error <= options_.tolerance; }
 
+  /// Two coarse grids, and finer ones as long as they do not resolve what there is.
   void explore(Candidate& candidate) {
-    for (const int rung : first_rungs) {
-      if (is_stopped() || rung > highest_rung_) break;
+    for (int rung = 0; rung <= highest_rung_ && !is_stopped(); rung += rungs_apart) {
       const Point& point = explore_at(candidate, rung);
-      if (point.does_not_fit || (!point.failure.empty() && rung == first_rungs[1])) candidate.out = point.failure;
+      const bool is_first = rung == 0;
+      if (point.does_not_fit || (!point.failure.empty() && !is_first)) candidate.out = point.failure;
       if (!candidate.out.empty()) return;
+      if (!is_first && !(point.error > resolved)) break;
     }
     predict(candidate);
   }
@@ -113,7 +136,7 @@ class Tuner {
         order = std::log(coarse.error / point.error) / ratio;
         growth_of_steps = std::log(static_cast<double>(point.steps) / coarse.steps) / ratio;
       }
-      order = order > least_order ? std::min(order, highest_order) : usual_order;
+      order = order > lowest_order ? std::min(order, highest_order) : usual_order;
       const double wanted = std::log(point.error / (margin * options_.tolerance)) / order / std::log(rung_ratio);
       candidate.next = std::max(0, rung + static_cast<int>(std::ceil(wanted)));
       const double growth = growth_of_steps + static_cast<double>(scene_.axes.size());
@@ -143,12 +166,13 @@ class Tuner {
       predict(candidate);
       return true;
     }
+    candidate.predicted = candidate.seconds;
     int rung = candidate.next;  // as coarse as it may be
     while (rung > 0 && !is_stopped() && meets(prove_at(candidate, rung - 1))) --rung;
     const Point& best = candidate.runs.at(rung);
     candidate.seconds = best.seconds;
     candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
-    take(best, candidate);
+    if (take(best, candidate)) winner_rung_ = rung;
     return true;
   }
 
@@ -160,9 +184,16 @@ class Tuner {
     return true;
   }
 
+  /// Coarser ones than the longest steps need may do with shorter ones.
+  void try_coarser_cells() {
+    if (!proven_ || winner_rung_ == 0 || winner_->fraction <= between || is_stopped()) return;
+    take(run({{proven_->variant.method, cells_of(scene_, factor_of(winner_rung_ - 1))}, between}, options_.point),
+         *winner_);
+  }
+
   /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
   void try_longer_steps() {
-    for (const double fraction : {0.6, 0.9}) {
+    for (const double fraction : {between, longest_fraction}) {
       if (!proven_ || is_stopped()) return;
       if (fraction <= winner_->fraction) continue;
       Entry entry{proven_->variant, fraction};
@@ -171,13 +202,17 @@ class Tuner {
     }
   }
 
-  void try_single_precision(const Wishes& wishes) {
+  void try_other_precision(const Wishes& wishes) {
     if (!proven_ || wishes.method.contains("real") || is_stopped()) return;
-    Entry single{proven_->variant, 0};
-    single.variant.method["real"] = "f32";
-    const Point point = run(single, options_.point), before = *proven_;
+    Entry other{proven_->variant, 0};
+    const bool is_single = proven_->variant.method.contains("real");
+    if (is_single && proven_->seconds <= winner_->predicted) return;  // double was to take longer
+    if (is_single) other.variant.method.erase("real");
+    if (!is_single) other.variant.method["real"] = "f32";
+    const char* name = is_single ? "double" : "single";
+    const Point point = run(other, options_.point), before = *proven_;
     if (take(point, *winner_)) {
-      result_.runners_up.push_back({before, "single precision is faster and meets the tolerance"});
+      result_.runners_up.push_back({before, fmt::format("{} precision is faster and meets the tolerance", name)});
     } else {
       const std::string why = !point.failure.empty() ? point.failure
                               : meets(point)         ? "it is no faster"
@@ -202,20 +237,22 @@ class Tuner {
   const SourceFile& source_;
   const TuneOptions& options_;
   const model::Problem& scene_;
-  const Reference& reference_;
+  const References& references_;
   double lowest_ = 1;
   int highest_rung_ = 0;
   std::vector<Candidate> candidates_;
+  bool is_single_first_ = false;
   std::optional<Point> proven_;
   const Candidate* winner_ = nullptr;  // whose point that is
+  int winner_rung_ = 0;
   Choice result_;
 };
 
 }  // namespace
 
 Choice tune(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Wishes& wishes,
-            const Reference& reference) {
-  return Tuner(source, options, scene, reference).tune(wishes);
+            const References& references) {
+  return Tuner(source, options, scene, references).tune(wishes);
 }
 
 }  // namespace dpde::chart

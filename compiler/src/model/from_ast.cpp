@@ -38,6 +38,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_subcycles(draft);
   bind_courant(draft);
   bind_observables(draft);
+  bind_accuracy(draft);
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
@@ -59,5 +60,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
 std::vector<std::string> scene_names(const ast::File& file) { return names_of<ast::Scene>(file); }
 
 std::vector<std::string> task_names(const ast::File& file) { return names_of<ast::Task>(file); }
+
+std::vector<std::string> scheme_names(const ast::File& file) { return names_of<ast::Scheme>(file); }
 
 }  // namespace dpde::model

@@ -32,8 +32,12 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
 /// ones.
 bool check_block_names(const ast::File& file, DiagnosticSink& sink);
 
+/// The scheme with these rows in the place of its own; what does not fit is passed over.
+Scheme with_settings(Scheme scheme, const std::map<std::string, std::string>& rows);
+
 /// In the order of the file.
 std::vector<std::string> scene_names(const ast::File& file);
 std::vector<std::string> task_names(const ast::File& file);
+std::vector<std::string> scheme_names(const ast::File& file);
 
 }  // namespace dpde::model

@@ -287,6 +287,7 @@ struct Scheme {
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer
+  bool operator==(const Scheme&) const = default;
 };
 
 /// Which states of a run a quantity or datum looks at.
@@ -389,6 +390,12 @@ struct Task {
       training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
 };
 
+/// What a scene wants of its result: relative error at the end of the run, root mean square.
+struct Accuracy {
+  double tolerance = 0;
+  std::vector<std::string> states;  // none: all
+};
+
 struct Problem {
   std::string scene;
   std::string model;    // name of the model, or
@@ -401,6 +408,7 @@ struct Problem {
   std::vector<network::Network> networks;  // those that are called, for the axes of the scene
   std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
+  std::optional<Accuracy> accuracy;
   std::vector<Output> outputs;
   std::vector<Event> events;           // in the order in which they happen
   std::vector<StatedOrder> operators;  // each as often as it is used in different ways

@@ -216,6 +216,10 @@ std::vector<std::string> scene_lines(const Problem& p) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }
   for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
+  if (p.accuracy) {
+    const std::string on = p.accuracy->states.empty() ? "" : fmt::format(" on {}", fmt::join(p.accuracy->states, ", "));
+    lines.push_back(fmt::format("accuracy {}{}", p.accuracy->tolerance, on));
+  }
   for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
   for (const Event& event : p.events) lines.push_back(event_text(p, event));
   lines.push_back(

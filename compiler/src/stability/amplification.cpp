@@ -82,13 +82,17 @@ Amplification::Amplification(const Response& response, int rank)
   }
 }
 
-/// Waves are looked at by the hundred thousand: sines are taken once an offset along an axis.
+/// Waves are looked at by the hundred thousand: sines are taken once a distance along an axis.
 Amplification::Phases Amplification::phases_of(const Angles& angles) const {
   Phases phases;
   for (std::size_t axis = 0; axis < phases.size(); ++axis) {
     const bool is_there = axis < static_cast<std::size_t>(rank_);
-    for (int offset = -reach_[axis]; offset <= reach_[axis]; ++offset)
-      phases[axis].push_back(is_there ? std::polar(1.0, angles[axis] * offset) : 1.0);
+    const auto reach = static_cast<std::size_t>(reach_[axis]);
+    phases[axis].assign(2 * reach + 1, 1.0);
+    for (std::size_t i = 1; i <= reach && is_there; ++i) {
+      phases[axis][reach + i] = std::polar(1.0, angles[axis] * static_cast<double>(i));
+      phases[axis][reach - i] = std::conj(phases[axis][reach + i]);
+    }
   }
   return phases;
 }

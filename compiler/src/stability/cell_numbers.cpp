@@ -73,7 +73,7 @@ class LargestNumbers {
     const std::optional<Response> rows = generator_of(central_, point);
     const std::optional<Response> own = own_ ? generator_of(*own_, point) : std::nullopt;
     if (!rows) return;
-    for (std::size_t row = 0; row < rows->size(); ++row) {
+    for (std::size_t row = 0; row < rows->rows.size(); ++row) {
       for (std::size_t axis = 0; axis < session_.axes().size(); ++axis) {
         const double h = session_.axes()[axis].spacing();
         const Transport t = transport_of(*rows, row, axis, h);

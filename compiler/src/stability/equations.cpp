@@ -34,10 +34,10 @@ std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint&
   if (const double size = magnitude_of(*step); size > 0) dt = 1024 / size;
   step = euler.response(point, dt);
   if (!step) return std::nullopt;
-  Response rows;
-  for (std::size_t row = 0; row < step->size(); ++row)
-    rows.push_back((*step)[row].plus(Form(static_cast<int>(row)).times(-1)).times(1 / dt));
-  return rows;
+  Response rates{{}, step->waves};
+  for (std::size_t row = 0; row < step->rows.size(); ++row)
+    rates.rows.push_back(step->rows[row].plus(Form(static_cast<int>(row)).times(-1)).times(1 / dt));
+  return rates;
 }
 
 FrozenPoint flat(FrozenPoint point) {
@@ -45,9 +45,9 @@ FrozenPoint flat(FrozenPoint point) {
   return point;
 }
 
-double magnitude_of(const Response& rows) {
+double magnitude_of(const Response& response) {
   double sum = 0;
-  for (const Form& row : rows) {
+  for (const Form& row : response.rows) {
     for (const Form::Term& term : row.terms()) sum += std::abs(term.coefficient);
   }
   return sum;

@@ -4,90 +4,14 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <variant>
 #include <vector>
 
-#include "source/source_file.h"
-#include "support/vocabulary.h"
+#include "syntax/expression.h"
 
 namespace dpde::ast {
-
-struct Node;
-
-/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
-struct Identifier {
-  std::string name;
-  SourceRange range;
-};
-
-/// Value handle of an immutable expression; never null.
-class Expr {
- public:
-  Expr();  // an Error node
-  explicit Expr(Node node);
-  const Node& node() const { return *node_; }
-  const Node* operator->() const { return node_.get(); }
-  SourceRange range() const;
-
- private:
-  std::shared_ptr<const Node> node_;
-};
-
-enum class UnaryOp { negate, logical_not, magnitude };  // magnitude: |u|
-
-struct Number {
-  double value;
-  std::string spelling;  // as written
-};
-struct Text {  // "file.npy"
-  std::string value;
-};
-struct Name {
-  std::string name;  // u.x of a component
-};
-struct Unary {
-  UnaryOp op;
-  Expr operand;
-};
-struct Binary {
-  BinaryOp op;
-  Expr left, right;
-};
-struct Argument {
-  std::string name;  // "" when positional; rate = 5
-  Expr value;
-  SourceRange name_range = {};
-};
-struct Call {  // lap(u), central(2), gradient_descent(rate = 5)
-  std::string callee;
-  SourceRange callee_range;
-  std::vector<Argument> arguments;
-};
-struct Tuple {  // (u, v)
-  std::vector<Expr> elements;
-};
-/// u[+1, 0]: the field at a displacement in cells; inside[-1, 0] grow 1 has the name "inside".
-struct Offsets {
-  std::string name;
-  std::vector<int> offsets;
-  int grow = 0;  // only after inside[...]
-};
-struct Component {  // grad(u).x, closure(u, v).flux; of a name alone it is part of the name
-  Expr operand;
-  Identifier name;
-};
-struct Error {};
-
-using Kind = std::variant<Number, Text, Name, Unary, Binary, Call, Tuple, Offsets, Component, Error>;
-
-struct Node {
-  Kind kind;
-  SourceRange range;
-};
 
 /// Comments around an item, so that `dpde fmt` loses nothing.
 struct Trivia {
@@ -191,6 +115,10 @@ struct EventItem {
 struct SubcycleItem {  // subcycle b, c in 4
   std::vector<Identifier> fields;
   Expr parts;
+};
+struct AccuracyItem {  // accuracy 1e-3 on u, v      (relative, at the end of the run; no fields: all)
+  Expr tolerance;
+  std::vector<Identifier> fields;
 };
 struct ObserveItem {  // observe energy = 0.5*integral(u^2)
   Identifier name;
@@ -399,13 +327,28 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
   Expr value;
 };
 
+// ---- items inside a chart ------------------------------------------------------------------------------------------
+struct ReferenceItem {  // reference exact      reference self(cells = 4096)
+  Expr value;
+};
+struct ChoicesItem {  // vary advect in central(2), upwind(3)
+  Identifier key;
+  std::vector<Expr> values;
+};
+struct ErrorItem {  // error l2(u), linf(v) at t = 1
+  std::vector<Expr> norms;
+  std::optional<Expr> at;
+};
+// gradient TASK and tolerance 1e-3 are OptionItems
+
 using ItemKind =
     std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem,
                  InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem,
                  OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, AssignItem,
                  ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem,
                  RepeatItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem,
-                 RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
+                 RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem, ReferenceItem,
+                 ChoicesItem, ErrorItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -485,8 +428,15 @@ struct DataSet {
   std::vector<Item> items;  // VaryItem, FramesItem, OptionItem
 };
 
+/// chart NAME : SCENE [with SCHEME] { vary cells in 64, 128; ... }      speed against accuracy of a scene's variants
+struct Chart {
+  Identifier name, of;
+  std::optional<Identifier> scheme;
+  std::vector<Item> items;  // ReferenceItem, ChoicesItem, ErrorItem, OptionItem
+};
+
 using DeclarationKind =
-    std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet>;
+    std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet, Chart>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;

@@ -12,8 +12,8 @@
 namespace dpde::ast {
 namespace {
 
-constexpr std::string_view declaration_words[] = {"model", "scene",    "scheme",   "task",    "kernel", "program",
-                                                  "loop",  "function", "operator", "network", "dataset"};
+constexpr std::string_view declaration_words[] = {"model", "scene",    "scheme",   "task",    "kernel",  "program",
+                                                  "loop",  "function", "operator", "network", "dataset", "chart"};
 
 bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
   return std::find(words.begin(), words.end(), word) != words.end();

@@ -29,7 +29,7 @@ std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
   for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(),
-                                network_rule(), data_set_rule()}) {
+                                network_rule(), data_set_rule(), chart_rule()}) {
     for (const ItemRule& item : rule.items) {
       if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
     }
@@ -144,7 +144,7 @@ void parse_scheme(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(scheme);
 }
 
-/// NAME: SCENE with SCHEME, the header of a task and of a data set.
+/// NAME: SCENE with SCHEME, the header of a task, of a data set and of a chart.
 template <class Block>
 void parse_of_scene(Cursor& cursor, Declaration& declaration, const char* what, const BlockRule& rule) {
   Block block;
@@ -162,6 +162,10 @@ void parse_task(Cursor& cursor, Declaration& declaration) {
 
 void parse_data_set(Cursor& cursor, Declaration& declaration) {
   parse_of_scene<DataSet>(cursor, declaration, "the name of the data set", data_set_rule());
+}
+
+void parse_chart(Cursor& cursor, Declaration& declaration) {
+  parse_of_scene<Chart>(cursor, declaration, "the name of the chart", chart_rule());
 }
 
 void parse_kernel(Cursor& cursor, Declaration& declaration) {
@@ -273,6 +277,7 @@ constexpr DeclarationRule declaration_rules[] = {
     {"model", parse_model},       {"scene", parse_scene},     {"scheme", parse_scheme},    {"task", parse_task},
     {"kernel", parse_kernel},     {"program", parse_program}, {"loop", parse_loop},        {"function", parse_function},
     {"operator", parse_operator}, {"network", parse_network}, {"dataset", parse_data_set}, {"import", parse_import},
+    {"chart", parse_chart},
 };
 
 void refuse_declaration(Cursor& cursor) {

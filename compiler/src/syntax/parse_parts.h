@@ -20,8 +20,8 @@ Expr parse_call(Cursor& cursor, const Identifier& callee);
 /// 5, or rate = 5
 Argument parse_argument(Cursor& cursor);
 
-// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp: what stands between the braces of each kind
-// of block
+// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp, parse_chart.cpp: what stands between the
+// braces of each kind of block
 struct ItemRule {
   std::string_view word;  // the first of the item; it is taken already when parse is called
   ItemKind (*parse)(Cursor&);
@@ -46,6 +46,7 @@ BlockRule program_rule();
 BlockRule repeat_rule();
 BlockRule network_rule();
 BlockRule data_set_rule();
+BlockRule chart_rule();
 /// parse_declaration.cpp: { ... } with items of the rule
 void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items);
 

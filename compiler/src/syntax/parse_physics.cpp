@@ -151,6 +151,13 @@ ItemKind parse_observe(Cursor& cursor) {
   return ObserveItem{std::move(name), std::move(value)};
 }
 
+/// 1e-3 on u, v
+ItemKind parse_accuracy(Cursor& cursor) {
+  AccuracyItem item{parse_expression(cursor), {}};
+  if (cursor.accept_word("on")) item.fields = parse_components(cursor, "the name of a field");
+  return item;
+}
+
 ItemKind parse_output(Cursor& cursor) {
   OutputItem item;
   do {
@@ -352,7 +359,8 @@ BlockRule scene_rule() {
            {"at", parse_at},
            {"subcycle", parse_subcycle},
            {"observe", parse_observe},
-           {"output", parse_output}},
+           {"output", parse_output},
+           {"accuracy", parse_accuracy}},
           {begins_value, parse_value, "parameter = value"}};
 }
 

@@ -217,6 +217,16 @@ std::string print_vary(const VaryItem& item) {
   return fmt::format("vary {} in {} .. {}", item.name.name, print(*item.low), print(*item.high));
 }
 
+std::string print_frames(const FramesItem& item) {
+  return fmt::format("frames every {}{}{}", print(item.every), item.from ? " from " + print(*item.from) : "",
+                     item.to ? " to " + print(*item.to) : "");
+}
+
+std::string print_accuracy(const AccuracyItem& item) {
+  return fmt::format("accuracy {}{}", print(item.tolerance),
+                     item.fields.empty() ? "" : " on " + print_names(item.fields));
+}
+
 /// Several lines, each but the first behind the indent of the block; or one.
 std::string print_repeat(const RepeatItem& repeat);
 
@@ -276,12 +286,12 @@ std::string print_item(const Item& item) {
       [](const StartItem& i) { return print_start(i); }, [](const SymmetryItem& i) { return print_symmetries(i); },
       [](const RealItem& i) { return "real " + i.precision.name; },
       [](const HostItem& i) { return "host weights " + print(i.weights); },
-      [](const VaryItem& i) { return print_vary(i); },
-      [](const FramesItem& i) {
-        return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "",
-                           i.to ? " to " + print(*i.to) : "");
-      },
-      [](const OptionItem& i) { return i.name.name + " " + print(i.value); });
+      [](const VaryItem& i) { return print_vary(i); }, [](const FramesItem& i) { return print_frames(i); },
+      [](const OptionItem& i) { return i.name.name + " " + print(i.value); },
+      [](const AccuracyItem& i) { return print_accuracy(i); },
+      [](const ReferenceItem& i) { return "reference " + print(i.value); },
+      [](const ChoicesItem& i) { return fmt::format("vary {} in {}", i.key.name, print_list(i.values)); },
+      [](const ErrorItem& i) { return "error " + print_list(i.norms) + (i.at ? " at t = " + print(*i.at) : ""); });
 }
 
 // ---- headers -------------------------------------------------------------------------------------------------------
@@ -356,7 +366,8 @@ std::string print_header(const DeclarationKind& kind) {
       },
       [](const Import& d) { return fmt::format("import \"{}\"", d.path); },
       [](const Network& d) { return print_network_header(d); },
-      [](const DataSet& d) { return print_of("dataset", d.name, {d.of}, {}, d.scheme); });
+      [](const DataSet& d) { return print_of("dataset", d.name, {d.of}, {}, d.scheme); },
+      [](const Chart& d) { return print_of("chart", d.name, {d.of}, {}, d.scheme); });
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -389,7 +400,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); },
       [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); },
       [](const Network& d) -> const std::vector<Item>* { return &d.items; },
-      [](const DataSet& d) -> const std::vector<Item>* { return &d.items; });
+      [](const DataSet& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Chart& d) -> const std::vector<Item>* { return &d.items; });
   return rows_of(*items);
 }
 

@@ -149,6 +149,7 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into);
 void bind_states(Draft& draft);
 void bind_coefficients(Draft& draft);
 void bind_observables(Draft& draft);
+void bind_accuracy(Draft& draft);
 /// A number made of reductions: a loss, a test, an observable.
 std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what);
 /// Whether an observable or test may have this name; `seen` are those before it.

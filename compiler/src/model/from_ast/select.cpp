@@ -47,6 +47,7 @@ bool names_are_unique(Draft& draft) {
         },
         [](const ast::Kernel&) {}, [](const ast::Loop&) {}, [](const ast::Import&) {},
         [&](const ast::Network& n) { add(functions, n.name); }, [&](const ast::DataSet& d) { add(chosen, d.name); },
+        [&](const ast::Chart& c) { add(chosen, c.name); },
         [&](const ast::Function& f) {
           add(functions, f.name);
           check_function(draft, f);

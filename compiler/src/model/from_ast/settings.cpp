@@ -57,6 +57,14 @@ void apply_scheme_settings(Draft& draft) {
   }
 }
 
+Scheme with_settings(Scheme scheme, const std::map<std::string, std::string>& rows) {
+  for (const auto& [key, text] : rows) {
+    DiagnosticSink unread;
+    set_scheme_key(scheme, key, ast::parse_expression(SourceFile("--set " + key, text), unread));
+  }
+  return scheme;
+}
+
 void check_settings(Draft& draft) {
   const std::vector<std::string>& known = draft.settings.known();
   for (const auto& [key, text] : draft.settings.texts()) {

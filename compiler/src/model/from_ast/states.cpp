@@ -235,4 +235,19 @@ void bind_observables(Draft& draft) {
   }
 }
 
+void bind_accuracy(Draft& draft) {
+  std::optional<SourceRange> first;
+  for (const auto& [item, range] : items_of<ast::AccuracyItem>(draft.scene->items)) {
+    if (first) report_duplicate(draft, "the accuracy", range, *first);
+    first = first.value_or(range);
+    Accuracy accuracy{evaluate(draft, item.tolerance, "an accuracy").value_or(1), {}};
+    if (!(accuracy.tolerance > 0))
+      draft.sink.report("bad-step", item.tolerance.range(), {"accuracy", fmt::format("{}", accuracy.tolerance)});
+    for (const ast::Identifier& field : item.fields) {
+      for (const State* state : find_states(draft, field, "an accuracy")) accuracy.states.push_back(state->name);
+    }
+    draft.problem.accuracy = std::move(accuracy);
+  }
+}
+
 }  // namespace dpde::model

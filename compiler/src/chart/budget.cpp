@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chart/budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "stability/verdict.h"
+
+namespace dpde::chart {
+
+namespace {
+
+constexpr int most_parts = 64;                            // of a step, for the sake of finer cells
+constexpr int fewest_coarse = 4;                          // cells along an axis
+constexpr double least_order = 0.25, largest_order = 12;  // beyond them the differences are not those of a power
+
+using Values = std::vector<double>;
+
+Values difference(const Values& a, const Values& b) {
+  Values result(a.size());
+  std::ranges::transform(a, b, result.begin(), std::minus());
+  return result;
+}
+
+/// A difference to the next finer run, carried on to the limit, where differences fall from `size` to `next_size`.
+Values extrapolated(Values first, double size, double next_size, double ratio, Budget::Part& part) {
+  const double order = next_size > 0 ? std::log(size / next_size) / std::log(ratio) : 0;
+  const bool is_power = order >= least_order && order <= largest_order;
+  part.order = is_power ? order : 0;
+  const double factor = is_power ? 1 / (1 - std::pow(ratio, -order)) : 1;
+  for (double& value : first) value *= factor;
+  return first;
+}
+
+class Companions {
+ public:
+  Companions(const SourceFile& source, const PointOptions& options, const Point& point)
+      : source_(source), options_(options), point_(point), variant_(point.variant) {}
+
+  Budget make() {
+    if (!run_all()) return budget_;
+    for (const auto& [name, base] : base_) {
+      for (const Measure& measure : options_.measures.empty() ? std::vector<Measure>{{name}} : options_.measures) {
+        if (measure.state == name) add(measure, base);
+      }
+    }
+    return budget_;
+  }
+
+ private:
+  std::unique_ptr<driver::Session> open_at(double cells, int parts, bool as_is) {
+    Variant variant = variant_;
+    variant.resolution.clear();
+    for (std::size_t a = 0; a < axis_names_.size(); ++a)
+      variant.resolution["cells." + axis_names_[a]] =
+          fmt::format("{}", std::lround(std::floor(point_.cells[a] * cells)));
+    variant.resolution["step"] = fmt::format("{}", point_.step / parts);
+    if (is_single_ && !as_is) variant.method["real"] = "f64";
+    return open(source_, options_, variant, budget_.failure);
+  }
+
+  /// False where it does not end.
+  bool run(driver::Session* session, FinalStates& states) {
+    if (session == nullptr) return false;
+    const RunResult result = session->rollout().run();
+    if (result.blow_up) budget_.failure = "a companion run blows up";
+    if (result.stopped) budget_.failure = "stopped";
+    if (budget_.failure.empty()) states = final_states(*session);
+    return budget_.failure.empty();
+  }
+  bool run(double cells, int parts, FinalStates& states, bool as_is = false) {
+    return run(open_at(cells, parts, as_is).get(), states);
+  }
+
+  /// The smallest power of 2 whose part of the step is stable on cells half as large.
+  int parts_for(driver::Session& finer) {
+    const stability::Verdict verdict = stability::verdict_of(finer);
+    int parts = 1;
+    while (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1 &&
+           point_.step / parts > verdict.limit.step && parts < most_parts)
+      parts *= 2;
+    return parts;
+  }
+
+  bool run_all() {
+    const std::unique_ptr<driver::Session> own = open(source_, options_, variant_, budget_.failure);
+    if (own == nullptr) return false;
+    is_single_ = own->compiled().real() == Precision::f32;
+    for (const model::Axis& axis : own->axes()) axis_names_.push_back(axis.name);
+    if (std::ranges::any_of(point_.cells, [](int cells) { return cells / 2 < fewest_coarse; })) {
+      budget_.failure = "there are too few cells for a coarser run";
+      return false;
+    }
+    const std::unique_ptr<driver::Session> finer = open_at(2, 1, false);
+    const int parts = finer == nullptr ? 1 : parts_for(*finer);
+    if (finer == nullptr || (is_single_ && !run(own.get(), single_))) return false;
+    if (!run(1, 1, base_) || !run(1, 2, half_) || !run(1, 4, quarter_) || !run(0.5, parts, coarse_)) return false;
+    same_ = parts == 1 ? base_ : parts == 2 ? half_ : quarter_;
+    if (parts > 4 && !run(1, parts, same_)) return false;
+    return parts == 1 ? run(finer.get(), fine_) : run(2, parts, fine_);
+  }
+
+  void add(const Measure& measure, const FinalState& base) {
+    const std::string& name = measure.state;
+    const FinalState& same = same_.at(name);
+    const Values exacter = at_points(fine_.at(name), base.axes);
+    const double scale = norm_of(exacter, model::ErrorNorm::l2);
+    const auto size = [&](const Values& values) { return norm_of(values, measure.norm) / (scale > 0 ? scale : 1); };
+    Budget now;
+    now.measure = text_of(measure);
+    const Values steps = difference(base.values, half_.at(name).values);
+    const double next = size(difference(half_.at(name).values, quarter_.at(name).values));
+    Values sum = extrapolated(steps, size(steps), next, 2, now.time);
+    now.time.error = size(sum);
+    const Values cells = difference(same.values, exacter);
+    const FinalState& coarse = coarse_.at(name);
+    const double before = size(difference(coarse.values, at_points(same, coarse.axes)));
+    const Values scaled = extrapolated(cells, before, size(cells), 2, now.space);
+    now.space.error = size(scaled);
+    std::ranges::transform(sum, scaled, sum.begin(), std::plus());
+    if (is_single_) {
+      const Values rounding = difference(single_.at(name).values, base.values);
+      now.rounding = size(rounding);
+      std::ranges::transform(sum, rounding, sum.begin(), std::plus());
+    }
+    now.sum = size(sum);
+    if (budget_.measure.empty() || now.sum > budget_.sum) budget_ = std::move(now);
+  }
+
+  const SourceFile& source_;
+  const PointOptions& options_;
+  const Point& point_;
+  Variant variant_;
+  bool is_single_ = false;
+  std::vector<std::string> axis_names_;
+  FinalStates single_, base_, half_, quarter_, same_, coarse_, fine_;  // all but the first in double precision
+  Budget budget_;
+};
+
+}  // namespace
+
+std::string Budget::largest() const {
+  if (rounding.value_or(0) > std::max(space.error, time.error)) return "rounding";
+  return space.error >= time.error ? "space" : "time";
+}
+
+Budget budget_of(const SourceFile& source, const PointOptions& options, const Point& point) {
+  try {
+    return Companions(source, options, point).make();
+  } catch (const std::exception& error) {
+    Budget budget;
+    budget.failure = error.what();
+    return budget;
+  }
+}
+
+}  // namespace dpde::chart

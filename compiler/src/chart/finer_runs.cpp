@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chart/finer_runs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+#include "chart/sweep.h"
+#include "driver/data.h"
+
+namespace dpde::chart {
+
+namespace {
+
+constexpr double reference_fraction = 0.25;  // of the largest stable step
+constexpr int growth_of_work = 2;            // twice as many steps on twice as many cells: 2^(1 + axes) at least
+
+bool reads_files(const model::Problem& problem) {
+  const auto is_file = [](const model::Source& source) { return !source.file.empty(); };
+  bool reads = !problem.weights.empty();
+  for (const model::State& state : problem.states) reads = reads || is_file(state.initial);
+  for (const model::Coefficient& coefficient : problem.coefficients) reads = reads || is_file(coefficient.value);
+  if (!problem.task) return reads;
+  for (const model::Datum& datum : problem.task->data) reads = reads || !datum.file.empty();
+  for (const model::Unknown& unknown : problem.task->unknowns) reads = reads || is_file(unknown.from);
+  return reads;
+}
+
+/// What the text does not hold is not in the key: files, also those of scenes that make data.
+bool may_be_kept(const driver::Session& session) {
+  const driver::Compiled& compiled = session.compiled();
+  if (compiled.options.cache == nullptr || reads_files(session.problem())) return false;
+  if (!session.problem().task) return true;
+  return std::ranges::none_of(session.problem().task->data, [&](const model::Datum& datum) {
+    if (datum.scene.empty()) return false;
+    DiagnosticSink unread;
+    const model::Selection selection = driver::options_of_maker(compiled, datum).selection;
+    const std::optional<model::Problem> other = model::from_ast(compiled.ast, selection, unread);
+    return !other || reads_files(*other);
+  });
+}
+
+/// The text with what it imports, and all that was selected of it.
+std::string key_of(const SourceFile& source, const driver::Session& session) {
+  const model::Selection& selection = session.compiled().options.selection;
+  std::string key = fmt::format("reference of a chart\n{}\n{}\n{} cells {}\n", selection.name, selection.scheme,
+                                session.compiled().options.without_task, session.workspace().cell_count());
+  for (const auto& [name, value] : selection.overrides) key += fmt::format("{}={}\n", name, value);
+  return key + std::string(source.text());
+}
+
+std::string bytes_of(const std::vector<double>& values) {
+  std::string bytes(values.size() * sizeof(double), '\0');
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+/// What `run` gives, or what it gave before.
+std::optional<std::vector<double>> kept_or_run(const SourceFile& source, const driver::Session& session,
+                                               const std::function<std::optional<std::vector<double>>()>& run) {
+  codegen::CodeCache* const cache = may_be_kept(session) ? session.compiled().options.cache.get() : nullptr;
+  const std::string key = cache == nullptr ? "" : key_of(source, session);
+  const std::optional<std::string> bytes = cache == nullptr ? std::nullopt : cache->find(key);
+  if (bytes && bytes->size() % sizeof(double) == 0) {
+    std::vector<double> values(bytes->size() / sizeof(double));
+    std::memcpy(values.data(), bytes->data(), bytes->size());
+    return values;
+  }
+  std::optional<std::vector<double>> values = run();
+  if (values && cache != nullptr) cache->store(key, bytes_of(*values));
+  return values;
+}
+
+/// A run that is a reference, of states or of gradients.
+template <class Result>
+struct Finer {
+  std::function<std::optional<Result>(const Variant&, std::string& why)> run;
+  std::function<double(const Result& finest, const Result& second)> uncertainty;
+};
+
+template <class Result>
+struct LastTwo {
+  Result second, finest;
+  std::string text;
+};
+
+/// By one method.
+template <class Result>
+std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptions& options,
+                                      const model::Problem& scene, const Refinement& refinement,
+                                      const std::map<std::string, std::string>& method, const Finer<Result>& finer,
+                                      std::string& why) {
+  using Clock = std::chrono::steady_clock;
+  std::optional<Result> second;
+  for (double factor = refinement.first;; factor *= 2) {
+    Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
+    Point point;
+    const auto start = Clock::now();
+    if (!choose_step(source, options, scene, entry, point)) {
+      why = point.failure;
+      return std::nullopt;
+    }
+    std::optional<Result> result = finer.run(entry.variant, why);
+    if (!result) return std::nullopt;
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const double next_seconds = seconds * std::pow(2, growth_of_work + std::ssize(scene.axes) - 1);
+    const bool is_last = second && (finer.uncertainty(*result, *second) <= refinement.enough ||
+                                    2 * factor > refinement.most || next_seconds > refinement.most_seconds);
+    if (is_last)
+      return LastTwo<Result>{std::move(*second), std::move(*result),
+                             fmt::format("a run on {:g} times the cells by {}", factor, method_text({method, {}}))};
+    second = std::move(result);
+  }
+}
+
+template <class Result>
+std::optional<LastTwo<Result>> last_two(const SourceFile& source, const PointOptions& options,
+                                        const model::Problem& scene, const Refinement& refinement,
+                                        const Finer<Result>& finer, std::string& why) {
+  std::optional<LastTwo<Result>> found;
+  if (scene.program.empty()) found = refine(source, options, scene, refinement, most_accurate(scene), finer, why);
+  if (!found) {
+    std::string again;
+    found = refine(source, options, scene, refinement, {{"real", "f64"}}, finer, again);
+    if (!again.empty()) why = again;
+  }
+  if (!found && why.empty()) why = "finer runs blow up";
+  return found;
+}
+
+std::optional<std::vector<double>> run_states(driver::Session& session) {
+  const RunResult run = session.rollout().run();
+  if (run.blow_up || run.stopped) return std::nullopt;
+  std::vector<double> all;
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    const std::vector<double> values = session.final_state(s);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
+                                        const model::Problem& scene, const Refinement& refinement, std::string& why) {
+  Finer<FinalStates> finer;
+  finer.run = [&](const Variant& variant, std::string& reason) -> std::optional<FinalStates> {
+    const std::unique_ptr<driver::Session> session = open(source, options, variant, reason);
+    if (session == nullptr) return std::nullopt;
+    const auto values = kept_or_run(source, *session, [&] { return run_states(*session); });
+    return values ? std::optional(final_states(*session, *values)) : std::nullopt;
+  };
+  finer.uncertainty = [&](const FinalStates& finest, const FinalStates& second) {
+    return Reference(finest, second, options.measures, "").uncertainty();
+  };
+  std::optional<LastTwo<FinalStates>> runs = last_two(source, options, scene, refinement, finer, why);
+  if (!runs) return std::nullopt;
+  return Reference(std::move(runs->finest), std::move(runs->second), options.measures, std::move(runs->text));
+}
+
+std::optional<GradientReference> make_gradient_reference(const SourceFile& source, const PointOptions& options,
+                                                         const model::Problem& scene, const Refinement& refinement,
+                                                         std::string& why) {
+  Finer<GradientParts> finer;
+  finer.run = [&](const Variant& variant, std::string& reason) -> std::optional<GradientParts> {
+    const std::unique_ptr<TaskGradient> task = open_gradient(source, options, variant, reason);
+    if (task == nullptr) return std::nullopt;
+    const auto values = kept_or_run(source, task->session(), [&]() -> std::optional<std::vector<double>> {
+      if (!task->run()) return std::nullopt;
+      if (!task->is_finite()) reason = "the loss or its gradient is not finite";
+      return task->is_finite() ? std::optional(task->values()) : std::nullopt;
+    });
+    return values ? std::optional(task->parts(*values)) : std::nullopt;
+  };
+  finer.uncertainty = [](const GradientParts& finest, const GradientParts& second) {
+    return GradientReference(finest, second, "").uncertainty();
+  };
+  std::optional<LastTwo<GradientParts>> runs = last_two(source, options, scene, refinement, finer, why);
+  if (!runs) return std::nullopt;
+  return GradientReference(std::move(runs->finest), runs->second, "the gradient of " + runs->text);
+}
+
+}  // namespace dpde::chart

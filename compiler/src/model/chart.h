@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A chart block: which variants of a scene are run, what their errors are, and what they are compared with.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/error_norm.h"
+#include "source/diagnostic.h"
+#include "syntax/ast.h"
+
+namespace dpde::model {
+
+struct Chart {
+  std::string name, scene, scheme;  // scheme "": the scene's
+  enum class Reference { found, exact, self } reference = Reference::found;
+  int reference_cells = 0;  // of self: along the first axis
+  struct Choices {
+    std::string key;  // scheme, cells, step, fraction or a key of a scheme
+    std::vector<std::string> values;
+  };
+  std::vector<Choices> vary;
+  struct Error {
+    std::string field;  // a vector: each of its components
+    ErrorNorm norm = ErrorNorm::l2;
+    SourceRange range;  // of the field
+  };
+  std::vector<Error> errors;      // none: of all fields, l2
+  std::optional<double> end;      // of the run, in place of the scene's
+  std::string gradient;           // the task whose gradient is compared too; "": none
+  double tolerance = 0;           // 0: none
+  SourceRange range;              // of the block's name
+  SourceRange reference_range{};  // of what is said of the reference
+};
+
+/// nullopt when `sink` has errors afterwards. Whether the scene has the fields is not looked at.
+std::optional<Chart> chart_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink);
+/// In the order of the file.
+std::vector<std::string> chart_names(const ast::File& file);
+
+}  // namespace dpde::model

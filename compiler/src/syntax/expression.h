@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions of a .dpde file as types, and the names that stand in them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "source/source_file.h"
+#include "support/vocabulary.h"
+
+namespace dpde::ast {
+
+struct Node;
+
+/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
+struct Identifier {
+  std::string name;
+  SourceRange range;
+};
+
+/// Value handle of an immutable expression; never null.
+class Expr {
+ public:
+  Expr();  // an Error node
+  explicit Expr(Node node);
+  const Node& node() const { return *node_; }
+  const Node* operator->() const { return node_.get(); }
+  SourceRange range() const;
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+enum class UnaryOp { negate, logical_not, magnitude };  // magnitude: |u|
+
+struct Number {
+  double value;
+  std::string spelling;  // as written
+};
+struct Text {  // "file.npy"
+  std::string value;
+};
+struct Name {
+  std::string name;  // u.x of a component
+};
+struct Unary {
+  UnaryOp op;
+  Expr operand;
+};
+struct Binary {
+  BinaryOp op;
+  Expr left, right;
+};
+struct Argument {
+  std::string name;  // "" when positional; rate = 5
+  Expr value;
+  SourceRange name_range = {};
+};
+struct Call {  // lap(u), central(2), gradient_descent(rate = 5)
+  std::string callee;
+  SourceRange callee_range;
+  std::vector<Argument> arguments;
+};
+struct Tuple {  // (u, v)
+  std::vector<Expr> elements;
+};
+/// u[+1, 0]: the field at a displacement in cells; inside[-1, 0] grow 1 has the name "inside".
+struct Offsets {
+  std::string name;
+  std::vector<int> offsets;
+  int grow = 0;  // only after inside[...]
+};
+struct Component {  // grad(u).x, closure(u, v).flux; of a name alone it is part of the name
+  Expr operand;
+  Identifier name;
+};
+struct Error {};
+
+using Kind = std::variant<Number, Text, Name, Unary, Binary, Call, Tuple, Offsets, Component, Error>;
+
+struct Node {
+  Kind kind;
+  SourceRange range;
+};
+
+}  // namespace dpde::ast

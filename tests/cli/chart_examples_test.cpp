@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The charts of the examples on small grids: the orders that their pictures show, and what is best where. Times are not
+// tested.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class ChartExamples : public Command {
+ protected:
+  /// Of dsl-examples/FILE.dpde.
+  Json chart(const std::string& file, const std::string& name, const std::string& vary) const {
+    const Outcome run = dpde("chart " DPDE_SOURCE_DIR "/dsl-examples/" + file + ".dpde " + name + " " + vary +
+                             " --samples 1 --sample-seconds 0 --json");
+    EXPECT_EQ(run.status, 0) << run.err;
+    return run.json();
+  }
+  /// The error on `cells` cells along the first axis of the method in which `key` is `value`, at the first of its
+  /// steps.
+  static double error(const Json& chart, int cells, const std::string& key, const std::string& value) {
+    for (const Json& point : chart["points"]) {
+      if (point["cells"][0] == cells && point["variant"][key] == value && point["error"].is_number())
+        return point["error"];
+    }
+    ADD_FAILURE() << "no point on " << cells << " cells with " << key << " = " << value;
+    return 0;
+  }
+  static double order(const Json& chart, int cells, const std::string& key, const std::string& value) {
+    return std::log2(error(chart, cells, key, value) / error(chart, 2 * cells, key, value));
+  }
+};
+
+TEST_F(ChartExamples, FrontOfBurgersByColeAndHopf) {
+  const Json json =
+      chart("burgers_1d/burgers", "accuracy_of_front", "--vary cells=64,128 --vary time=rk4 --vary fraction=0.45");
+  EXPECT_EQ(json["reference"]["uncertainty"], 0) << "a closed form";
+  EXPECT_NEAR(order(json, 64, "advect", "central(2)"), 2, 0.15);
+  EXPECT_NEAR(order(json, 64, "advect", "central(4)"), 4, 0.15);
+  EXPECT_NEAR(order(json, 64, "advect", "upwind(3)"), 3, 0.15);
+}
+
+/// Where the solution is known, the parts of the cells and of the steps make the error.
+TEST_F(ChartExamples, BudgetOfTheFront) {
+  const Json json = chart("burgers_1d/burgers", "accuracy_of_front",
+                          "--vary cells=32,64 --vary fraction=0.9 --vary time=euler,rk4 --budget");
+  ASSERT_EQ(json["points"].size(), 12u);
+  for (const Json& point : json["points"]) {
+    if (!point["stable"].get<bool>()) continue;
+    ASSERT_TRUE(point["budget"]["failure"].is_null()) << point;
+    const double ratio = point["budget"]["sum"].get<double>() / point["error"].get<double>();
+    EXPECT_GT(ratio, 1 / 1.5) << point;
+    EXPECT_LT(ratio, 1.5) << point;
+  }
+}
+
+TEST_F(ChartExamples, Plate) {
+  const Json json = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3");
+  EXPECT_EQ(json["points"][0]["errors"].size(), 2u) << "l2 and linf";
+  EXPECT_NEAR(order(json, 16, "time", "euler"), 2, 0.15);
+  const Json fine = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3 --vary time=rk4");
+  EXPECT_NEAR(order(fine, 16, "lap", "central(4)"), 4, 0.15);
+}
+
+TEST_F(ChartExamples, Drum) {
+  const Json json = chart("wave/wave", "accuracy_of_drum", "--vary cells=32,64 --vary fraction=0.3");
+  EXPECT_NEAR(order(json, 32, "lap", "central(2)"), 2, 0.15);
+  const Json fine = chart("wave/wave", "accuracy_of_drum", "--vary cells=32,64 --vary fraction=0.3 --vary time=rk4");
+  EXPECT_NEAR(order(fine, 32, "lap", "central(4)"), 4, 0.15);
+}
+
+TEST_F(ChartExamples, SpotOfGrayAndScott) {
+  const Json json =
+      chart("gray_scott/gray_scott", "accuracy_of_spot", "--vary cells=32,64 --vary fraction=0.9 --vary time=rk4");
+  EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 2e-3);
+  EXPECT_NEAR(order(json, 32, "lap", "central(4)"), 4, 0.25) << "the spot is five cells wide";
+  EXPECT_LT(error(json, 64, "lap", "central(4)"), 0.25 * error(json, 64, "lap", "central(2)"));
+}
+
+TEST_F(ChartExamples, Canal) {
+  const Json json = chart("shallow_water/shallow_water", "accuracy_of_canal", "--vary time=rk4 --vary fraction=0.45");
+  EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-6);
+  EXPECT_NEAR(order(json, 200, "dx", "central(2)"), 2, 0.15);
+  EXPECT_LT(error(json, 400, "dx", "central(4)"), 0.1 * error(json, 400, "dx", "central(2)"));
+}
+
+}  // namespace
+}  // namespace dpde::testing

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chart_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "files/evaluation_log.h"
+#include "files/files.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using chart::Point;
+
+Json variant_json(const chart::Variant& variant) {
+  Json json = Json::object();
+  for (const auto& [key, value] : variant.method) json[key] = value;
+  for (const auto& [key, value] : variant.resolution) json[key] = value;
+  return json;
+}
+
+Json errors_json(const std::map<std::string, double>& errors) {
+  Json json = Json::object();
+  for (const auto& [name, error] : errors) json[name] = json_number(error);
+  return json;
+}
+
+double number_from(const Json& json) { return json.is_number() ? json.get<double>() : NAN; }
+
+void read_measured(const Json& json, const std::string& prefix, chart::Measured& measured) {
+  measured.error = number_from(json.at(prefix + "error"));
+  measured.seconds = json.at(prefix + "wall_s").is_null() ? 0 : json.at(prefix + "wall_s").get<double>();
+  measured.low_quartile = json.at(prefix + "wall_s_quartiles").at(0);
+  measured.high_quartile = json.at(prefix + "wall_s_quartiles").at(1);
+  measured.samples = json.at(prefix + "wall_s_samples").get<std::vector<double>>();
+  measured.memory_bytes = json.at(prefix + "memory_bytes");
+}
+
+void write_measured(const chart::Measured& measured, const std::string& prefix, bool has_error, Json& json) {
+  json[prefix + "error"] = has_error ? json_number(measured.error) : Json(nullptr);
+  json[prefix + "wall_s"] = measured.seconds > 0 ? Json(measured.seconds) : Json(nullptr);
+  json[prefix + "wall_s_quartiles"] = {measured.low_quartile, measured.high_quartile};
+  json[prefix + "wall_s_samples"] = measured.samples;
+  json[prefix + "memory_bytes"] = measured.memory_bytes;
+  json[prefix + "pareto"] = measured.is_pareto;
+}
+
+Json part_json(const chart::Budget::Part& part) {
+  return {{"error", json_number(part.error)}, {"order", part.order > 0 ? Json(part.order) : Json(nullptr)}};
+}
+
+Json budget_json(const chart::Budget& budget) {
+  if (!budget.failure.empty()) return {{"failure", budget.failure}};
+  return {{"measure", budget.measure},
+          {"space", part_json(budget.space)},
+          {"time", part_json(budget.time)},
+          {"rounding", budget.rounding ? json_number(*budget.rounding) : Json(nullptr)},
+          {"sum", json_number(budget.sum)},
+          {"largest", budget.largest()},
+          {"failure", nullptr}};
+}
+
+chart::Budget::Part part_from(const Json& json) {
+  return {number_from(json.at("error")), json.at("order").is_null() ? 0 : json.at("order").get<double>()};
+}
+
+chart::Budget budget_from(const Json& json) {
+  chart::Budget budget;
+  if (!json.at("failure").is_null()) {
+    budget.failure = json.at("failure");
+    return budget;
+  }
+  budget.measure = json.at("measure");
+  budget.space = part_from(json.at("space"));
+  budget.time = part_from(json.at("time"));
+  if (!json.at("rounding").is_null()) budget.rounding = number_from(json.at("rounding"));
+  budget.sum = number_from(json.at("sum"));
+  return budget;
+}
+
+Point point_from(const Json& json) {
+  Point point;
+  point.failure = json.at("failure").is_null() ? "" : json.at("failure").get<std::string>();
+  point.is_unstable = !json.at("stable").get<bool>();
+  point.does_not_fit = !json.at("fits").get<bool>();
+  point.cells = json.at("cells").get<std::vector<int>>();
+  point.step = json.at("step");
+  point.steps = json.at("steps");
+  point.largest_step = json.at("max_step").is_null() ? 0 : json.at("max_step").get<double>();
+  for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
+  read_measured(json, "", point);
+  point.compile_seconds = json.at("compile_s");
+  if (json.contains("budget")) point.budget = budget_from(json.at("budget"));
+  if (!json.contains("gradient_failure")) return point;
+  for (const auto& [name, error] : json.at("gradient_errors").items()) point.gradient_errors[name] = number_from(error);
+  point.gradient_failure = json.at("gradient_failure").is_null() ? "" : json.at("gradient_failure").get<std::string>();
+  if (!json.at("gradient_wall_s").is_null()) read_measured(json, "gradient_", point.gradient.emplace());
+  return point;
+}
+
+}  // namespace
+
+Json point_json(const Point& point) {
+  Json json = {{"variant", variant_json(point.variant)},
+               {"cells", point.cells},
+               {"step", point.step},
+               {"steps", point.steps},
+               {"errors", errors_json(point.errors)},
+               {"compile_s", point.compile_seconds},
+               {"max_step", point.largest_step > 0 ? Json(point.largest_step) : Json(nullptr)},
+               {"stable", !point.is_unstable},
+               {"fits", !point.does_not_fit},
+               {"failure", point.failure.empty() ? Json(nullptr) : Json(point.failure)}};
+  write_measured(point, "", point.failure.empty(), json);
+  if (point.budget) json["budget"] = budget_json(*point.budget);
+  if (!point.gradient && point.gradient_failure.empty()) return json;
+  write_measured(point.gradient.value_or(chart::Measured{}), "gradient_", point.gradient.has_value(), json);
+  json["gradient_errors"] = errors_json(point.gradient_errors);
+  json["gradient_failure"] = point.gradient_failure.empty() ? Json(nullptr) : Json(point.gradient_failure);
+  return json;
+}
+
+bool ChartFile::open(const std::string& folder, const std::string& chart, bool resume, DiagnosticSink& sink) {
+  path_ = std::filesystem::path(folder) / (chart + "_points.json");
+  if (!resume || !std::filesystem::exists(path_)) return true;
+  const std::optional<std::string> text = files::read_file(path_, {}, sink);
+  if (!text) return false;
+  const Json json = parse_json(*text);
+  bool is_read = json.is_object();
+  try {
+    for (const auto& [key, point] : json.items()) {
+      if (is_read) point_from(point);
+      known_[key] = point;
+    }
+  } catch (const std::exception&) {
+    is_read = false;
+  }
+  if (is_read) return true;
+  known_.clear();
+  sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"}, "leave out --resume to begin anew");
+  return false;
+}
+
+std::string ChartFile::key_of(const Job& job, const chart::Entry& entry, const std::string& reference) {
+  const CommonOptions& options = job.options();
+  const std::string_view text = job.source().text();
+  return fmt::format("{:016x} {} {} {} {} {} {} {} {} {}", files::hash_bytes(text.data(), text.size()), version,
+                     options.name, options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "),
+                     reference, entry.fraction, variant_json(entry.variant).dump());
+}
+
+std::optional<Point> ChartFile::find(const std::string& key, const chart::Entry& entry) const {
+  const auto known = known_.find(key);
+  if (known == known_.end()) return std::nullopt;
+  Point point = point_from(known->second);
+  point.variant = entry.variant;
+  if (point.step > 0) point.variant.resolution["step"] = fmt::format("{}", point.step);
+  return point;
+}
+
+void ChartFile::add(const std::string& key, const Point& point) { known_[key] = point_json(point); }
+
+bool ChartFile::save(DiagnosticSink& sink) const {
+  Json json = Json::object();
+  for (const auto& [key, point] : known_) json[key] = point;
+  return files::write_file(path_, json.dump(1) + "\n", sink);
+}
+
+}  // namespace dpde::tools

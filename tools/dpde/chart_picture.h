@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// A chart as panels of curves.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chart_curves.h"
+#include "picture.h"
+
+namespace dpde::tools {
+
+struct ChartText {
+  std::string title, x_label, y_label;
+};
+
+/// A curve a method with quartiles as bars and marks as large as the memory that they take; what is beaten by its own
+/// method, what the reference does not resolve, what is unstable, what nothing beats; walls at the error of the
+/// reference and at the tolerance (each 0: none).
+LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& methods, double uncertainty,
+                   double tolerance);
+
+}  // namespace dpde::tools
