@@ -18,8 +18,8 @@ namespace {
 
 struct Order {
   int space = 0, time = 0;
-  bool is_spectral = false;   // in space: all derivatives are Fourier series
-  std::string walls = "";  // what makes it lower there than differences of values beyond them do
+  bool is_spectral = false;  // in space: all derivatives are Fourier series
+  std::string walls = "";    // what makes it lower there than differences of values beyond them do
 };
 
 bool is_transport_alone(const model::Expr& rate) {

@@ -19,9 +19,9 @@ const T* as(const model::Expr& e) {
 
 bool is_sum(const model::Binary& b) { return b.op == BinaryOp::add || b.op == BinaryOp::subtract; }
 
-class Parts {
+class WaveParts {
  public:
-  explicit Parts(const WaveReading& reading) : reading_(reading) {}
+  explicit WaveParts(const WaveReading& reading) : reading_(reading) {}
 
   void add(const model::Expr& e, const Expr& symbol) {
     if (const model::Neg* neg = as<model::Neg>(e)) return add(neg->operand, -symbol);
@@ -92,7 +92,7 @@ bool is_of_waves(const model::Expr& e, const WaveReading& reading) {
 }
 
 std::vector<WavePart> wave_parts(const model::Expr& e, const WaveReading& reading) {
-  Parts parts(reading);
+  WaveParts parts(reading);
   parts.add(e, 1.0);
   for (WavePart& part : parts.all) {
     if (const auto polynomial = polynomial_of(part.symbol)) part.symbol = expression_of(*polynomial);

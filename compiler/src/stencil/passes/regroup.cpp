@@ -153,7 +153,7 @@ bool is_of_states(const Expr& e, const std::set<std::string>& states) {
 }
 
 /// What an update is made of: a state, sums and differences of states, and the rest.
-struct Parts {
+struct SumParts {
   Expr state = 0.0, differences = 0.0, rest = 0.0;
 
   void add(const Expr& e, bool negative, const std::set<std::string>& states) {
@@ -177,7 +177,7 @@ struct Parts {
 struct Updates {
   Atoms atoms;
   std::vector<std::size_t> stores;
-  std::vector<Parts> parts;
+  std::vector<SumParts> parts;
   std::vector<Polynomial> values;
 };
 
@@ -262,7 +262,7 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
   Writer writer(kernel, updates.atoms, factored);
   Kernel result = kernel;
   for (std::size_t i = 0; i < updates.stores.size(); ++i) {
-    const Parts& parts = updates.parts[i];
+    const SumParts& parts = updates.parts[i];
     const bool is_alone = is_literal(parts.differences, 0);
     Expr& value = result.stores[updates.stores[i]].value;
     value = is_alone ? writer.write(factored.sums[i], parts.state)
