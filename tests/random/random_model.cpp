@@ -21,7 +21,7 @@ struct Scheme {
   std::string time, advect;
   bool along_flow = false;    // semi-Lagrangian or MacCormack
   bool second_order = false;  // made for dt(dt(u))
-  bool remembers = false;     // ab2, leapfrog
+  bool remembers = false;     // ab2, ab3, leapfrog
 };
 
 class Builder {
@@ -123,17 +123,19 @@ void Builder::choose_axes() {
 }
 
 void Builder::choose_scheme() {
-  const std::vector<std::string> times = {"euler", "rk2", "ab2", "leapfrog", "verlet", "ssp_rk3", "rk4"};
-  scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 3, 2, 3, 2, 3}))];
-  const std::vector<std::string> ways = {"central(2)", "central(4)", "central(6)",      "central(8)",
-                                         "upwind(1)",  "upwind(3)",  "semi_lagrangian", "semi_lagrangian(cubic)",
-                                         "maccormack"};
+  const std::vector<std::string> times = {"euler", "rk2", "ab2", "ab3", "leapfrog", "verlet", "ssp_rk3", "rk4"};
+  scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 2, 2, 2, 3, 2, 3}))];
+  const std::vector<std::string> ways = {
+      "central(2)",    "central(4)",      "central(6)", "central(8)",      "upwind(1)",
+      "upwind(3)",     "upwind(5)",       "upwind(7)",  "weno(3)",         "weno(5)",
+      "muscl(minmod)", "muscl(van_leer)", "muscl(mc)",  "semi_lagrangian", "semi_lagrangian(cubic)",
+      "maccormack"};
   scheme_.second_order = scheme_.time == "verlet" || (scheme_.time == "leapfrog" && random_.percent(50));
-  scheme_.remembers = scheme_.time == "ab2" || scheme_.time == "leapfrog";
+  scheme_.remembers = scheme_.time == "ab2" || scheme_.time == "ab3" || scheme_.time == "leapfrog";
   const bool may_flow = scheme_.time != "verlet" && !scheme_.remembers;
   scheme_.advect = ways[static_cast<std::size_t>(
-      random_.weighted({4, 3, 1, 1, 3, 3, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
-  scheme_.along_flow = scheme_.advect[0] == 's' || scheme_.advect[0] == 'm';
+      random_.weighted({4, 3, 1, 1, 3, 2, 1, 1, 1, 1, 1, 1, 1, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
+  scheme_.along_flow = scheme_.advect[0] == 's' || scheme_.advect == "maccormack";
 }
 
 Part Builder::scheme_block() {

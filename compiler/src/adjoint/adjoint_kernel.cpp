@@ -6,6 +6,7 @@
 #include <iterator>
 #include <set>
 
+#include "adjoint/guards.h"
 #include "adjoint/shared_values.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/passes/passes.h"
@@ -28,28 +29,8 @@ constexpr int stream_cost = 12;
 /// Operations at each point; what saves so many with one field more is faster without counting.
 constexpr int plain_gain = 1000;
 
-/// A condition under which a value is used: its derivative is selected, never multiplied by 0, so that a branch not
-/// taken may hold NaN.
-struct Guard {
-  Expr condition;
-  bool yes;
-};
-using Guards = std::vector<Guard>;
-
-Expr guarded(Expr e, const Guards& guards) {
-  for (auto guard = guards.rbegin(); guard != guards.rend(); ++guard) {
-    e = guard->yes ? select(guard->condition, e, 0.0) : select(guard->condition, 0.0, e);
-  }
-  return e;
-}
-
-/// The same for a place: what is added there is 0, but not where the weights are NaN.
-Interp guarded(Interp i, const Guards& guards) {
-  for (Expr& d : i.displacement) {
-    if (!is_uniform(d)) d = guarded(d, guards);
-  }
-  return i;
-}
+/// Operations of a let that is written out where a guard has to reach what it reads.
+constexpr int short_let = 8;
 
 /// Values that differ from point to point: what is left of an expression once its uniform factors are combined.
 int point_values(const Expr& e) {
@@ -65,6 +46,12 @@ bool is_leaf(const Expr& e) {
   bool has_child = false;
   for_each_child(e, [&](const Expr&) { has_child = true; });
   return !has_child;
+}
+
+int operations(const Expr& e) {
+  int count = 0;
+  visit(e, [&](const Expr& part) { count += is_leaf(part) ? 0 : 1; });
+  return count;
 }
 
 std::string shift_suffix(const Offset& k, int rank) {
@@ -124,8 +111,8 @@ class Walk {
   void push_let(const Let& let) {
     const auto found = local_bars_.find(let.name);
     if (found == local_bars_.end()) return;
-    const Expr& bar = found->second;
-    push(let.value, is_leaf(bar) ? bar : named(bar, let.name + "_bar"), {});
+    for (const auto& [guards, bar] : found->second)
+      push(let.value, is_leaf(bar) ? bar : named(bar, let.name + "_bar"), guards);
   }
 
   /// Gives `e` a let of its own.
@@ -157,13 +144,18 @@ class Walk {
         });
   }
 
+  /// A guard has to reach the reads, past this let, which is taken apart once for all uses under the same guards. What
+  /// is short is taken apart at each: that leaves less to read again.
   void push_local(const Local& l, const Expr& x, const Guards& guards) {
-    if (!guards.empty()) {  // the guard has to reach the reads, past this let
-      push(values_.at(l.name), x, guards);
-      return;
+    const Expr& value = values_.at(l.name);
+    if (!guards.empty() && operations(value) <= short_let) return push(value, x, guards);
+    std::vector<GuardedBar>& bars = local_bars_[l.name];
+    const auto known = std::ranges::find(bars, guards, &GuardedBar::guards);
+    if (known == bars.end()) {
+      bars.push_back({guards, x});
+    } else {
+      known->bar = known->bar + x;
     }
-    const auto [bar, is_new] = local_bars_.emplace(l.name, x);
-    if (!is_new) bar->second = bar->second + x;
   }
 
   void push_parts(const Expr& e, const Expr& x, const Guards& guards) {
@@ -199,8 +191,12 @@ class Walk {
   const Kernel& kernel_;
   const Varied varied_;
   DerivedNames& names_;
-  std::map<std::string, Expr> values_;      // lets of the primal
-  std::map<std::string, Expr> local_bars_;  // local -> sum of what its uses pushed
+  std::map<std::string, Expr> values_;  // lets of the primal
+  struct GuardedBar {
+    Guards guards;
+    Expr bar;
+  };
+  std::map<std::string, std::vector<GuardedBar>> local_bars_;  // local -> sums of what its uses pushed
 };
 
 /// Collects the lets of a walk at several displacements.
