@@ -216,7 +216,7 @@ TEST_F(Spectra, NothingIsLeftOfWhatBlowsUp) {
 // ---- what a training costs
 // -------------------------------------------------------------------------------------------
 
-const std::string burgers_text = R"(
+const std::string burgers_spectrum_text = R"(
 model burgers { field u; param nu; param a; dt(u) = -u*dx(u) + nu*lap(u) }
 scheme plain { time = rk2 }
 scene fine : burgers with plain { grid x = 0 .. 2*pi, cells 64, periodic; nu = 0.3; a = 1; initial u = a*sin(x) + 0.3*cos(2*x); time 0 .. 2, step 1/64 }
@@ -231,7 +231,7 @@ task t : hybrid { data r = trajectories("truth.nc", u); learn corrector; minimis
 )";
 
 TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
-  write("t.dpde", burgers_text);
+  write("t.dpde", burgers_spectrum_text);
   ASSERT_EQ(dpde("run t.dpde finer --out . --json").status, 0);
   const Json made_data = dpde("run t.dpde truths --out . --json").json();
   const Outcome outcome = dpde("optimize t.dpde t --out o --json");
@@ -261,11 +261,11 @@ TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
 }
 
 TEST_F(Spectra, TrialsThatAreNotWantedAreKept) {
-  write("t.dpde", burgers_text);
+  write("t.dpde", burgers_spectrum_text);
   for (const char* set : {"finer", "truths"})
     ASSERT_EQ(dpde(std::string("run t.dpde ") + set + " --out . --json").status, 0);
   const Json both = dpde("optimize t.dpde t --out o --json").json();
-  std::string text = burgers_text;
+  std::string text = burgers_spectrum_text;
   text.replace(text.find("trials 2"), 8, "trials 1");
   write("one.dpde", text);
   const Outcome one = dpde("optimize one.dpde t --out o --resume");
@@ -282,11 +282,11 @@ TEST_F(Spectra, TrialsThatAreNotWantedAreKept) {
 }
 
 TEST_F(Spectra, ChecksLookAtTheScenesBeside) {
-  write("t.dpde", burgers_text);
+  write("t.dpde", burgers_spectrum_text);
   for (const char* set : {"finer", "truths"})
     ASSERT_EQ(dpde(std::string("run t.dpde ") + set + " --out . --json").status, 0);
   EXPECT_EQ(dpde("check t.dpde t --json").status, 0);
-  std::string text = burgers_text;
+  std::string text = burgers_spectrum_text;
   text.replace(text.find("middle on trajectories(\"finer.nc\")"), 34, "heated");
   write("u.dpde", text +
                       "model heat { field w; dt(w) = lap(w) }\nscene heated : heat { grid x = 0 .. 2*pi, cells 16, "
@@ -294,7 +294,7 @@ TEST_F(Spectra, ChecksLookAtTheScenesBeside) {
   const Outcome other = dpde("check u.dpde t");
   EXPECT_EQ(other.status, 2) << other.out;
   EXPECT_NE(other.err.find("scene heated, beside a test"), std::string::npos) << other.err;
-  text = burgers_text;
+  text = burgers_spectrum_text;
   text.replace(text.find("middle on trajectories(\"finer.nc\")"), 34, "middle");
   write("v.dpde", text);
   const Outcome grid = dpde("check v.dpde t");

@@ -81,7 +81,7 @@ scene high : tide {
 
 /// A wave between two open ends, where the surface is kept and the velocity has no slope, and one on a membrane whose
 /// nodes lie on its free rim.
-const std::string waves = R"(
+const std::string staggered_waves = R"(
 model gravity_wave {
   vector u on faces
   field eta
@@ -113,14 +113,15 @@ scene rim : membrane with s {
 
 TEST(StaggeredWall, WavesBetweenOpenEndsAreOfOrderTwo) {
   for (const char* field : {"u.x", "eta"})
-    EXPECT_NEAR(order(waves, "open", field, 256), 2, 0.15) << field;  // on coarser grids their third order shows
-  EXPECT_NEAR(order(waves, "rim", "w", 64), 2, 0.2);
-  EXPECT_NEAR(order(waves, "rim", "w", 64, {{"time", "verlet"}}), 2, 0.2);
-  for (const auto& [field, error] : run_scene(waves, "open", {{"end", "20"}, {"step", "1/64"}}).l2)
+    EXPECT_NEAR(order(staggered_waves, "open", field, 256), 2, 0.15)
+        << field;  // on coarser grids their third order shows
+  EXPECT_NEAR(order(staggered_waves, "rim", "w", 64), 2, 0.2);
+  EXPECT_NEAR(order(staggered_waves, "rim", "w", 64, {{"time", "verlet"}}), 2, 0.2);
+  for (const auto& [field, error] : run_scene(staggered_waves, "open", {{"end", "20"}, {"step", "1/64"}}).l2)
     EXPECT_LT(error, 0.2) << field;  // no growth
 }
 
-/// Water that runs out with a current faster than waves: nothing comes back.
+/// Water that runs out with a current faster than staggered_waves: nothing comes back.
 TEST(StaggeredWall, WaterLeaves) {
   const std::string text = R"(
 model shallow_water {

@@ -27,7 +27,7 @@ std::string ring(const std::string& profile, const std::string& advect, int cell
       profile, c, advect, time, cells, c, end, end / std::ceil(end / step - 1e-9));
 }
 
-const std::string waves = "sin(2*pi*s) + 0.3*cos(4*pi*s)";
+const std::string two_waves = "sin(2*pi*s) + 0.3*cos(4*pi*s)";
 const std::string square = "if(fraction(s) > 0.2, if(fraction(s) < 0.55, 1, 0), 0)";
 
 std::vector<double> end_of(const std::string& text, Backend backend = Backend::jit) {
@@ -66,8 +66,8 @@ TEST(UpwindSchemes, HaveTheirOrders) {
                             {"upwind(7)", 7, 24, 0.02},
                             {"weno(5)", 5, 64, 0.05}}) {
       const auto exact = [&](double x) { return wave_at(x - c * 0.25); };
-      const double coarse = errors_of(ring(waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
-      const double fine = errors_of(ring(waves, d.advect, 2 * d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
+      const double coarse = errors_of(ring(two_waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
+      const double fine = errors_of(ring(two_waves, d.advect, 2 * d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
       EXPECT_NEAR(std::log2(coarse / fine), d.order, 0.15) << d.advect << " " << c << " " << coarse << " " << fine;
       EXPECT_GT(fine, 1e-12) << d.advect;
     }
@@ -79,8 +79,8 @@ TEST(UpwindSchemes, LimitersLeaveTwoOrdersInTheMean) {
   for (const auto& [advect, mean, largest] :
        {std::tuple{"muscl(minmod)", 1.8, 1.2}, {"muscl(van_leer)", 2.0, 1.3}, {"muscl(mc)", 2.0, 1.3}}) {
     const auto exact = [](double x) { return wave_at(x - 0.25); };
-    const Errors coarse = errors_of(ring(waves, advect, 128, 0.4, 0.25), exact),
-                 fine = errors_of(ring(waves, advect, 256, 0.4, 0.25), exact);
+    const Errors coarse = errors_of(ring(two_waves, advect, 128, 0.4, 0.25), exact),
+                 fine = errors_of(ring(two_waves, advect, 256, 0.4, 0.25), exact);
     EXPECT_NEAR(std::log2(coarse.mean / fine.mean), mean, 0.25) << advect;
     EXPECT_NEAR(std::log2(coarse.largest / fine.largest), largest, 0.25) << advect;
   }
