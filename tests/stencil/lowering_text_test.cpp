@@ -224,6 +224,7 @@ TEST(LoweringText, Upwind) {
   model::Problem p = problem({state("u", -advect({u, 0.0}, u)), state("v", advect({-2.0, u + v}, v))}, {4, 4});
   p.scheme.advect = model::Advection::upwind;
   p.scheme.advect_order = 1;
+  p.scheme.advect_order = 1;
   EXPECT_EQ(
       print(lower(p).kernels.at(0)),
       R"(kernel s_step(u: field halo 1, v: field halo 1, out u_next: field, out v_next: field, dt, hx, hy: param) {
@@ -237,6 +238,7 @@ TEST(LoweringText, Upwind) {
 TEST(LoweringText, UpwindOfADerivativeTakesNeighboursOfTheDerivative) {
   model::Problem p = problem({state("u", -advect({param("c")}, d(u)))});
   p.scheme.advect = model::Advection::upwind;
+  p.scheme.advect_order = 1;
   EXPECT_EQ(print(lower(p).kernels.at(0)), R"(kernel s_step(u: field halo 2, out u_next: field, hx, dt, c: param) {
   let u_x = (u[+1] - u[-1])/(2*hx)
   u_next = u - dt*(max(c, 0)*(u_x - (u - u[-2])/(2*hx))/hx + min(c, 0)*((u[+2] - u)/(2*hx) - u_x)/hx)

@@ -342,7 +342,8 @@ std::vector<ProgramCase> program_cases() {
        2,
        "kernel s(u: field, out w: field) { w = u^2 }\n"
        "kernel k(g: field halo 1, u: field, out v: field) { v = u + g[+1, 0]*g[0, -1] }\n"
-       "program p { axes x periodic, y periodic; run s; transform w by ikx^2 + a*iky*ikx, u by ikx to g; fill g "
+       "program p { axes x periodic, y periodic; run s; transform w by 0.01*ikx^2 + 0.01*a*iky*ikx, u by 0.1*ikx to g; "
+       "fill g "
        "periodic; run k; swap u, v }",
        {{"u"}, {"a"}}},
       {"waves along one axis",
