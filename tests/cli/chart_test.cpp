@@ -265,7 +265,7 @@ TEST_F(ChartCommand, TheScenesOwnMethodStandsOnce) {
   const Json all = dpde("chart s.dpde --vary cells=16 --vary fraction=0.5" + quick).json();
   std::set<std::string> methods;
   for (const Json& method : all["methods"]) EXPECT_TRUE(methods.insert(method["name"]).second);
-  EXPECT_EQ(methods.size(), 6u);
+  EXPECT_EQ(methods.size(), 7u);
   EXPECT_FALSE(methods.contains("advect=central2 time=rk4")) << "is the scene's own";
 }
 

@@ -185,6 +185,8 @@ void declare_program(Draft& draft) {
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& result : apply.to) written.insert(result.name);
   }
+  const auto transforms = items_of<ast::TransformItem>(draft.program->items);
+  for (const auto& [transform, range] : transforms) written.insert(transform.result.name);
   for (const auto& [repeat, range] : items_of<ast::RepeatItem>(draft.program->items)) {
     for (const ast::Identifier& result : repeat.to) written.insert(result.name);
     if (repeat.counter) written.insert(repeat.counter->name);
@@ -194,6 +196,12 @@ void declare_program(Draft& draft) {
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& input : apply.inputs) declare_input(draft, input, written);
+  }
+  for (const auto& [transform, range] : transforms) {
+    for (const ast::TransformItem::Term& term : transform.terms) {
+      declare_input(draft, term.field, written);
+      declare_names_of(draft, term.by, written);
+    }
   }
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
     for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value, written);
