@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 #include "dpde/phi.h"
 #include "dpde/runtime/layout.h"
@@ -56,6 +57,7 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
     note_uniforms(term.argument);
     note_uniforms(term.factor);
   }
+  values_.assign(uniforms_.size(), 0.0);
   const auto size = static_cast<std::size_t>(modes());
   for (Operand& operand : operands_) operand.multipliers.assign(size, 0.0);
   waves_.assign(size, 0.0);
@@ -70,11 +72,9 @@ void FieldTransform::note_uniforms(const dpde_symbol& symbol) {
   }
 }
 
-/// The first time too: no number is equal to NaN.
+/// The first time too.
 bool FieldTransform::has_changed(const double* uniforms) {
-  const bool is_first = values_.size() != uniforms_.size() + 1;
-  values_.resize(uniforms_.size() + 1);
-  bool changed = is_first;
+  bool changed = !std::exchange(is_made_, true);
   for (std::size_t i = 0; i < uniforms_.size(); ++i) {
     const double value = uniforms[uniforms_[i]];
     changed = changed || values_[i] != value;
@@ -247,11 +247,6 @@ void FieldTransform::run(void* const* fields, const double* uniforms) {
     }
     backward(static_cast<Real*>(fields[transform_.result]));
   });
-}
-
-std::int64_t FieldTransform::bytes() const {
-  const auto arrays = static_cast<std::int64_t>(operands_.size() + 2);
-  return arrays * modes() * static_cast<std::int64_t>(sizeof(Complex));
 }
 
 }  // namespace dpde

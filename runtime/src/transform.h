@@ -10,7 +10,6 @@
 #include <array>
 #include <complex>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "dpde/kernel_abi.h"
@@ -29,9 +28,6 @@ class FieldTransform {
   /// `fields` point at their cells (0,0,0). Multipliers are computed again where their uniforms have changed; nothing
   /// is allocated.
   void run(void* const* fields, const double* uniforms);
-
-  /// Of spectra and multipliers.
-  std::int64_t bytes() const;
 
  private:
   using Complex = std::complex<double>;
@@ -67,6 +63,7 @@ class FieldTransform {
   std::vector<Operand> operands_;
   std::vector<int32_t> uniforms_;  // that multipliers depend on
   std::vector<double> values_;     // theirs, of the multipliers that are there
+  bool is_made_ = false;
   std::vector<Complex> waves_, sum_;
   std::vector<Lines> lines_;  // one a thread
 };

@@ -89,7 +89,6 @@ TEST(Phi, HasTheValuesOfItsIntegral) {
 
 /// The error falls faster than any power until rounding is left (numerics.md, section 17).
 TEST(Spectral, ErrorsFallFasterThanAnyPower) {
-  const Overrides fine{{"step", "1/2000"}};
   for (const std::string scene : {"line", "flux"}) {
     std::vector<double> errors;
     for (const std::string cells : {"8", "16", "32", "48"})

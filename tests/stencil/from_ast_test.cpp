@@ -146,6 +146,31 @@ TEST(ProgramErrors, AxesAndBoundaries) {
             "E0368 one side of an axis cannot be periodic by itself | periodic");
 }
 
+TEST(ProgramErrors, Transforms) {
+  const auto in_transform = [](const std::string& statement) {
+    return complaints("program p {\naxes x periodic\n" + statement + "\nkeep v\n}\n").front();
+  };
+  const std::string polynomial = "E0368 a multiplier is a polynomial of ikx, iky, ikz | ";
+  const std::string hint = " | write sums of products and powers up to 16, or phiN(polynomial)*polynomial";
+  for (const std::string by : {"sin(ikx)", "1/ikx", "ikx^20", "ikx^nu"})
+    EXPECT_EQ(in_transform("transform u by " + by + " to v"), polynomial + by + hint);
+  EXPECT_EQ(in_transform("transform u by c*u*ikx to v"),
+            "E0368 u is no number: a multiplier is the same at all cells | u | multiply by a field in a kernel, before "
+            "the transform or behind it");
+  EXPECT_EQ(in_transform("transform u by iky to v"),
+            "E0368 a multiplier has a wave number along an axis that is not there | iky");
+  EXPECT_EQ(in_transform("transform u by phi1(ikx) + 1 to v").substr(0, 10), "E0351 phi1");
+  EXPECT_EQ(in_transform("transform v by ikx to v"),
+            "E0368 program p transforms v to itself | transform v by ikx to v");
+  EXPECT_EQ(complaints("program p { axes x bounded; transform u by ikx to v; keep v }"),
+            one("E0368 program p transforms to v along an axis that is not periodic | transform u by ikx to v"));
+  EXPECT_EQ(complaints("program p { axes x periodic, y bounded; transform u by ikx within two_thirds to v; keep v }"),
+            one("E0368 program p transforms to v along an axis that is not periodic | "
+                "transform u by ikx within two_thirds to v"));
+  EXPECT_EQ(complaints("program p { axes x periodic; transform u by ikx to v; transform u by 2 to v; keep v }"),
+            one("E0368 program p writes v twice | transform u by 2 to v"));
+}
+
 TEST(ProgramErrors, Distances) {
   EXPECT_EQ(in_program("axes x bounded; fill u x = 0; run smooth grow 5000; keep v"),
             one("E0370 5000 cells is not a distance between 0 and 1000 | run smooth grow 5000"));

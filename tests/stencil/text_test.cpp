@@ -47,6 +47,16 @@ loop n in 0 .. 32 { wave_step }
   expect_same_again(print(m));
 }
 
+TEST(Text, Transforms) {
+  expect_same_again(R"(program p {
+  axes x periodic, y periodic
+  transform u by c*ikx^2 + iky^4 to w
+  transform u by phi0(dt*(ikx^2 - c*iky)) within two_thirds, w by phi3(a)*(dt/2*ikx) to v
+  swap u, v
+}
+)");
+}
+
 TEST(Text, AllKindsOfExpressions) {
   expect_same_again(
       R"(kernel k(u: field halo 2, v: field halo 1, out a: field, out b: field, out c: field, out d: field, q, p: param) {

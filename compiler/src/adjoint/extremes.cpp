@@ -7,15 +7,14 @@ namespace dpde::adjoint {
 
 using namespace stencil;
 
-namespace {
-
-/// Appends a kernel that stores `value` in `field`.
 void add_store(const std::string& field, const Expr& value, const std::string& what, const Writing& into) {
   const std::string name = into.names.fresh_kernel(into.primal.name + into.suffix + "_" + what);
   into.body.push_back(Run{name});
   into.kernels.kernels.push_back(
       {name, static_cast<int>(into.primal.axes.size()), {}, {{field, false, value, {}}}, {}, {}});
 }
+
+namespace {
 
 /// Appends the sum of `value` over the axes of `reduce`; returns the field that holds it.
 std::string add_sum(const Expr& value, const std::string& wish, const Reduce& reduce, const Writing& into) {

@@ -27,6 +27,9 @@ struct Writing {
   std::vector<stencil::Statement>& body;
 };
 
+/// Appends a kernel, PRIMAL SUFFIX_what, that stores `value` in `field`.
+void add_store(const std::string& field, const stencil::Expr& value, const std::string& what, const Writing& into);
+
 /// Appends what counts the cells that share the extreme value; returns the field that holds the count.
 std::string add_count_of_ties(const stencil::Reduce& reduce, const Writing& into);
 

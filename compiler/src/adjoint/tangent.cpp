@@ -218,14 +218,7 @@ void add_reduction(const Reduce& reduce, const Program& program, const Varied& v
                    Program& derived, Module& kernels) {
   if (!varied.fields.contains(reduce.result)) return;
   if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later
-    Kernel still{names.fresh_kernel(program.name + "_tangent_still"),
-                 static_cast<int>(program.axes.size()),
-                 {},
-                 {{names.of(reduce.result), false, 0.0, {}}},
-                 {},
-                 {}};
-    derived.body.push_back(Run{still.name});
-    kernels.kernels.push_back(std::move(still));
+    add_store(names.of(reduce.result), 0.0, "still", {program, "_tangent", names, kernels, derived.body});
   } else if (is_extreme(reduce)) {
     add_tangent_of_extreme(reduce, {program, "_tangent", names, kernels, derived.body});
   } else {

@@ -61,16 +61,8 @@ void add_tangent_of(const Transform& transform, const Varied& varied, const Writ
   for (const std::string& name : varied_params(transform, varied)) {
     for (Transform::Term& term : terms_by(transform, name, param(into.names.of(name)))) rate.terms.push_back(term);
   }
-  if (!rate.terms.empty()) {
-    into.body.push_back(std::move(rate));
-    return;
-  }
-  // It varies by what is added to it later.
-  Kernel still{into.names.fresh_kernel(into.primal.name + into.suffix + "_still"),
-               static_cast<int>(into.primal.axes.size())};
-  still.stores.push_back({rate.result, false, 0.0, {}});
-  into.body.push_back(Run{still.name});
-  into.kernels.kernels.push_back(std::move(still));
+  if (rate.terms.empty()) return add_store(rate.result, 0.0, "still", into);  // it varies by what is added to it later
+  into.body.push_back(std::move(rate));
 }
 
 std::vector<Transform> transposes_of(const Transform& transform, const std::string& seed, const Varied& varied) {

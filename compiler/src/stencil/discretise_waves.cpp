@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives by Fourier series: fields of their own, made by transforms before the kernel.
-#include <algorithm>
-
 #include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/discretise.h"

@@ -13,6 +13,7 @@
 #include "support/bound_names.h"
 #include "support/contains.h"
 #include "support/match.h"
+#include "support/wave_names.h"
 
 namespace dpde::stencil {
 
@@ -227,6 +228,7 @@ std::vector<Signature::Read> reads_of(const Stage& stage) {
 
 Lowering::Lowering(const model::Problem& problem) : problem_(problem), placements_(problem) {
   for (const BoundName& known : bound_names) names_.reserve(std::string(known.name));
+  for (const std::string_view name : wave_names) names_.reserve(std::string(name));
   names_.reserve("loss");
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);

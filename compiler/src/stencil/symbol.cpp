@@ -7,14 +7,13 @@
 
 #include "stencil/build.h"
 #include "support/contains.h"
+#include "support/wave_names.h"
 
 namespace dpde::stencil {
 
 namespace {
 
 using Polynomial = std::vector<Monomial>;
-
-constexpr const char* wave_names[] = {"ikx", "iky", "ikz"};
 
 void add(Polynomial& sum, const Monomial& term) {
   const auto same = std::ranges::find(sum, term.powers, &Monomial::powers);
@@ -75,7 +74,7 @@ std::optional<Polynomial> of_binary(const Binary& b) {
 
 }  // namespace
 
-Expr wave_number(int axis) { return param(wave_names[axis]); }
+Expr wave_number(int axis) { return param(std::string(wave_names[axis])); }
 
 std::optional<int> wave_axis(const Expr& e) {
   const Param* p = std::get_if<Param>(&e->kind);

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
-#include "stencil/boundary_from_ast.h"
+#include "stencil/build.h"
+#include "stencil/expr_from_ast.h"
 #include "stencil/symbol.h"
+#include "support/contains.h"
 
 namespace dpde::stencil {
 
@@ -33,10 +36,31 @@ ast::Expr without_phi(const ast::Expr& e, std::optional<ast::Expr>& phi) {
   return phi ? ast::Expr(ast::Node{ast::Binary{b->op, left, b->right}, e.range()}) : e;
 }
 
+/// Params, numbers and wave numbers.
+class MultiplierReader : public ExprReader {
+ public:
+  MultiplierReader(const std::vector<std::string>& fields, DiagnosticSink& sink) : ExprReader(sink), fields_(fields) {}
+
+ private:
+  Expr read_name(const std::string& name, SourceRange range) override {
+    if (contains(fields_, name)) return refuse(name, range);
+    return name == "pi" ? Expr(std::numbers::pi) : param(name);
+  }
+  Expr read_offsets(const ast::Offsets& offsets, SourceRange range) override { return refuse(offsets.name, range); }
+  Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
+  Expr refuse(const std::string& name, SourceRange range) {
+    sink().report("bad-program", range, {name + " is no number: a multiplier is the same at all cells"},
+                  "multiply by a field in a kernel, before the transform or behind it");
+    return 0.0;
+  }
+
+  const std::vector<std::string>& fields_;
+};
+
 class TransformReader {
  public:
   TransformReader(const std::vector<std::string>& fields, std::size_t rank, DiagnosticSink& sink)
-      : reader_(fields, "transform", sink), rank_(rank), sink_(sink) {}
+      : reader_(fields, sink), rank_(rank), sink_(sink) {}
 
   bool read(const ast::TransformItem::Term& source, Transform::Term& term) {
     std::optional<ast::Expr> phi;
@@ -67,7 +91,7 @@ class TransformReader {
     return good;
   }
 
-  BoundaryValueReader reader_;
+  MultiplierReader reader_;
   std::size_t rank_;
   DiagnosticSink& sink_;
 };

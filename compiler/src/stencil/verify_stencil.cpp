@@ -251,11 +251,13 @@ class ProgramCheck {
       note_read(term.field);
       if (term.field == transform.result) violation("transforms {} to itself", term.field);
     }
+    std::set<std::string> params = params_;  // wave numbers are none
+    for (const std::string& name : params_of(transform)) params.insert(name);
     for_each_symbol(transform, [&](const Expr& symbol) {
       if (!is_uniform(symbol) || !polynomial_of(symbol))
         violation("transforms to {} by what is no polynomial of wave numbers", transform.result);
     });
-    for (int axis = 0; axis < max_rank; ++axis) params_.erase(std::get<Param>(wave_number(axis)->kind).name);
+    params_ = std::move(params);
     check_write(transform.result);
     grown_[transform.result] = 0;
   }

@@ -26,9 +26,6 @@ inline constexpr BoundName bound_names[] = {
     {"t", BoundNameKind::parameter, "the time"},
     {"dt", BoundNameKind::parameter, "the time step"},
     {"cells", BoundNameKind::parameter, "the number of cells of the grid"},
-    {"ikx", BoundNameKind::parameter, "i times the wave number along x"},
-    {"iky", BoundNameKind::parameter, "i times the wave number along y"},
-    {"ikz", BoundNameKind::parameter, "i times the wave number along z"},
 };
 
 /// nullptr for other names.

@@ -11,6 +11,7 @@
 #include "support/assert.h"
 #include "support/bound_names.h"
 #include "support/side_conditions.h"
+#include "support/wave_names.h"
 
 namespace dpde::model {
 
@@ -74,6 +75,7 @@ bool is_reserved(const std::string& name) {
   constexpr std::string_view noise = "noise_";                        // fields of noise are called so
   if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
   return find_bound_name(name) || is_side_word(name) ||
+         std::find(std::begin(wave_names), std::end(wave_names), name) != std::end(wave_names) ||
          std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 
 #include "model/from_ast/parts.h"
 #include "support/bound_names.h"
 #include "support/match.h"
+#include "support/wave_names.h"
 
 namespace dpde::model {
 
@@ -197,10 +199,12 @@ void declare_program(Draft& draft) {
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& input : apply.inputs) declare_input(draft, input, written);
   }
+  std::set<std::string> not_params = written;
+  not_params.insert(std::begin(wave_names), std::end(wave_names));
   for (const auto& [transform, range] : transforms) {
     for (const ast::TransformItem::Term& term : transform.terms) {
       declare_input(draft, term.field, written);
-      declare_names_of(draft, term.by, written);
+      declare_names_of(draft, term.by, not_params);
     }
   }
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
