@@ -143,12 +143,10 @@ void FieldTransform::make_multipliers(const double* uniforms) {
   }
 }
 
-namespace {
-
-/// Beginnings of the lines along an axis of an array with these lengths and strides.
-struct LinesOf {
+/// Of an array with these lengths and strides.
+struct FieldTransform::LineBegins {
   std::array<int64_t, 2> counts, strides;
-  LinesOf(const std::array<int64_t, 3>& lengths, const std::array<int64_t, 3>& strides_of, std::size_t axis) {
+  LineBegins(const std::array<int64_t, 3>& lengths, const std::array<int64_t, 3>& strides_of, std::size_t axis) {
     for (std::size_t other = 0, i = 0; other < 3; ++other) {
       if (other == axis) continue;
       counts[i] = lengths[other];
@@ -159,6 +157,8 @@ struct LinesOf {
   int64_t begin(int64_t line) const { return line % counts[0] * strides[0] + line / counts[0] * strides[1]; }
 };
 
+namespace {
+
 std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
   return {1, lengths[0], lengths[0] * lengths[1]};
 }
@@ -168,7 +168,7 @@ std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
 template <class Real>
 void FieldTransform::forward(const Real* from) {
   const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LinesOf source(cells_, stride_, first_), target(modes_, strides, first_);
+  const LineBegins source(cells_, stride_, first_), target(modes_, strides, first_);
   const int64_t n = cells_[first_], half = modes_[first_];
   team_.run(source.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
@@ -189,7 +189,7 @@ template <class Real>
 void FieldTransform::backward(Real* to) {
   along_others(sum_, false);
   const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LinesOf source(modes_, strides, first_), target(cells_, stride_, first_);
+  const LineBegins source(modes_, strides, first_), target(cells_, stride_, first_);
   const int64_t n = cells_[first_], half = modes_[first_];
   team_.run(source.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
@@ -214,7 +214,7 @@ void FieldTransform::along_others(std::vector<Complex>& waves, bool is_forward) 
 
 void FieldTransform::along(std::vector<Complex>& waves, std::size_t axis, bool is_forward) {
   const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LinesOf lines(modes_, strides, axis);
+  const LineBegins lines(modes_, strides, axis);
   const int64_t n = modes_[axis], stride = strides[axis];
   team_.run(lines.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];

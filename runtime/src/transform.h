@@ -31,7 +31,8 @@ class FieldTransform {
 
  private:
   using Complex = std::complex<double>;
-  struct Lines;  // FFTs and memory of one thread
+  struct Lines;       // FFTs and memory of one thread
+  struct LineBegins;  // of the lines along an axis
   /// All terms of one field.
   struct Operand {
     int32_t field;
