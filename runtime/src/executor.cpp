@@ -18,6 +18,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/layout.h"
+#include "field_solve.h"
 #include "fill.h"
 #include "fit.h"
 #include "inference.h"
@@ -40,12 +41,13 @@ struct Operation {
   FieldReduction reduction;
   Inference inference;
   FieldTransform transform;
+  FieldSolve solve;
   Sweep sweep;
   Passes passes;
-  std::vector<Operation> block;  // of one pass
+  std::vector<Operation> block;  // of one pass, of a solve
 };
 
-/// `f` on each sweep, in repeats too.
+/// `f` on each sweep, in blocks too.
 void for_each_sweep(auto& operations, const auto& f) {
   for (auto& operation : operations) {
     if (operation.kind == DPDE_SWEEP) f(operation.sweep);
@@ -167,6 +169,10 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
         break;
       case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team); break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
+      case DPDE_SOLVE:
+        operation.solve = FieldSolve(from.solve, program, layout);
+        operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
+        break;
       case DPDE_REPEAT:
         operation.passes = Passes(from.repeat, stacks);
         operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
@@ -284,6 +290,9 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       }
       case DPDE_REDUCE: operation.reduction.run(fields); break;
       case DPDE_TRANSFORM: operation.transform.run(fields, uniforms); break;
+      case DPDE_SOLVE:
+        operation.solve.run(fields, executor.params_.data(), [&] { run(operation.block, executor); });
+        break;
       case DPDE_REPEAT: {
         Passes& passes = operation.passes;
         passes.begin(fields);

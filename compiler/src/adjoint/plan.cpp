@@ -5,6 +5,7 @@
 #include <map>
 #include <type_traits>
 
+#include "adjoint/solves.h"
 #include "adjoint/transforms.h"
 #include "adjoint/weights.h"
 #include "stencil/effects.h"
@@ -21,7 +22,7 @@ void add_stacks(const std::vector<Statement>& statements, std::set<std::string>&
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {},
+        [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
         [&](const Repeat& repeat) {
           for (const Stacked& save : repeat.saves) names.insert(save.stack);
           add_stacks(repeat.body, names);
@@ -104,6 +105,10 @@ void grow_varied(const Module& module, const std::vector<Statement>& statements,
           if (is_varied(transform, varied)) varied.fields.insert(transform.result);
         },
         [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); },
+        [&](const Solve& solve) {
+          const bool varies = varied.fields.contains(solve.right) || has_varied_operator(module, solve, varied);
+          if (varies) varied.fields.insert(solve.unknown);
+        },
         [&](const Repeat& repeat) {
           grow_varied(repeat, varied);
           grow_varied(module, repeat.body, varied);
@@ -275,6 +280,7 @@ bool check_statements(const Module& module, const std::vector<Statement>& statem
         [&](const NetworkCall& network_call) { return check_network(network_call, varied, sink); },
         [](const Transform&) { return true; },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
+        [&](const Solve& solve) { return check_statements(module, solve.body, varied, sink); },
         [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, sink); });
   }
   return good;
@@ -297,6 +303,7 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
         [&](const Run& run) {
           if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
         },
+        [&](const Solve& solve) { good = good && check_folds(module, operator_of(solve, program), varied, sink); },
         [&](const Repeat& repeat) { good = good && check_folds(module, pass_of(repeat, program), varied, sink); });
     if (!good) return false;
     if (scatters.empty()) continue;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "adjoint/regions.h"
+#include "adjoint/solves.h"
 #include "stencil/as_written.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -32,21 +33,22 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
   return last;
 }
 
-/// A statement but for a run. `is_grown`: the field was computed beyond the interior, where its first fill changes it
+/// A statement but for a run. Behind a block the adjoint has the fill from before it again. `is_grown`: the field was computed beyond the interior, where its first fill changes it
 /// too.
 bool changes(const Program& program, size_t index, const std::string& field, bool is_grown) {
+  const auto is_filled_anew = [&] {
+    bool found = false;
+    for_each_fill(std::span(program.body).subspan(index, 1),
+                  [&](const Fill& fill) { found = found || (fill.field == field && is_grown); });
+    return found;
+  };
   return match(
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
       [](const Transform&) { return false; }, [](const Run&) { return false; },
-      [&](const Repeat&) {
-        bool is_filled_anew = false;  // behind it the adjoint has the fill from before it again
-        for_each_fill(std::span(program.body).subspan(index, 1),
-                      [&](const Fill& fill) { is_filled_anew = is_filled_anew || (fill.field == field && is_grown); });
-        return is_filled_anew;
-      });
+      [&](const Solve&) { return is_filled_anew(); }, [&](const Repeat&) { return is_filled_anew(); });
 }
 
 /// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
@@ -115,6 +117,12 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
           }
           for (const auto& read : s.reads) needed.insert(read.field);
           if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
+          return true;
+        },
+        [&](const Solve& solve) {
+          if (!needed.contains(solve.unknown)) return false;
+          for (const std::string& field : effects(module, solve).reads) needed.insert(field);
+          add_kernels(kernels, module, operator_of(solve, program));
           return true;
         },
         [&](const Repeat& whole) {

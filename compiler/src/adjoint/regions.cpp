@@ -85,7 +85,7 @@ const Fill* last_fill(const Program& program, const std::string& field, std::siz
   for (std::size_t i = 0; i < end; ++i) {
     match(
         program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
         [](const Repeat&) {});
   }
   return last;
@@ -135,6 +135,9 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
           for (const auto& one : signature(kernel).reads) read.insert(one.field);
           for (const Scatter& scatter : kernel.scatters) read.insert(scatter.target.field);
         },
+        [&](const Solve& solve) {
+          for (const std::string& field : effects(module, solve).reads) read.insert(field);
+        },
         [&](const Repeat& repeat) {
           for (const std::string& field : effects(module, repeat).reads) read.insert(field);
         });
@@ -150,6 +153,7 @@ bool is_read_by(const Module& kernels, const std::vector<Statement>& body, const
         [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
         [&](const Reduce&) { return is_read(); }, [&](const NetworkCall&) { return is_read(); },
         [&](const Transform&) { return is_read(); }, [&](const Run&) { return is_read(); },
+        [&](const Solve&) { return is_read(); },
         [&](const Repeat&) { return is_read(); });
   });
 }

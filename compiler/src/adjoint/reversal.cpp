@@ -44,7 +44,8 @@ void Reversal::reverse(int index) {
       [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
       [&](const NetworkCall& call) { reverse_network(call, index); },
       [&](const Transform& transform) { reverse_transform(transform, index); },
-      [&](const Run& run) { reverse_run(run, index); }, [&](const Repeat& repeat) { reverse_repeat(repeat, index); });
+      [&](const Run& run) { reverse_run(run, index); }, [&](const Solve& solve) { reverse_solve(solve, index); },
+      [&](const Repeat& repeat) { reverse_repeat(repeat, index); });
 }
 
 void Reversal::restore_seed_names() {

@@ -84,6 +84,11 @@ class Reversal {
   void reverse_network(const stencil::NetworkCall& call, int index);
   void reverse_transform(const stencil::Transform& transform, int index);
 
+  /// One solve with the transposed operator, and what the coefficients of the operator get.
+  void reverse_solve(const stencil::Solve& solve, int index);
+  std::string add_transposed_solve(const stencil::Solve& solve, const std::string& seed, int index);
+  void reverse_coefficients(const stencil::Solve& solve, const std::string& multiplier, int index);
+
   /// Fields, and what is to be added to their bars.
   using Contributions = std::vector<std::pair<std::string, std::string>>;
 

@@ -5,6 +5,7 @@
 #include "adjoint/adjoint.h"
 #include "adjoint/extremes.h"
 #include "adjoint/plan.h"
+#include "adjoint/solves.h"
 #include "adjoint/transforms.h"
 #include "adjoint/weights.h"
 #include "stencil/passes/passes.h"
@@ -285,7 +286,8 @@ class TangentWriter {
             derived.body.push_back(transform);
             add_tangent_of(transform, varied_, {program_, "_tangent", names_, kernels_, derived.body});
           },
-          [&](const Run& run) { add_run(run, derived); }, [&](const Repeat& repeat) { add_repeat(repeat, derived); });
+          [&](const Run& run) { add_run(run, derived); }, [&](const Solve& solve) { add_solve(solve, derived); },
+          [&](const Repeat& repeat) { add_repeat(repeat, derived); });
     }
   }
   /// Whether squares were asked for and a sum is something else.
@@ -313,6 +315,30 @@ class TangentWriter {
       kernels_.kernels.push_back(std::move(dots));
     }
     derived.body.push_back(run);
+  }
+
+  /// A*x = b: A*x_dot = b_dot - A_dot*x, with the same operator.
+  void add_solve(const Solve& solve, Program& derived) {
+    derived.body.push_back(solve);
+    add_kernels(kernels_, module_, operator_of(solve, program_));
+    if (!varied_.fields.contains(solve.unknown)) return;
+    const std::string rate = names_.of(solve.unknown);
+    const bool right_varies = varied_.fields.contains(solve.right);
+    Expr right = right_varies ? access(names_.of(solve.right)) : Expr(0.0);
+    Writing into{program_, "_tangent", names_, kernels_, derived.body};
+    if (has_varied_operator(module_, solve, varied_)) {
+      const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
+      add_copies(copy, into);
+      const Varied inside = find_varied(copy.module, copy.program, copy.activity(varied_));
+      TangentWriter(copy.module, copy.program, inside, names_, form_, kernels_).add(copy.program.body, derived);
+      right = right - access(names_.of(copy.image));
+    } else if (!right_varies) {
+      return add_store(rate, 0.0, "still", into);  // it varies by what is added to it later
+    }
+    Solve moved = copy_of(module_, solve, rate, names_, kernels_);
+    moved.right = names_.fresh(rate + "_right");
+    add_store(moved.right, right, "right", into);
+    derived.body.push_back(std::move(moved));
   }
 
   /// The repeat of the tangent of its block: what it carries and stacks has rates beside it.

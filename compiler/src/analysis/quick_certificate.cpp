@@ -72,6 +72,7 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
           const double nodes = size_of(*module.find_kernel(run.kernel));
           return Size{nodes, nodes};
         },
+        [&](const stencil::Solve& solve) { return size_of(module, solve.body); },
         [&](const stencil::Repeat& repeat) {
           const Size block = size_of(module, repeat.body);
           return Size{block.nodes, repeat.count * block.executed};

@@ -71,6 +71,20 @@ int32_t kind_of(Reduction reduction) {
   unreachable("kind of reduction");
 }
 
+int32_t kind_of(SolveMethod method) {
+  switch (method) {
+    case SolveMethod::automatic: return DPDE_SOLVE_AUTOMATIC;
+    case SolveMethod::direct: return DPDE_SOLVE_DIRECT;
+    case SolveMethod::tridiagonal: return DPDE_SOLVE_TRIDIAGONAL;
+    case SolveMethod::fourier: return DPDE_SOLVE_FOURIER;
+    case SolveMethod::multigrid: return DPDE_SOLVE_MULTIGRID;
+    case SolveMethod::cg: return DPDE_SOLVE_CG;
+    case SolveMethod::bicgstab: return DPDE_SOLVE_BICGSTAB;
+    case SolveMethod::gmres: return DPDE_SOLVE_GMRES;
+  }
+  unreachable("kind of solve");
+}
+
 int32_t mode_of(loop::Stream::Mode mode) {
   switch (mode) {
     case loop::Stream::Mode::in: return 0;
@@ -110,6 +124,8 @@ struct ProgramTables::Table {
   dpde_inference inference(const loop::NetworkCall& network_call, const Strings& shared);
   dpde_symbol symbol(const std::vector<loop::Monomial>& source);
   dpde_transform transform(const loop::Transform& source);
+  dpde_solve solve(const loop::Module& module, const loop::Program& program, const loop::Solve& source,
+                   const RowResolver& row_code, Strings& shared);
   dpde_repeat repeat(const loop::Module& module, const loop::Program& program, const loop::Repeat& source,
                      const RowResolver& row_code, Strings& shared);
   void set_links(const std::vector<TableLink>& given, const Names& params);
@@ -256,11 +272,43 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         result.then_count = static_cast<int32_t>(then.size());
         result.then = then.data();
       },
+      [&](const loop::Solve& s) {
+        result.kind = DPDE_SOLVE;
+        result.solve = solve(module, program, s, row_code, shared);
+      },
       [&](const loop::Repeat& r) {
         result.kind = DPDE_REPEAT;
         result.repeat = repeat(module, program, r, row_code, shared);
       });
   return result;
+}
+
+dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::Program& program,
+                                       const loop::Solve& source, const RowResolver& row_code, Strings& shared) {
+  std::vector<dpde_operation> made;
+  for (const loop::Operation& o : source.body) made.push_back(operation(module, program, o, row_code, shared));
+  const std::vector<dpde_operation>& block = blocks.emplace_back(std::move(made));
+  std::vector<int32_t>& coefficients = lists.emplace_back();
+  for (const std::string& field : source.coefficients) coefficients.push_back(fields.index_of(field));
+  std::vector<int32_t>& params = lists.emplace_back();
+  for (const std::string& name : source.params) {
+    const auto counter = std::ranges::find(module.counters, name);
+    const bool is_counter = counter != module.counters.end();
+    params.push_back(is_counter ? shared.params.count() + static_cast<int32_t>(counter - module.counters.begin())
+                                : shared.params.index_of(name));
+  }
+  return {fields.index_of(source.image),
+          fields.index_of(source.right),
+          fields.index_of(source.unknown),
+          static_cast<int32_t>(block.size()),
+          block.data(),
+          kind_of(source.method),
+          source.tolerance,
+          {source.reach[0], source.reach[1], source.reach[2]},
+          static_cast<int32_t>(coefficients.size()),
+          coefficients.data(),
+          static_cast<int32_t>(params.size()),
+          params.data()};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

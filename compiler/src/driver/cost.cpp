@@ -98,6 +98,9 @@ Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Oper
           total += {fields * static_cast<double>(bytes_of(module.real)), 8 * fields};
         },
         [&](const loop::Sweep& sweep) { total += cost_of_row(*module.find_row(sweep.row), module.real); },
+        [&](const loop::Solve& solve) {  // one use of the operator, whatever the method: the grid decides the rest
+          total += cost_of_operations(module, solve.body);
+        },
         [&](const loop::Repeat& repeat) {
           const Cost pass = cost_of_operations(module, repeat.body);
           total += {repeat.count * pass.bytes, repeat.count * pass.flops};

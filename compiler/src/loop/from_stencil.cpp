@@ -14,6 +14,7 @@
 #include "loop/uniforms.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/operator_reach.h"
 #include "stencil/symbol.h"
 #include "support/assert.h"
 #include "support/contains.h"
@@ -118,6 +119,7 @@ class ModuleBuilder {
   ScheduleItem transform_item(const stencil::Transform& source, std::size_t rank);
   std::vector<ScheduleItem> items_of(const stencil::Program& program);
   void add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat, const stencil::Program& program);
+  void add_solve(std::vector<ScheduleItem>& items, const stencil::Solve& solve, const stencil::Program& program);
   int stack_number(const std::string& name);
   void add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run, const stencil::Program& program);
 
@@ -263,6 +265,7 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
         [&](const NetworkCall& i) { items.push_back(item_of(i)); },
         [&](const stencil::Transform& t) { items.push_back(transform_item(t, program.axes.size())); },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); },
+        [&](const stencil::Solve& solve) { add_solve(items, solve, program); },
         [&](const stencil::Repeat& repeat) { add_repeat(items, repeat, program); });
   }
   return items;
@@ -314,6 +317,28 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   for (const Fill& fill : scheduled.prepare) modified.erase(fill.field);
   std::set<std::string> touched = modified;
   touched.insert(known.reads.begin(), known.reads.end());
+  items.push_back({std::move(result), std::move(modified), std::move(touched)});
+}
+
+/// The operator is scheduled as a program that is run again and again with other unknowns.
+void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::Solve& solve,
+                              const stencil::Program& program) {
+  const stencil::Program block = stencil::operator_of(solve, program);
+  const stencil::Effects known = stencil::effects(source_, solve);
+  Solve result{solve.image,  solve.right, solve.unknown, {}, solve.by.method, solve.by.tolerance,
+               stencil::reach_of_operator(source_, solve, program.axes.size()),
+               stencil::coefficients_of(source_, solve), known.params};
+  ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
+  input.filled_each_run.insert(contested_.begin(), contested_.end());
+  Schedule scheduled = schedule(std::move(input));
+  result.body = std::move(scheduled.body);
+  std::set<std::string> modified(known.writes.begin(), known.writes.end()), touched(known.reads.begin(), known.reads.end());
+  modified.insert(known.spoils.begin(), known.spoils.end());
+  for (Fill& fill : scheduled.prepare) {
+    modified.erase(fill.field);
+    items.push_back({fill, {}, {fill.field}});
+  }
+  touched.insert(modified.begin(), modified.end());
   items.push_back({std::move(result), std::move(modified), std::move(touched)});
 }
 

@@ -252,8 +252,20 @@ struct Sweep {
   Binding binding;
   bool operator==(const Sweep&) const = default;
 };
+struct Solve;
 struct Repeat;
-using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Repeat>;
+using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Solve, Repeat>;
+/// `unknown` becomes what gives `right` where the body makes `image` of it.
+struct Solve {
+  std::string image, right, unknown;
+  std::vector<Operation> body;
+  SolveMethod method = SolveMethod::automatic;
+  double tolerance = 0;
+  std::array<int, max_rank> reach{};      // how far away the image looks; -1: as far as the axis goes
+  std::vector<std::string> coefficients;  // the fields that the body reads beside the unknown
+  std::vector<std::string> params;        // and parameters and counters
+  bool operator==(const Solve& other) const;
+};
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
 /// `result` and to that of `next` in turn, so that nothing is copied.
 struct Carry {
@@ -275,6 +287,11 @@ struct Repeat {
   bool is_backwards = false;
   bool operator==(const Repeat& other) const;
 };
+inline bool Solve::operator==(const Solve& other) const {
+  return image == other.image && right == other.right && unknown == other.unknown && body == other.body &&
+         method == other.method && tolerance == other.tolerance && reach == other.reach &&
+         coefficients == other.coefficients && params == other.params;
+}
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
          loads == other.loads && counter == other.counter && is_backwards == other.is_backwards;

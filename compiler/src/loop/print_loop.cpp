@@ -232,6 +232,19 @@ std::string repeat_text(const Module& module, const Repeat& repeat, const std::s
   return text + margin + "}";
 }
 
+std::string solve_text(const Module& module, const Solve& solve, const std::string& margin) {
+  std::string text = fmt::format("solve {} = {} for {} by {} tolerance {} reach {} {{\n", solve.image, solve.right,
+                                 solve.unknown, name_of(solve.method), solve.tolerance, fmt::join(solve.reach, ", "));
+  const auto add_list = [&](const char* word, const std::vector<std::string>& names) {
+    if (!names.empty()) text += fmt::format("{}  {} {}\n", margin, word, fmt::join(names, ", "));
+  };
+  add_list("coefficients", solve.coefficients);
+  add_list("params", solve.params);
+  for (const Operation& operation : solve.body)
+    text += margin + "  " + operation_text(module, operation, margin + "  ") + "\n";
+  return text + margin + "}";
+}
+
 /// Lines but the first begin with `margin`.
 std::string operation_text(const Module& module, const Operation& operation, const std::string& margin) {
   return match(
@@ -254,6 +267,7 @@ std::string operation_text(const Module& module, const Operation& operation, con
         for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);
         return text;
       },
+      [&](const Solve& s) { return solve_text(module, s, margin); },
       [&](const Repeat& r) { return repeat_text(module, r, margin); });
 }
 

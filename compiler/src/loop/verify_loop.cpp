@@ -54,6 +54,7 @@ class Verifier {
   void check_network(const Program& program, const NetworkCall& network_call);
   void check_transform(const Program& program, const Transform& transform);
   void check_operations(const Program& program, const std::vector<Operation>& operations);
+  void check_solve(const Program& program, const Solve& solve);
   void check_repeat(const Program& program, const Repeat& repeat);
   void check_program(const Program& program);
 
@@ -255,6 +256,18 @@ void Verifier::check_transform(const Program& program, const Transform& transfor
   }
 }
 
+void Verifier::check_solve(const Program& program, const Solve& solve) {
+  for (const std::string& field : {solve.image, solve.right, solve.unknown})
+    check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+  check(solve.right != solve.unknown && solve.image != solve.unknown, program.name,
+        fmt::format("solves for {} in the memory of another field", solve.unknown));
+  for (const std::string& field : solve.coefficients)
+    check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+  for (const std::string& param : solve.params)
+    check(has(module_.params, param) || has(module_.counters, param), program.name, fmt::format("no param {}", param));
+  check_operations(program, solve.body);
+}
+
 void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
   check(repeat.count >= 1, program.name, "a repeat without passes");
   check(repeat.counter == -1 || is_index(repeat.counter, module_.counters.size()), program.name, "no such counter");
@@ -280,7 +293,7 @@ void Verifier::check_operations(const Program& program, const std::vector<Operat
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Reduce& r) { check_reduce(program, r); }, [&](const NetworkCall& i) { check_network(program, i); },
         [&](const Transform& t) { check_transform(program, t); }, [&](const Sweep& s) { check_sweep(program, s); },
-        [&](const Repeat& r) { check_repeat(program, r); });
+        [&](const Solve& s) { check_solve(program, s); }, [&](const Repeat& r) { check_repeat(program, r); });
   }
 }
 

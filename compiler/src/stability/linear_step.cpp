@@ -331,7 +331,7 @@ void Evaluation::run(const std::vector<Statement>& body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
         [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
-        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Repeat& r) { repeat(r); });
+        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [](const Solve&) {}, [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
   }
 }
@@ -361,6 +361,7 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
           for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
           for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
         },
+        [&](const Solve&) { result.why = "a solve is in it"; },
         [&](const Repeat& repeat) {
           if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
           survey(module, repeat.body, result);

@@ -92,7 +92,30 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
   return e;
 }
 
+Effects of_solve(const Module& module, const Solve& solve) {
+  const Program block = operator_of(solve, {});
+  const Interface known = interface_of(module, block);
+  Effects e{.reads = coefficients_of(module, solve), .writes = {solve.unknown}, .params = known.params,
+            .sums = known.sums, .networks = known.networks, .inner = known.written};
+  for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
+  for_each_fill(block, [&](const Fill& fill) {
+    if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
+  });
+  add_new(e.reads, solve.right);
+  return e;
+}
+
 }  // namespace
+
+Program operator_of(const Solve& solve, const Program& program) {
+  return {program.name, program.axes, solve.body, {}, {solve.image}};
+}
+
+NameList coefficients_of(const Module& module, const Solve& solve) {
+  NameList fields = interface_of(module, operator_of(solve, {})).inputs;
+  std::erase(fields, solve.unknown);
+  return fields;
+}
 
 Program pass_of(const Repeat& repeat, const Program& program) {
   Program pass{program.name, program.axes, repeat.body, {}, {}};
@@ -105,7 +128,7 @@ NameList counters_of(std::span<const Statement> statements) {
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {},
+        [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
         [&](const Repeat& repeat) {
           if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
           for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);
@@ -121,6 +144,7 @@ Effects effects(const Module& module, const Statement& statement) {
       [](const NetworkCall& network_call) { return of_network_call(network_call); },
       [](const Transform& transform) { return of_transform(transform); },
       [&](const Run& run) { return of_run(kernel_of(module, run)); },
+      [&](const Solve& solve) { return of_solve(module, solve); },
       [&](const Repeat& repeat) { return of_repeat(module, repeat); });
 }
 
@@ -141,6 +165,7 @@ void add_parts(const std::vector<Statement>& statements, Parts& parts) {
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
         [&](const NetworkCall& network_call) { add_new(parts.networks, network_call.network); },
         [](const Transform&) {}, [&](const Run& run) { parts.kernels.insert(run.kernel); },
+        [&](const Solve& solve) { add_parts(solve.body, parts); },
         [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
   }
 }
@@ -161,6 +186,10 @@ std::vector<Statement> without_fills(const std::vector<Statement>& statements) {
         statement, [](const Fill&) {}, [&](const Fold& fold) { keep(fold); },
         [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
         [&](const Transform& transform) { keep(transform); }, [&](const Run& run) { keep(run); },
+        [&](Solve solve) {
+          solve.body = without_fills(solve.body);
+          keep(solve);
+        },
         [&](Repeat repeat) {
           repeat.body = without_fills(repeat.body);
           keep(repeat);

@@ -23,13 +23,17 @@ struct Effects {
   std::vector<std::string> params;   // of kernels and of boundary values
   std::vector<std::string> sums;
   std::vector<std::string> kernels, networks;  // that it runs and applies
-  std::vector<std::string> inner;              // fields of the block of a repeat, which nothing outside knows
+  std::vector<std::string> inner;              // fields of a block, which nothing outside knows
   std::vector<std::string> spoils;             // fields whose halo is anything afterwards
 };
 Effects effects(const Module& module, const Statement& statement);
 
 /// One pass of a repeat as a program of its own, with what it loads as inputs.
 Program pass_of(const Repeat& repeat, const Program& program);
+/// The block of a solve as a program of its own, which keeps the image; the unknown is one of its inputs.
+Program operator_of(const Solve& solve, const Program& program);
+/// What the operator reads beside the unknown.
+std::vector<std::string> coefficients_of(const Module& module, const Solve& solve);
 
 /// The numbers of passes in the statements, those of repeats in repeats too, in the order in which they appear.
 std::vector<std::string> counters_of(std::span<const Statement> statements);
@@ -49,13 +53,14 @@ struct Parts {
 };
 Parts parts_of(const std::vector<Program>& programs);
 
-/// `f` on each fill, in repeats too.
+/// `f` on each fill, in blocks too.
 template <class F>
 void for_each_fill(std::span<const Statement> statements, const F& f) {
   for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {},
         [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        [&](const Solve& solve) { for_each_fill(std::span(solve.body), f); },
         [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
   }
 }
@@ -64,15 +69,17 @@ void for_each_fill(const Program& program, const F& f) {
   for_each_fill(std::span(program.body), f);
 }
 
-/// `f` on each run of a kernel, in repeats too, which it may change where the program (or the repeat) may be changed.
+/// `f` on each run of a kernel, in blocks too, which it may change where the program (or the block) may be changed.
 template <class AnyProgram, class F>
 void for_each_run(AnyProgram& program, const F& f) {
   using AnyRun = std::conditional_t<std::is_const_v<AnyProgram>, const Run, Run>;
+  using AnySolve = std::conditional_t<std::is_const_v<AnyProgram>, const Solve, Solve>;
   using AnyRepeat = std::conditional_t<std::is_const_v<AnyProgram>, const Repeat, Repeat>;
   for (auto& statement : program.body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [&](AnyRun& run) { f(run); }, [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
+        [](const Transform&) {}, [&](AnyRun& run) { f(run); }, [&](AnySolve& solve) { for_each_run(solve, f); },
+        [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
   }
 }
 

@@ -19,6 +19,7 @@
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
 #include "stencil/repeat_fills.h"
+#include "stencil/solves_from_ast.h"
 #include "stencil/transforms_from_ast.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
@@ -140,22 +141,9 @@ class ModuleReader {
     std::vector<std::string> fields;
     fields_known_ = true;
     ast::for_each_item(source.items, [&](const ast::Item& item) {
-      if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
-        for (const ast::Identifier& result : repeat->to) fields.push_back(result.name);
-      }
-      if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) fields.push_back(swap->state.name);
-      if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
-        fields.push_back(reduce->field.name);
-        fields.push_back(reduce->result.name);
-      }
-      if (const auto* transform = std::get_if<ast::TransformItem>(&item.kind)) {
-        for (const ast::TransformItem::Term& term : transform->terms) fields.push_back(term.field.name);
-        fields.push_back(transform->result.name);
-      }
-      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
-        std::ranges::copy(stencil::fields_of(*apply), std::back_inserter(fields));
+      std::ranges::move(fields_named(item), std::back_inserter(fields));
+      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind))
         fields_known_ = fields_known_ && module_.find_network(apply->network.name);
-      }
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
       fields_known_ = fields_known_ && (!run || kernel);
@@ -210,6 +198,8 @@ class ModuleReader {
       if (const auto call = read_network_call(source_.file, *apply, module_, sink_)) add(*call, item.range);
     } else if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
       read_repeat(*repeat, item.range);
+    } else if (const auto* solve = std::get_if<ast::SolveItem>(&item.kind)) {
+      read_solve(*solve, item.range);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
       read_swap(*swap);
     } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {
@@ -251,6 +241,21 @@ class ModuleReader {
     repeat.body.insert(repeat.body.begin(), fills.begin(), fills.end());
     ranges_.insert(ranges_.begin() + static_cast<std::ptrdiff_t>(first_inside), fills.size(), range);
     program_.body.push_back(std::move(repeat));
+  }
+
+  void read_solve(const ast::SolveItem& source, SourceRange range) {
+    const std::optional<SolveBy> by = read_solve_by(source, sink_);
+    std::vector<Statement> outer = std::exchange(program_.body, {});
+    const std::map<std::string, Fill> filled = filled_;
+    ranges_.push_back(range);
+    for (const ast::Item& item : source.items) {
+      blocks_.insert(item.range.begin);
+      read_item(item);
+    }
+    std::swap(outer, program_.body);
+    filled_ = filled;
+    program_.body.push_back(Solve{source.image.name, source.right.name, source.unknown.name, std::move(outer),
+                                  by.value_or(SolveBy{}), {"", source.unknown.range}});
   }
 
   void read_fill(const ast::FillItem& fill, SourceRange range) {
@@ -465,8 +470,8 @@ class ModuleReader {
       const Program* program = module_.find_program(problem.declaration);
       sink_.report("bad-program", range, {program ? as_written(module_, *program, problem.text) : problem.text},
                    blocks_.contains(range.begin)
-                       ? "each pass of a repeat is by itself: it fills what it reads around a "
-                         "cell, and what it writes is known in it only"
+                       ? "each block is by itself: it fills what it reads around a cell, and what it writes is known "
+                         "in it only"
                        : "");
     }
   }

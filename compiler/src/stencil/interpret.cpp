@@ -360,28 +360,6 @@ void apply(State& state, const Fold& fold, const Params& params) {
   }
 }
 
-void apply(State& state, const Reduce& reduce) {
-  const Cell& cells = state.grid().cells;
-  Cell groups = cells, along{1, 1, 1};
-  for (int axis = 0; axis < max_rank; ++axis) {
-    if (reduce.over[axis]) std::swap(groups[axis], along[axis]);
-  }
-  const double count = static_cast<double>(along[0]) * along[1] * along[2];
-  const bool adds = reduce.kind == Reduction::mean || reduce.kind == Reduction::sum;
-  if (!state.has(reduce.result)) state.poison(reduce.result);
-  for_each_cell({}, groups, [&](const Cell& begin) {
-    double value = adds ? 0 : state.at(reduce.field, begin);
-    const auto place = [&](const Cell& way) { return displaced(begin, way); };
-    for_each_cell({}, along, [&](const Cell& way) {
-      const double next = state.at(reduce.field, place(way));
-      const bool is_better = next != next || (reduce.kind == Reduction::max ? next > value : next < value);
-      value = adds ? value + next : is_better ? next : value;
-    });
-    if (reduce.kind == Reduction::mean) value /= count;
-    for_each_cell({}, along, [&](const Cell& way) { state.at(reduce.result, place(way)) = state.stored(value); });
-  });
-}
-
 namespace {
 
 /// One run of a program.
@@ -402,6 +380,7 @@ class Interpreter {
           [&](const Run& run) {
             run_kernel(*module_.find_kernel(run.kernel), run.grow, program.axes, state_, params_, sums);
           },
+          [&](const Solve& solve) { this->solve(solve, program); },
           [&](const Repeat& repeat) { this->repeat(repeat, program); });
     }
   }
@@ -413,22 +392,47 @@ class Interpreter {
 
   Values values_of(const auto& names) const {
     Values values;
-    for (const std::string& name : names) values[name] = state_.get(name);
+    for (const std::string& name : names) {
+      if (!is_coordinate(name)) values[name] = state_.get(name);
+    }
     return values;
+  }
+  /// With halos, of those that are not spoiled.
+  Values cells_of(const std::vector<std::string>& fields, const std::vector<std::string>& spoiled) const {
+    Values cells;
+    for (const std::string& field : fields) {
+      if (!is_coordinate(field) && !contains(spoiled, field)) cells[field] = state_.cells(field);
+    }
+    return cells;
   }
   /// Interiors; halos are garbage.
   void set(const Values& all) {
     for (const auto& [field, values] : all) state_.set(field, values);
   }
 
+  void solve(const Solve& solve, const Program& program) {
+    const Program block = operator_of(solve, program);
+    const Effects known = effects(module_, solve);
+    const Values seen = values_of(coefficients_of(module_, solve)), whole = cells_of(known.reads, known.spoils);
+    const Image image = [&](const std::vector<double>& x) {
+      set(seen);
+      state_.set(solve.unknown, x);
+      run(block);
+      return state_.get(solve.image);
+    };
+    std::vector<double> x = smallest_solution(image, state_.get(solve.right));
+    for (double& value : x) value = state_.stored(value);
+    for (const std::string& field : known.inner) state_.poison(field);
+    set(seen);
+    for (const auto& [field, cells] : whole) state_.set_cells(field, cells);
+    state_.set(solve.unknown, x);
+  }
+
   void repeat(const Repeat& repeat, const Program& program) {
     const Program pass = pass_of(repeat, program);
     const Effects known = effects(module_, repeat);
-    Values outside, whole;  // what passes read but do not fill keeps its halo outside
-    for (const std::string& field : known.reads) {
-      if (!contains(known.spoils, field) && !contains(known.inner, field) && !is_coordinate(field))
-        whole[field] = state_.cells(field);
-    }
+    Values outside, whole = cells_of(known.reads, known.spoils);  // what passes do not fill keeps its halo outside
+    for (const std::string& field : known.inner) whole.erase(field);
     for (const Carry& carry : repeat.carries) whole.erase(carry.result);
     for (const Stacked& load : repeat.loads) {
       outside[load.field] = state_.get(load.field);
@@ -447,9 +451,7 @@ class Interpreter {
         }
       };
       save_where(false);
-      Values seen = values_of(known.reads);
-      std::erase_if(seen, [](const auto& entry) { return is_coordinate(entry.first); });
-      set(seen);
+      set(values_of(known.reads));
       run(pass);
       save_where(true);
       Values next;

@@ -96,6 +96,11 @@ void apply(State& state, const NetworkCall& network_call, const network::Network
 /// Sets the interior of the result.
 void apply(State& state, const Transform& transform, const Params& params);
 
+/// What an operator, linear, makes of the interior values of a field.
+using Image = std::function<std::vector<double>(const std::vector<double>&)>;
+/// Of all values for which the distance of their image from `right` is least the smallest (2-norm).
+std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right);
+
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or
 /// wider.

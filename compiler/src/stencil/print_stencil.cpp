@@ -233,6 +233,16 @@ std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::strin
   return text + margin + "}" + (results.empty() ? "" : fmt::format(" to {}", fmt::join(results, ", ")));
 }
 
+std::string solve_text(const Solve& solve, std::size_t rank, const std::string& margin) {
+  std::string text = fmt::format("solve {} = {} for {}", solve.image, solve.right, solve.unknown);
+  if (solve.by.method != SolveMethod::automatic) text += fmt::format(" by {}", name_of(solve.by.method));
+  if (solve.by.tolerance != SolveBy{}.tolerance) text += fmt::format(" tolerance {}", solve.by.tolerance);
+  text += " {\n";
+  for (const Statement& statement : solve.body)
+    text += margin + "  " + statement_text(statement, rank, margin + "  ") + "\n";
+  return text + margin + "}";
+}
+
 /// Lines but the first begin with `margin`.
 std::string statement_text(const Statement& statement, std::size_t rank, const std::string& margin) {
   return match(
@@ -241,6 +251,7 @@ std::string statement_text(const Statement& statement, std::size_t rank, const s
       [&](const Reduce& r) { return reduce_text(r, rank); }, [](const NetworkCall& i) { return network::text_of(i); },
       [](const Transform& t) { return transform_text(t); },
       [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); },
+      [&](const Solve& s) { return solve_text(s, rank, margin); },
       [&](const Repeat& r) { return repeat_text(r, rank, margin); });
 }
 
@@ -249,6 +260,7 @@ void note_what_tells_axes(const std::vector<Statement>& statements, bool& has_fi
     match(
         statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
         [](const NetworkCall&) {}, [](const Transform&) {}, [&](const Run&) { has_run = true; },
+        [&](const Solve& solve) { note_what_tells_axes(solve.body, has_fill, has_run); },
         [&](const Repeat& repeat) { note_what_tells_axes(repeat.body, has_fill, has_run); });
   }
 }

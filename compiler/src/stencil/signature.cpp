@@ -216,6 +216,11 @@ class RequiredHalo {
           result_[transform.result];
         },
         [&](const Run& run) { add_run(run); },
+        [&](const Solve& solve) {
+          result_[solve.right];
+          result_[solve.unknown];
+          for (const Statement& inner : solve.body) add(inner);
+        },
         [&](const Repeat& repeat) {
           for (const Statement& inner : repeat.body) add(inner);
         });

@@ -49,6 +49,11 @@
 //    along these alone. Of a wave of two cells, which is that of k and of -k, m is the mean over both, so that v is
 //    real. `within two_thirds`: 0 for waves of three cells or fewer along any axis, all of which are then periodic.
 //    Several terms are added up.
+//  - solve y = b for x { block }: the block, a program of its own, makes y of x and is linear in it: y = Ax over the
+//    interior cells. Behind it x is what gives b: of all x for which |Ax - b| is least the smallest one, known in the
+//    interior. So where A takes every constant to 0 and sums to 0, the mean of b is not looked at and x has none. The
+//    block sees the interior of what it reads from outside; what it writes is known in it only. `by` names a method,
+//    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step (the interpreter solves exactly).
 //  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside
 //    it sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
 //    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap;
@@ -298,8 +303,23 @@ struct Run {
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
+/// How, and how well.
+struct SolveBy {
+  SolveMethod method = SolveMethod::automatic;
+  double tolerance = 1e-10;
+  bool operator==(const SolveBy&) const = default;
+};
+struct Solve;
 struct Repeat;
-using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Repeat>;
+using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Solve, Repeat>;
+/// `unknown` becomes what the block has to read there to make `image` equal to `right`.
+struct Solve {
+  std::string image, right, unknown;
+  std::vector<Statement> body;
+  SolveBy by = {};
+  Written written = {};
+  bool operator==(const Solve& other) const;
+};
 
 /// After the program, or after a pass, `next` becomes `state`.
 struct Swap {
@@ -341,6 +361,10 @@ struct Program {
   bool operator==(const Program&) const = default;
 };
 
+inline bool Solve::operator==(const Solve& other) const {
+  return image == other.image && right == other.right && unknown == other.unknown && body == other.body &&
+         by == other.by;
+}
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
          loads == other.loads && counter == other.counter;

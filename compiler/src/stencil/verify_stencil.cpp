@@ -36,7 +36,7 @@ class ProgramCheck {
     }
     check_counters();
     for (const std::string& name : inner_) {
-      if (fields_.contains(name)) violation("uses {} both in a repeat, which writes it, and outside", name);
+      if (fields_.contains(name)) violation("uses {} both in a block, which writes it, and outside", name);
     }
   }
 
@@ -55,6 +55,7 @@ class ProgramCheck {
           [&](const Reduce& reduce) { check_reduce(reduce); },
           [&](const NetworkCall& network_call) { check_network_call(network_call); },
           [&](const Transform& transform) { check_transform(transform); }, [&](const Run& run) { check_run(run); },
+          [&](const Solve& solve) { check_solve(solve); },
           [&](const Repeat& repeat) { check_repeat(repeat); });
     }
   }
@@ -75,9 +76,45 @@ class ProgramCheck {
     for (const Stacked& load : repeat.loads) own.insert(load.field);
     check_carries(repeat, inside);
     check_stacks(repeat, inside);
+    inside.params_.erase(repeat.counter.name);
+    leave_block(inside, own);
+    for (const Carry& carry : repeat.carries) {
+      check_write(carry.result);
+      grown_[carry.result] = 0;
+    }
+  }
+
+  /// The block is a program of its own too.
+  void check_solve(const Solve& solve) {
+    const Program block = operator_of(solve, program_);
+    ProgramCheck inside(module_, block, violations_);
+    inside.statement_ = statement_;
+    inside.counters_ = counters_;
+    inside.check_statements();
+    statement_ = inside.statement_;
+    const Effects known = effects(module_, solve);
+    if (!inside.is_written(solve.image)) violation("solves for {}, which its block does not write", solve.image);
+    if (inside.is_written(solve.unknown)) violation("solves for {} and writes it in the block", solve.unknown);
+    if (!inside.fields_.contains(solve.unknown)) violation("solves for {}, which its block does not read", solve.unknown);
+    if (!known.sums.empty() || !known.networks.empty())
+      violation("solves for {} with sums or networks in the block", solve.unknown);
+    if (!(solve.by.tolerance > 0 && solve.by.tolerance < 1))
+      violation("solves for {} to the tolerance {}: it lies between 0 and 1", solve.unknown, solve.by.tolerance);
+    std::set<std::string> own = inside.written_;
+    own.merge(inside.inner_);
+    own.insert(solve.unknown);
+    leave_block(inside, own);
+    fields_.insert(solve.right);
+    note_read(solve.right);
+    if (solve.right == solve.unknown) violation("solves for {}, which is the right side", solve.unknown);
+    check_write(solve.unknown);
+    grown_[solve.unknown] = 0;
+  }
+
+  /// What holds behind a block, whose `own` fields nobody knows outside.
+  void leave_block(const ProgramCheck& inside, const std::set<std::string>& own) {
     inner_.insert(inside.written_.begin(), inside.written_.end());
     inner_.insert(inside.inner_.begin(), inside.inner_.end());
-    inside.params_.erase(repeat.counter.name);
     params_.insert(inside.params_.begin(), inside.params_.end());
     for (const std::string& field : inside.fields_) {
       if (own.contains(field)) continue;
@@ -87,10 +124,6 @@ class ProgramCheck {
       if (!inside.filled_.contains(field)) continue;
       filled_.erase(field);
       grown_[field] = 0;
-    }
-    for (const Carry& carry : repeat.carries) {
-      check_write(carry.result);
-      grown_[carry.result] = 0;
     }
   }
 

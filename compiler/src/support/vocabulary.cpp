@@ -157,6 +157,27 @@ std::optional<Reduction> find_reduction(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view name_of(SolveMethod method) {
+  switch (method) {
+    case SolveMethod::automatic: return "automatic";
+    case SolveMethod::direct: return "direct";
+    case SolveMethod::tridiagonal: return "tridiagonal";
+    case SolveMethod::fourier: return "fourier";
+    case SolveMethod::multigrid: return "multigrid";
+    case SolveMethod::cg: return "cg";
+    case SolveMethod::bicgstab: return "bicgstab";
+    case SolveMethod::gmres: return "gmres";
+  }
+  unreachable("name of a method");
+}
+
+std::optional<SolveMethod> find_solve_method(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i) {
+    if (name_of(static_cast<SolveMethod>(i)) == name) return static_cast<SolveMethod>(i);
+  }
+  return std::nullopt;
+}
+
 std::string_view name_of(Precision real) { return real == Precision::f32 ? "f32" : "f64"; }
 
 int bytes_of(Precision real) { return real == Precision::f32 ? 4 : 8; }

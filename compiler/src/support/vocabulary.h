@@ -48,6 +48,8 @@ enum class Fn {
 enum class Topology { periodic, bounded };
 /// How the values of a field along some axes become one.
 enum class Reduction { mean, sum, max, min };
+/// How a linear system is solved; automatic: as the operator's properties say.
+enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 /// What the values of fields are, and what is computed with them.
 enum class Precision { f64, f32 };
 
@@ -81,6 +83,9 @@ int arity(Fn fn);
 
 std::string_view name_of(Reduction reduction);
 std::optional<Reduction> find_reduction(std::string_view name);
+
+std::string_view name_of(SolveMethod method);
+std::optional<SolveMethod> find_solve_method(std::string_view name);
 
 /// "f64", "f32"
 std::string_view name_of(Precision real);

@@ -251,6 +251,14 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
+/// solve y = b for x by multigrid tolerance 1e-8 { fill x ...; run ... }      The block makes y of x.
+struct SolveItem {
+  Identifier image, right, unknown;
+  std::optional<Identifier> method;
+  std::optional<Expr> tolerance;
+  std::vector<Item> items;
+  BlockLayout layout;
+};
 struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
   std::vector<Identifier> names;
 };
@@ -345,7 +353,7 @@ using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem
                               ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
                               SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem,
                               UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem,
-                              TransformItem, RunItem, SwapItem, StackItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
+                              TransformItem, RunItem, SwapItem, StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem,
                               LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,
                               FramesItem, OptionItem, AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem>;
 struct Item {

@@ -47,7 +47,8 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const SwapItem& swap) { return Identifiers{swap.state}; },
       [&](const RunItem& run) { return inputs_of(file, run.kernel.name); },
       [](const FillItem&) { return Identifiers(); }, [](const StackItem&) { return Identifiers(); },
-      [](const RepeatItem&) { return Identifiers(); }, [](const KeepItem&) { return Identifiers(); },
+      [](const RepeatItem&) { return Identifiers(); },
+      [](const SolveItem& solve) { return Identifiers{solve.right}; }, [](const KeepItem&) { return Identifiers(); },
       [](const AxesItem&) { return Identifiers(); }, [](const OutsidePrograms auto&) { return Identifiers(); });
 }
 
@@ -56,6 +57,7 @@ const std::vector<Item>* block_of(const Item& item) {
   using Block = const std::vector<Item>*;
   return match(
       item.kind, [](const RepeatItem& repeat) -> Block { return &repeat.items; },
+      [](const SolveItem& solve) -> Block { return &solve.items; },
       [](const OneOf<FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem, KeepItem, AxesItem,
                      ApplyItem> auto&) -> Block { return nullptr; },
       [](const OutsidePrograms auto&) -> Block { return nullptr; });
@@ -85,10 +87,9 @@ void add_flat(const std::vector<Item>& items, bool is_inside, const Names& given
     if (is_inside && std::holds_alternative<SwapItem>(item.kind)) continue;
     if (std::holds_alternative<StackItem>(item.kind) && (!load || given.contains(load->field.name))) continue;
     flat.push_back(item);
-    const auto* repeat = std::get_if<RepeatItem>(&item.kind);
-    if (!repeat) continue;
-    std::get<RepeatItem>(flat.back().kind).items.clear();
-    add_flat(repeat->items, true, given, flat);
+    if (auto* repeat = std::get_if<RepeatItem>(&flat.back().kind)) repeat->items.clear();
+    if (auto* solve = std::get_if<SolveItem>(&flat.back().kind)) solve->items.clear();
+    if (const auto* block = block_of(item)) add_flat(*block, true, given, flat);
   }
 }
 
@@ -100,6 +101,21 @@ std::vector<Item> without_blocks(const File& file, const std::vector<Item>& item
   std::vector<Item> flat;
   add_flat(items, false, given, flat);
   return flat;
+}
+
+bool adds_to(const File& file, const RepeatItem& repeat, const std::string& field) {
+  bool found = false;
+  for_each_item(repeat.items, [&](const Item& item) {
+    const auto* run = std::get_if<RunItem>(&item.kind);
+    for (const Declaration& declaration : file.declarations) {
+      const auto* kernel = std::get_if<Kernel>(&declaration.kind);
+      if (!run || !kernel || kernel->name.name != run->kernel.name) continue;
+      found = found || std::ranges::any_of(kernel->parameters, [&](const KernelParameter& parameter) {
+                return parameter.role == KernelRole::inout && parameter.name.name == field;
+              });
+    }
+  });
+  return found;
 }
 
 void for_each_item(const std::vector<Item>& items, const std::function<void(const Item&)>& f) {

@@ -19,7 +19,7 @@ concept InKernels = OneOf<Kind, LetItem, AssignItem, ScatterItem, AdjointItem>;
 /// Of programs; RepeatItem stands in networks too.
 template <class Kind>
 concept InPrograms = OneOf<Kind, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem, RepeatItem,
-                           KeepItem, AxesItem, ApplyItem>;
+                           SolveItem, KeepItem, AxesItem, ApplyItem>;
 /// Of models, beside LetItem.
 template <class Kind>
 concept InModels = OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem>;

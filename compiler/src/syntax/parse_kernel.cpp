@@ -165,6 +165,24 @@ ItemKind parse_repeated(Cursor& cursor) {
   return item;
 }
 
+BlockRule operator_rule();
+
+ItemKind parse_solve(Cursor& cursor) {
+  SolveItem item;
+  item.image = cursor.expect_component("the field that the block makes");
+  cursor.expect(TokenKind::assign);
+  item.right = cursor.expect_component("the field that it shall be");
+  cursor.expect_word("for");
+  item.unknown = cursor.expect_component("the field that is sought");
+  if (cursor.accept_word("by")) item.method = cursor.expect_name("a method, as multigrid");
+  if (cursor.accept_word("tolerance")) item.tolerance = parse_expression(cursor);
+  if (!cursor.begin_block(max_blocks_inside))
+    cursor.fail("repeats-too-deep", item.unknown.range, {std::to_string(max_blocks_inside)});
+  parse_items(cursor, item.layout, operator_rule(), item.items);
+  cursor.end_block();
+  return item;
+}
+
 /// corrector(a, b), and behind it `by` and `to` with fields as the mode has them.
 template <ApplyItem::Mode mode>
 ItemKind parse_apply(Cursor& cursor) {
@@ -268,11 +286,27 @@ BlockRule repeat_rule() {
            {"tangent", parse_apply<ApplyItem::Mode::tangent>},
            {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},
            {"repeat", parse_repeated},
+           {"solve", parse_solve},
            {"save", parse_stack<true>},
            {"load", parse_stack<false>},
            {"swap", parse_swap}},
           {}};
 }
+
+namespace {
+
+/// Of solves: they are linear, and not steps.
+BlockRule operator_rule() {
+  BlockRule rule = repeat_rule();
+  rule.name = "solve";
+  std::erase_if(rule.items, [](const ItemRule& item) {
+    return item.word == "save" || item.word == "load" || item.word == "swap" || item.word == "apply" ||
+           item.word == "tangent" || item.word == "adjoint";
+  });
+  return rule;
+}
+
+}  // namespace
 
 BlockRule program_rule() {
   BlockRule rule = repeat_rule();

@@ -234,6 +234,7 @@ std::string print_stack(const StackItem& i) {
   return fmt::format("{} {} {} {}", i.is_save ? "save" : "load", i.field.name, i.is_save ? "in" : "from", i.stack.name);
 }
 std::string print_branch(const BranchItem& branch);
+std::string print_solve(const SolveItem& solve);
 
 std::string print_item(const Item& item) {
   return match(
@@ -280,6 +281,7 @@ std::string print_item(const Item& item) {
       [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const StackItem& i) { return print_stack(i); }, [](const RepeatItem& i) { return print_repeat(i); },
+      [](const SolveItem& i) { return print_solve(i); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); }, [](const AxesItem& i) { return print_axes(i); },
       [](const ApplyItem& i) { return print_apply(i); }, [](const LayerItem& i) { return print_layer(i); },
       [](const BranchItem& i) { return print_branch(i); }, [](const PaddingItem& i) { return print_padding(i); },
@@ -457,6 +459,13 @@ std::string print_repeat(const RepeatItem& repeat) {
   const std::string block =
       print_inner_block(fmt::format("repeat {}{}{}{}", counter, from, repeat.count, to), repeat.layout, repeat.items);
   return repeat.to.empty() ? block : block + " to " + print_names(repeat.to);
+}
+
+std::string print_solve(const SolveItem& solve) {
+  std::string head = fmt::format("solve {} = {} for {}", solve.image.name, solve.right.name, solve.unknown.name);
+  if (solve.method) head += " by " + solve.method->name;
+  if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
+  return print_inner_block(head, solve.layout, solve.items);
 }
 
 std::string print_branch(const BranchItem& branch) {

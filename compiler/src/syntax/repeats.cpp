@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "syntax/blocks.h"
 #include "syntax/item_kinds.h"
 #include "syntax/kernel_copies.h"
 #include "syntax/rename.h"
@@ -80,7 +81,6 @@ class ProgramResolver {
   }
   void reserve_fields(const std::vector<Item>& items);
   void find_kept_sums();
-  bool adds_to(const RepeatItem& repeat, const std::string& name) const;
 
   void add(const Item& item);
   void add_fill(FillItem fill, const Item& item);
@@ -90,6 +90,7 @@ class ProgramResolver {
   void add_run(RunItem run, const Item& item);
   void add_swap(const SwapItem& swap, const Item& item);
   void add_repeat(const RepeatItem& repeat, const Item& item);
+  void add_solve(SolveItem solve, const Item& item);
   void check_swaps(const RepeatItem& repeat);
   void check_keep(const KeepItem& keep);
   void emit(ItemKind kind, SourceRange range) { result_.push_back({std::move(kind), range, {}}); }
@@ -137,27 +138,13 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
           for (const Identifier& result : repeat.to) names_.reserve(result.name);
           if (repeat.counter) names_.reserve(repeat.counter->name);
         },
+        [&](const SolveItem& solve) {
+          reserve_fields(solve.items);
+          names_.reserve(solve.unknown.name);
+        },
         [](const RunItem&) {}, [](const StackItem&) {}, [](const KeepItem&) {}, [](const AxesItem&) {},
         [](const OutsidePrograms auto&) {});
   }
-}
-
-bool ProgramResolver::adds_to(const RepeatItem& repeat, const std::string& name) const {
-  return std::any_of(repeat.items.begin(), repeat.items.end(), [&](const Item& item) {
-    return match(
-        item.kind, [&](const RepeatItem& inner) { return adds_to(inner, name); },
-        [&](const RunItem& run) {
-          const auto is_it = [&](const KernelParameter& parameter) {
-            return parameter.role == KernelRole::inout && parameter.name.name == name;
-          };
-          const Kernel* kernel = find_kernel(file_, run.kernel.name);
-          return kernel && std::ranges::any_of(kernel->parameters, is_it);
-        },
-        [](const OneOf<FillItem, ReduceItem, TransformItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&) {
-          return false;
-        },
-        [](const OutsidePrograms auto&) { return false; });
-  });
 }
 
 /// Fields to which repeats add and that are kept: what the last repeat gives has the name.
@@ -167,7 +154,7 @@ void ProgramResolver::find_kept_sums() {
     for (std::size_t i = 0; keep && i < keep->names.size(); ++i) {
       for (const Item& other : program_.items) {
         const RepeatItem* repeat = std::get_if<RepeatItem>(&other.kind);
-        if (repeat && adds_to(*repeat, keep->names[i].name)) kept_sums_[keep->names[i].name] = repeat;
+        if (repeat && adds_to(file_, *repeat, keep->names[i].name)) kept_sums_[keep->names[i].name] = repeat;
       }
     }
   }
@@ -180,6 +167,7 @@ void ProgramResolver::add(const Item& item) {
       [&](const TransformItem& transform) { add_transform(transform, item); },
       [&](const ApplyItem& apply) { add_apply(apply, item); }, [&](const RunItem& run) { add_run(run, item); },
       [&](const SwapItem& swap) { add_swap(swap, item); }, [&](const RepeatItem& repeat) { add_repeat(repeat, item); },
+      [&](const SolveItem& solve) { add_solve(solve, item); },
       [&](const KeepItem& keep) {
         check_keep(keep);
         result_.push_back(item);
@@ -224,6 +212,17 @@ void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {
     if (field.name != "_") field.name = write(field.name, field.range);
   }
   emit(std::move(apply), item.range);
+}
+
+/// Its block knows the unknown by the name that it has behind it.
+void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
+  solve.right.name = read(solve.right.name, solve.right.range);
+  solve.unknown.name = write(solve.unknown.name, solve.unknown.range);
+  std::vector<Item> outer = std::exchange(result_, {});
+  for (const Item& inner : std::exchange(solve.items, {})) add(inner);
+  solve.items = std::exchange(result_, std::move(outer));
+  solve.image.name = read(solve.image.name, solve.image.range);
+  emit(std::move(solve), item.range);
 }
 
 void ProgramResolver::add_run(RunItem run, const Item& item) {

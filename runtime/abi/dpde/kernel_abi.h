@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 15
+#define DPDE_ABI_VERSION 16
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -211,13 +211,40 @@ typedef struct dpde_repeat {
 } dpde_repeat;
 
 enum {
+  DPDE_SOLVE_AUTOMATIC = 0,
+  DPDE_SOLVE_DIRECT = 1,
+  DPDE_SOLVE_TRIDIAGONAL = 2,
+  DPDE_SOLVE_FOURIER = 3,
+  DPDE_SOLVE_MULTIGRID = 4,
+  DPDE_SOLVE_CG = 5,
+  DPDE_SOLVE_BICGSTAB = 6,
+  DPDE_SOLVE_GMRES = 7
+};
+/* The operations make `image` of `unknown`, linearly: `unknown` becomes what makes it equal to `right` (indices into
+ * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its
+ * coefficients and parameters only. */
+typedef struct dpde_solve {
+  int32_t image, right, unknown;
+  int32_t operation_count;
+  const struct dpde_operation* operations;
+  int32_t method;
+  double tolerance;             /* of |image - right| / |right| */
+  int64_t reach[DPDE_MAX_RANK]; /* how many cells away the image looks; -1: as far as the axis goes */
+  int32_t coefficient_count;
+  const int32_t* coefficients; /* indices into dpde_program.fields */
+  int32_t param_count;
+  const int32_t* params; /* indices into parameters, with the numbers of counters behind them */
+} dpde_solve;
+
+enum {
   DPDE_FILL = 0,
   DPDE_FOLD = 1,
   DPDE_SWEEP = 2,
   DPDE_REDUCE = 3,
   DPDE_NETWORK = 4,
   DPDE_REPEAT = 5,
-  DPDE_TRANSFORM = 6
+  DPDE_TRANSFORM = 6,
+  DPDE_SOLVE = 7
 };
 typedef struct dpde_operation {
   int32_t kind;
@@ -232,6 +259,7 @@ typedef struct dpde_operation {
   dpde_inference inference; /* of DPDE_NETWORK */
   dpde_repeat repeat;       /* of DPDE_REPEAT */
   dpde_transform transform; /* of DPDE_TRANSFORM */
+  dpde_solve solve;         /* of DPDE_SOLVE */
 } dpde_operation;
 
 typedef struct dpde_swap {

@@ -73,6 +73,10 @@ class Liveness {
           },
           [&](const Transform& transform) { keep_if(pass_transform(transform), transform); },
           [&](const Run& run) { keep_if(pass_run(run), run); },
+          [&](Solve solve) {
+            const bool has_effect = pass_solve(solve);
+            keep_if(has_effect, solve);
+          },
           [&](Repeat repeat) {
             const bool has_effect = pass_repeat(repeat);
             keep_if(has_effect, repeat);
@@ -114,6 +118,20 @@ class Liveness {
     if (!is_live(transform.result)) return false;
     live_.erase(transform.result);
     for (const Transform::Term& term : transform.terms) live_.insert(term.field);
+    return true;
+  }
+
+  /// Leaves in its block what the image is made of.
+  bool pass_solve(Solve& solve) {
+    if (!is_live(solve.unknown)) return false;
+    live_.erase(solve.unknown);
+    live_halos_.erase(solve.unknown);
+    const Program block = operator_of(solve, program_);
+    Liveness inside(module_, block, live_parts_);
+    solve.body = inside.run();
+    inside.live_.erase(solve.unknown);
+    live_.merge(inside.live_);
+    live_.insert(solve.right);
     return true;
   }
 

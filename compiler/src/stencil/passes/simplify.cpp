@@ -60,7 +60,8 @@ void simplify_statements(std::vector<Statement>& statements) {
             term.by.factor = rebuild(term.by.factor, {});
           }
         },
-        [](const Run&) {}, [](Repeat& repeat) { simplify_statements(repeat.body); });
+        [](const Run&) {}, [](Solve& solve) { simplify_statements(solve.body); },
+        [](Repeat& repeat) { simplify_statements(repeat.body); });
   }
 }
 

@@ -105,6 +105,10 @@ std::vector<Statement> running_parts(const std::vector<Statement>& statements, c
         [&](const Run& run) {
           for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
         },
+        [&](Solve solve) {
+          solve.body = running_parts(solve.body, parts_by_kernel);
+          body.push_back(std::move(solve));
+        },
         [&](Repeat repeat) {
           repeat.body = running_parts(repeat.body, parts_by_kernel);
           body.push_back(std::move(repeat));

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives of linear solves. For A*x = b, x the smallest of the best solutions,
+//   x_dot = A^+(b_dot - A_dot*x),   b_bar = A^+T*x_bar =: m,   A_bar = -m*x^T,
+// that is one solve with the same operator or its transpose; the steps of a solver are not differentiated. (The
+// derivative of A^+ has two more terms, Golub and Pereyra 1973, eq. 4.12; they are 0 while the null spaces of A and of
+// its transpose stay as they are.) What A_dot*x and A_bar are made of is the operator's own tangent and adjoint, taken
+// of a copy with names of its own.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adjoint/extremes.h"
+
+namespace dpde::adjoint {
+
+/// Whether what the operator reads beside the unknown varies.
+bool has_varied_operator(const stencil::Module& module, const stencil::Solve& solve, const Varied& varied);
+
+/// Adds the kernels that the program runs.
+void add_kernels(stencil::Module& to, const stencil::Module& from, const stencil::Program& program);
+
+/// The solve for `unknown`, with names of its own for what the block writes; its kernels go to `kernels`.
+stencil::Solve copy_of(const stencil::Module& module, const stencil::Solve& solve, const std::string& unknown,
+                       DerivedNames& names, stencil::Module& kernels);
+
+/// The operator as a program that may stand outside of a solve: of what it reads, the unknown too, it has copies, and
+/// fills these.
+struct OperatorCopy {
+  stencil::Module module;
+  stencil::Program program;
+  std::string image;
+  std::vector<std::pair<std::string, std::string>> inputs;  // and their copies
+  /// The copies of what varies, not of the unknown, and the parameters that vary.
+  Activity activity(const Varied& varied) const;
+  std::string unknown;  // as outside
+};
+OperatorCopy copy_with_inputs(const stencil::Module& module, const stencil::Solve& solve,
+                              const stencil::Program& program, DerivedNames& names);
+
+/// Appends what makes the copies.
+void add_copies(const OperatorCopy& copy, const Writing& into);
+
+}  // namespace dpde::adjoint

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The meaning of a solve: the matrix of the operator, a column for each cell, and its pseudo-inverse.
+#include <Eigen/QR>
+
+#include "stencil/interpret.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right) {
+  const auto cells = static_cast<Eigen::Index>(right.size());
+  Eigen::MatrixXd matrix(cells, cells);
+  std::vector<double> unit(right.size(), 0.0);
+  for (Eigen::Index column = 0; column < cells; ++column) {
+    unit[static_cast<std::size_t>(column)] = 1;
+    const std::vector<double> of_unit = image(unit);
+    require(of_unit.size() == right.size(), "an image in all cells");
+    matrix.col(column) = Eigen::Map<const Eigen::VectorXd>(of_unit.data(), cells);
+    unit[static_cast<std::size_t>(column)] = 0;
+  }
+  const Eigen::VectorXd x = matrix.completeOrthogonalDecomposition().solve(
+      Eigen::Map<const Eigen::VectorXd>(right.data(), cells));
+  return {x.data(), x.data() + cells};
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// A linear solve of a program, resolved for one layout (dpde_solve of kernel_abi.h).
+//
+// The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
+// first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0, so
+// that it remembers nothing of those before.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "solve/linear_solver.h"
+
+namespace dpde {
+
+class FieldSolve {
+ public:
+  FieldSolve() = default;
+  FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout);
+
+  /// `apply` runs the operations. `fields` point at their cells (0,0,0).
+  /// \throws dpde::Error where there is no solution to the tolerance: it says why.
+  void run(void* const* fields, const double* params, const std::function<void()>& apply);
+
+ private:
+  bool has_changed(void* const* fields, const double* params);
+  void make_solver(void* const* fields, const std::function<void()>& apply);
+  void read(const void* base, std::span<double> values) const;
+  void write(void* base, std::span<const double> values) const;
+
+  dpde_solve solve_{};
+  dpde_layout layout_{};
+  std::string name_;  // of the unknown
+  std::array<bool, 3> periodic_{};
+  std::vector<std::vector<double>> coefficients_;  // those that the solver was made for
+  std::vector<double> params_;
+  std::vector<double> values_, right_, solution_;
+  std::shared_ptr<LinearSolver> solver_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// A*x = b on the cells of a grid: x is the pseudo-inverse solution, of all x for which |A*x - b| is least the smallest.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+std::string_view name_of(SolveMethod method);
+
+struct SolveOptions {
+  SolveMethod method = SolveMethod::automatic;
+  double tolerance = 1e-10;  // of |A*x - b|/|b|, where the method comes near step by step
+  int most_iterations = 200;
+};
+
+struct SolveReport {
+  SolveMethod method = SolveMethod::direct;
+  int iterations = 0;
+  double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches
+  double incompatible = 0;  // the part that it does not reach, over |b|
+  bool converged = true;
+};
+
+class LinearSolver {
+ public:
+  /// \throws dpde::Error where the method does not fit the operator: why, and which one would.
+  LinearSolver(StencilMatrix matrix, SolveOptions options);
+  ~LinearSolver();
+
+  /// Nothing is allocated. `x`: the first guess of methods that have one.
+  SolveReport solve(std::span<const double> b, std::span<double> x);
+  SolveMethod method() const;
+  /// One sentence.
+  const std::string& reason() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/operator_probe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+constexpr int none = std::numeric_limits<int>::min();
+
+/// Along one axis: cells of one colour are more than twice the reach apart, around the end of a periodic axis too.
+struct AxisColours {
+  AxisColours(std::int64_t cells, bool periodic, std::int64_t reach) : count(cells), colour(static_cast<size_t>(cells)) {
+    const std::int64_t period = 2 * reach + 1;
+    const bool has_room = reach >= 0 && cells > period;
+    const std::int64_t whole = !has_room ? 0 : periodic ? cells / period * period : cells;
+    if (has_room) count = period + cells - whole;
+    for (std::int64_t i = 0; i < cells; ++i)
+      colour[static_cast<size_t>(i)] = has_room && i < whole ? i % period : i - whole + (has_room ? period : 0);
+    offsets.assign(static_cast<size_t>(cells * count), none);
+    const std::int64_t farthest = has_room ? reach : cells - 1;
+    for (std::int64_t i = 0; i < cells; ++i) {
+      for (std::int64_t step = 0; step <= 2 * farthest; ++step) {  // 0, 1, -1, 2, -2, ...
+        const std::int64_t offset = step % 2 == 0 ? -step / 2 : (step + 1) / 2;
+        std::int64_t j = i + offset;
+        if (periodic) j = ((j % cells) + cells) % cells;
+        if (j < 0 || j >= cells) continue;
+        int& known = offsets[static_cast<size_t>(i * count + colour[static_cast<size_t>(j)])];
+        if (known == none) known = static_cast<int>(offset);
+      }
+    }
+  }
+  /// To the cell of that colour that the image in cell i may depend on.
+  int offset(std::int64_t i, std::int64_t of_colour) const { return offsets[static_cast<size_t>(i * count + of_colour)]; }
+
+  std::int64_t count;
+  std::vector<std::int64_t> colour;
+  std::vector<int> offsets;
+};
+
+double largest(std::span<const double> values) {
+  double most = 0;
+  for (const double value : values) most = std::isnan(value) ? value : std::max(most, std::abs(value));
+  return most;
+}
+
+class Probe {
+ public:
+  Probe(const LinearImage& image, const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
+        const std::array<std::int64_t, 3>& reach)
+      : image_(image),
+        axes_{AxisColours(cells[0], periodic[0], reach[0]), AxisColours(cells[1], periodic[1], reach[1]),
+              AxisColours(cells[2], periodic[2], reach[2])} {
+    matrix_.cells = cells;
+    matrix_.periodic = periodic;
+    size_ = static_cast<size_t>(cells[0] * cells[1] * cells[2]);
+    from_.assign(size_, 0.0);
+    to_.assign(size_, 0.0);
+  }
+
+  StencilMatrix run() {
+    for (std::int64_t z = 0; z < axes_[2].count; ++z) {
+      for (std::int64_t y = 0; y < axes_[1].count; ++y) {
+        for (std::int64_t x = 0; x < axes_[0].count; ++x) take({x, y, z});
+      }
+    }
+    return std::move(matrix_);
+  }
+
+ private:
+  /// The columns of the cells of one colour.
+  void take(const std::array<std::int64_t, 3>& colour) {
+    for_each_cell([&](size_t number, const std::array<std::int64_t, 3>& cell) {
+      bool is_it = true;
+      for (size_t axis = 0; axis < 3; ++axis)
+        is_it = is_it && axes_[axis].colour[static_cast<size_t>(cell[axis])] == colour[axis];
+      from_[number] = is_it ? 1 : 0;
+    });
+    image_(from_, to_);
+    for_each_cell([&](size_t number, const std::array<std::int64_t, 3>& cell) {
+      if (to_[number] == 0) return;
+      std::array<int, 3> offset{};
+      for (size_t axis = 0; axis < 3; ++axis) {
+        offset[axis] = axes_[axis].offset(cell[axis], colour[axis]);
+        if (offset[axis] == none) return;  // found out by the check of linearity
+      }
+      column(offset)[number] = to_[number];
+    });
+  }
+
+  std::vector<double>& column(const std::array<int, 3>& offset) {
+    const auto known = std::ranges::find(matrix_.offsets, offset);
+    if (known != matrix_.offsets.end()) return matrix_.values[static_cast<size_t>(known - matrix_.offsets.begin())];
+    matrix_.offsets.push_back(offset);
+    return matrix_.values.emplace_back(size_, 0.0);
+  }
+
+  template <class F>
+  void for_each_cell(const F& f) const {
+    size_t number = 0;
+    const std::array<std::int64_t, 3>& cells = matrix_.cells;
+    for (std::int64_t z = 0; z < cells[2]; ++z) {
+      for (std::int64_t y = 0; y < cells[1]; ++y) {
+        for (std::int64_t x = 0; x < cells[0]; ++x) f(number++, {x, y, z});
+      }
+    }
+  }
+
+  const LinearImage& image_;
+  std::array<AxisColours, 3> axes_;
+  StencilMatrix matrix_;
+  size_t size_ = 0;
+  std::vector<double> from_, to_;
+};
+
+/// Numbers between -1 and 1 that are the same in each run.
+std::vector<double> arbitrary(size_t count) {
+  std::vector<double> values(count);
+  std::uint64_t state = 0x9e3779b97f4a7c15;
+  for (double& value : values) {
+    state = state * 6364136223846793005 + 1442695040888963407;
+    value = static_cast<double>(state >> 11) * 0x1p-52 - 1;
+  }
+  return values;
+}
+
+/// The matrix must make of arbitrary values what the operator makes, and of nothing nothing.
+void check_linear(const LinearImage& image, const StencilMatrix& matrix, double rounding, const std::string& what) {
+  const size_t size = static_cast<size_t>(matrix.cells[0] * matrix.cells[1] * matrix.cells[2]);
+  std::vector<double> values(size, 0.0), made(size), expected(size);
+  image(values, made);
+  const double of_nothing = largest(made);
+  if (std::isnan(of_nothing)) throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
+  if (of_nothing != 0)
+    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what,
+                                            of_nothing));
+  values = arbitrary(size);
+  image(values, made);
+  multiply(matrix, values, expected);
+  double entry = 0, difference = 0;
+  for (const std::vector<double>& column : matrix.values) entry = std::max(entry, largest(column));
+  for (size_t i = 0; i < size; ++i) difference = std::max(difference, std::abs(made[i] - expected[i]));
+  if (!std::isfinite(entry) || std::isnan(largest(made)))
+    throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
+  if (difference > 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1))
+    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not linear", what));
+}
+
+}  // namespace
+
+StencilMatrix probe(const LinearImage& image, const std::array<std::int64_t, 3>& cells,
+                    const std::array<bool, 3>& periodic, const std::array<std::int64_t, 3>& reach, double rounding,
+                    const std::string& what) {
+  StencilMatrix matrix = Probe(image, cells, periodic, reach).run();
+  check_linear(image, matrix, rounding, what);
+  return matrix;
+}
+
+}  // namespace dpde
