@@ -30,16 +30,16 @@ std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& la
   return periodic;
 }
 
-SolveMethod method_of(int32_t kind) {
+SolverMethod method_of(int32_t kind) {
   switch (kind) {
-    case DPDE_SOLVE_DIRECT: return SolveMethod::direct;
-    case DPDE_SOLVE_TRIDIAGONAL: return SolveMethod::tridiagonal;
-    case DPDE_SOLVE_FOURIER: return SolveMethod::fourier;
-    case DPDE_SOLVE_MULTIGRID: return SolveMethod::multigrid;
-    case DPDE_SOLVE_CG: return SolveMethod::cg;
-    case DPDE_SOLVE_BICGSTAB: return SolveMethod::bicgstab;
-    case DPDE_SOLVE_GMRES: return SolveMethod::gmres;
-    default: return SolveMethod::automatic;
+    case DPDE_SOLVE_DIRECT: return SolverMethod::direct;
+    case DPDE_SOLVE_TRIDIAGONAL: return SolverMethod::tridiagonal;
+    case DPDE_SOLVE_FOURIER: return SolverMethod::fourier;
+    case DPDE_SOLVE_MULTIGRID: return SolverMethod::multigrid;
+    case DPDE_SOLVE_CG: return SolverMethod::cg;
+    case DPDE_SOLVE_BICGSTAB: return SolverMethod::bicgstab;
+    case DPDE_SOLVE_GMRES: return SolverMethod::gmres;
+    default: return SolverMethod::automatic;
   }
 }
 

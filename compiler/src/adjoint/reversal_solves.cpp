@@ -11,10 +11,11 @@ using namespace stencil;
 
 void Reversal::reverse_solve(const Solve& solve, int index) {
   if (bars_.erase(solve.unknown) == 0) return;
+  const std::string seed = names_.of(solve.unknown);
   const bool right_varies = varied_.fields.contains(solve.right);
   const bool operator_varies = has_varied_operator(module_, solve, varied_);
   if (!right_varies && !operator_varies) return;
-  const std::string multiplier = add_transposed_solve(solve, names_.of(solve.unknown), index);
+  const std::string multiplier = add_transposed_solve(solve, seed, index);
   if (operator_varies) reverse_coefficients(solve, multiplier, index);
   if (right_varies) add_inside(solve.right, access(multiplier));
 }

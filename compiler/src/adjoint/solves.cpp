@@ -63,7 +63,7 @@ OperatorCopy copy_with_inputs(const Module& module, const Solve& solve, const Pr
 Activity OperatorCopy::activity(const Varied& varied) const {
   Activity active{{}, varied.params};
   for (const auto& [input, copied] : inputs) {
-    if (input != unknown && varied.fields.contains(input)) active.fields.insert(copied);
+    if (is_active(input, varied)) active.fields.insert(copied);
   }
   return active;
 }

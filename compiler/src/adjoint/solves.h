@@ -32,9 +32,14 @@ struct OperatorCopy {
   stencil::Program program;
   std::string image;
   std::vector<std::pair<std::string, std::string>> inputs;  // and their copies
-  /// The copies of what varies, not of the unknown, and the parameters that vary.
+  std::string unknown;                                      // as outside
+
+  /// Whether the input varies and is not the unknown.
+  bool is_active(const std::string& input, const Varied& varied) const {
+    return input != unknown && varied.fields.contains(input);
+  }
+  /// The copies of the active inputs, and the parameters that vary.
   Activity activity(const Varied& varied) const;
-  std::string unknown;  // as outside
 };
 OperatorCopy copy_with_inputs(const stencil::Module& module, const stencil::Solve& solve,
                               const stencil::Program& program, DerivedNames& names);

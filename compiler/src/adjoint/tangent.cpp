@@ -8,6 +8,7 @@
 #include "adjoint/solves.h"
 #include "adjoint/transforms.h"
 #include "adjoint/weights.h"
+#include "stencil/effects.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -330,6 +331,10 @@ class TangentWriter {
       const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
       add_copies(copy, into);
       const Varied inside = find_varied(copy.module, copy.program, copy.activity(varied_));
+      for (const auto& [input, copied] : copy.inputs) {  // what varies by its walls alone is still inside
+        if (inside.fields.contains(copied))
+          add_store(names_.of(copied), copy.is_active(input, varied_) ? access(names_.of(input)) : Expr(0.0), "copy", into);
+      }
       TangentWriter(copy.module, copy.program, inside, names_, form_, kernels_).add(copy.program.body, derived);
       right = right - access(names_.of(copy.image));
     } else if (!right_varies) {

@@ -44,6 +44,7 @@ class State {
   const Grid& grid() const { return grid_; }
   /// Halo width along `axis`; 0 beyond the rank.
   int halo(int axis) const { return axis < grid_.rank ? halo_ : 0; }
+  Precision real() const { return real_; }
   /// What the memory of a cell makes of a value.
   double stored(double value) const { return rounded(value, real_); }
   bool has(const std::string& field) const { return fields_.contains(field); }
@@ -98,8 +99,9 @@ void apply(State& state, const Transform& transform, const Params& params);
 
 /// What an operator, linear, makes of the interior values of a field.
 using Image = std::function<std::vector<double>(const std::vector<double>&)>;
-/// Of all values for which the distance of their image from `right` is least the smallest (2-norm).
-std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right);
+/// Of all values for which the distance of their image from `right` is least the smallest (2-norm). `real`: how images
+/// are rounded.
+std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right, Precision real);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

@@ -7,7 +7,7 @@
 
 namespace dpde::stencil {
 
-std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right) {
+std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right, Precision real) {
   const auto cells = static_cast<Eigen::Index>(right.size());
   Eigen::MatrixXd matrix(cells, cells);
   std::vector<double> unit(right.size(), 0.0);
@@ -18,8 +18,10 @@ std::vector<double> smallest_solution(const Image& image, const std::vector<doub
     matrix.col(column) = Eigen::Map<const Eigen::VectorXd>(of_unit.data(), cells);
     unit[static_cast<std::size_t>(column)] = 0;
   }
-  const Eigen::VectorXd x = matrix.completeOrthogonalDecomposition().solve(
-      Eigen::Map<const Eigen::VectorXd>(right.data(), cells));
+  const double rounding = real == Precision::f32 ? 0x1p-23 : 0x1p-52;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
+  inverse.setThreshold(64 * rounding * static_cast<double>(cells));  // entries are rounded: 0 is not quite 0
+  const Eigen::VectorXd x = inverse.compute(matrix).solve(Eigen::Map<const Eigen::VectorXd>(right.data(), cells));
   return {x.data(), x.data() + cells};
 }
 

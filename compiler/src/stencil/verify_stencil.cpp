@@ -341,6 +341,7 @@ class ProgramCheck {
 
   void check_write(const std::string& field) {
     fields_.insert(field);
+    if (is_coordinate(field)) violation("writes {}, which is a coordinate", field);
     if (updated_.contains(field)) violation("writes {} after adding to it", field);
     if (!written_.insert(field).second) violation("writes {} twice", field);
     filled_.erase(field);

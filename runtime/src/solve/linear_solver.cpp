@@ -7,16 +7,16 @@
 
 namespace dpde {
 
-std::string_view name_of(SolveMethod method) {
+std::string_view name_of(SolverMethod method) {
   switch (method) {
-    case SolveMethod::automatic: return "automatic";
-    case SolveMethod::direct: return "direct";
-    case SolveMethod::tridiagonal: return "tridiagonal";
-    case SolveMethod::fourier: return "fourier";
-    case SolveMethod::multigrid: return "multigrid";
-    case SolveMethod::cg: return "cg";
-    case SolveMethod::bicgstab: return "bicgstab";
-    case SolveMethod::gmres: return "gmres";
+    case SolverMethod::automatic: return "automatic";
+    case SolverMethod::direct: return "direct";
+    case SolverMethod::tridiagonal: return "tridiagonal";
+    case SolverMethod::fourier: return "fourier";
+    case SolverMethod::multigrid: return "multigrid";
+    case SolverMethod::cg: return "cg";
+    case SolverMethod::bicgstab: return "bicgstab";
+    case SolverMethod::gmres: return "gmres";
   }
   return "";
 }
@@ -31,6 +31,7 @@ LinearSolver::LinearSolver(StencilMatrix matrix, SolveOptions) : impl_(std::make
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
     dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
   });
+  impl_->inverse.setThreshold(64 * 0x1p-52 * static_cast<double>(matrix.size()));
   impl_->inverse.compute(dense);
 }
 LinearSolver::~LinearSolver() = default;
@@ -41,7 +42,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
       impl_->inverse.solve(Eigen::Map<const Eigen::VectorXd>(b.data(), size));
   return {};
 }
-SolveMethod LinearSolver::method() const { return SolveMethod::direct; }
+SolverMethod LinearSolver::method() const { return SolverMethod::direct; }
 const std::string& LinearSolver::reason() const { return impl_->reason; }
 
 }  // namespace dpde

@@ -11,17 +11,17 @@
 
 namespace dpde {
 
-enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
-std::string_view name_of(SolveMethod method);
+enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+std::string_view name_of(SolverMethod method);
 
 struct SolveOptions {
-  SolveMethod method = SolveMethod::automatic;
+  SolverMethod method = SolverMethod::automatic;
   double tolerance = 1e-10;  // of |A*x - b|/|b|, where the method comes near step by step
   int most_iterations = 200;
 };
 
 struct SolveReport {
-  SolveMethod method = SolveMethod::direct;
+  SolverMethod method = SolverMethod::direct;
   int iterations = 0;
   double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches
   double incompatible = 0;  // the part that it does not reach, over |b|
@@ -36,7 +36,7 @@ class LinearSolver {
 
   /// Nothing is allocated. `x`: the first guess of methods that have one.
   SolveReport solve(std::span<const double> b, std::span<double> x);
-  SolveMethod method() const;
+  SolverMethod method() const;
   /// One sentence.
   const std::string& reason() const;
 

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs with solves: definite, singular, not symmetric, wide, of several kernels; their coefficients vary too.
+#include "support/program_cases.h"
+
+namespace dpde::testing {
+
+namespace {
+
+const std::string operators_1d = R"(
+kernel square(u: field, out b: field, c: param) { b = u*u + c*u }
+kernel diffuse(phi: field halo 1, k: field halo 1, out image: field, c, hx: param) {
+  image = c*phi - ((k + k[+1])/2*(phi[+1] - phi) - (k[-1] + k)/2*(phi - phi[-1]))/hx^2
+}
+kernel poisson(phi: field halo 1, k: field halo 1, out image: field, hx: param) {
+  image = ((k + k[+1])/2*(phi[+1] - phi) - (k[-1] + k)/2*(phi - phi[-1]))/hx^2
+}
+kernel transport(phi: field halo 2, u: field, out image: field, c, hx: param) {
+  image = 2*phi + 0.1*c*u*(phi[-2] - 4*phi[-1] + 3*phi)/(2*hx)
+}
+kernel bend(phi: field halo 1, out w: field, hx: param) { w = (phi[-1] - 2*phi + phi[+1])/hx^2 }
+kernel stiff(phi: field, w: field halo 1, out image: field, c, hx: param) { image = phi + 1e-3*c*(w[-1] - 2*w + w[+1])/hx^2 }
+kernel use(u: field, phi: field halo 1, out v: field, sum e: param, c: param) {
+  v = u + 0.2*c*(phi[+1] - phi[-1])*phi
+  e += c*phi*phi
+}
+)";
+
+const std::string operators_2d = R"(
+kernel square(u: field, out b: field, c: param) { b = u*u + c*u }
+kernel diffuse(phi: field halo 1, k: field halo 1, out image: field, c, hx, hy: param) {
+  image = c*phi - ((k + k[+1, 0])/2*(phi[+1, 0] - phi) - (k[-1, 0] + k)/2*(phi - phi[-1, 0]))/hx^2 - ((k + k[0, +1])/2*(phi[0, +1] - phi) - (k[0, -1] + k)/2*(phi - phi[0, -1]))/hy^2
+}
+kernel poisson(phi: field halo 1, k: field halo 1, out image: field, hx, hy: param) {
+  image = ((k + k[+1, 0])/2*(phi[+1, 0] - phi) - (k[-1, 0] + k)/2*(phi - phi[-1, 0]))/hx^2 + ((k + k[0, +1])/2*(phi[0, +1] - phi) - (k[0, -1] + k)/2*(phi - phi[0, -1]))/hy^2
+}
+kernel use(u: field, phi: field halo 1, out v: field, c: param) {
+  v = u + 0.2*c*(phi[+1, 0] - phi[0, -1])*phi
+}
+)";
+
+}  // namespace
+
+std::vector<ProgramCase> solve_cases() {
+  const adjoint::Activity all{{"u", "k"}, {"c"}}, without_k{{"u"}, {"c"}};
+  return {
+      {"solve periodic", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
+                      "fill phi periodic; run use; swap u, v }",
+       all},
+      {"solve with walls", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill k x = zero_gradient; fill phi x.low = 0, x.high "
+                      "= zero_gradient; run diffuse }; fill phi x.low = 0.3, x.high = zero_gradient; run use; swap u, v }",
+       all},
+      {"weights that vary, in a solve", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill k x = zero_gradient; fill phi x.low = "
+                      "mixed(c, 0.7, 0), x.high = 0; run diffuse }; fill phi x = zero_gradient; run use; swap u, v }",
+       all},
+      {"solve singular periodic", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run poisson }; "
+                      "fill phi periodic; run use; swap u, v }",
+       all},
+      {"solve singular between walls", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi x = zero_gradient; fill k x = zero_gradient; "
+                      "run poisson }; fill phi x = zero_gradient; run use; swap u, v }",
+       all},
+      {"solve that is not symmetric", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi x.low = 0, x.high = zero_gradient; run "
+                      "transport }; fill phi x.low = 0.1, x.high = zero_gradient; run use; swap u, v }",
+       without_k},
+      {"solve that is not symmetric, periodic", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; run transport }; "
+                      "fill phi periodic; run use; swap u, v }",
+       without_k},
+      {"solve by two kernels", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi x = 0; run bend; fill w x = 0; run stiff }; "
+                      "fill phi x = 0; run use; swap u, v }",
+       without_k},
+      {"solves one after the other", 1,
+       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
+                      "solve r = phi for q { fill q periodic; run again }; fill phi periodic; run use; swap u, v; keep q } "
+                      "kernel again(q: field halo 1, out r: field, c, hx: param) { r = 2*q - c*(q[-1] - 2*q + q[+1])/hx^2 }",
+       all},
+      {"solve in a repeat", 1,
+       operators_1d + "program p { repeat 3 { run square; solve image = b for phi { fill phi periodic; fill k periodic; run "
+                      "diffuse }; fill phi periodic; run use; swap u, v } }",
+       all},
+      {"solve 2-D, one axis periodic", 2,
+       operators_2d + "program p { run square; solve image = b for phi { fill k x periodic, y = zero_gradient; fill phi x "
+                      "periodic, y.low = 0, y.high = zero_gradient; run diffuse }; fill phi x periodic, y.low = 0.2, "
+                      "y.high = zero_gradient; run use; swap u, v }",
+       all},
+      {"solve singular 2-D", 2,
+       operators_2d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run poisson }; "
+                      "fill phi periodic; run use; swap u, v }",
+       all},
+  };
+}
+
+}  // namespace dpde::testing
