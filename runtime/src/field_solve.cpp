@@ -112,7 +112,9 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   solver_.reset();  // what fails leaves none that belongs to other coefficients
   StencilMatrix matrix = probe(image, cells, periodic_, reach, rounding, name_);
-  solver_ = std::make_shared<LinearSolver>(std::move(matrix), SolveOptions{method_of(solve_.method), solve_.tolerance});
+  solver_ = std::make_shared<LinearSolver>(std::move(matrix), SolveOptions{.method = method_of(solve_.method),
+                                                                          .tolerance = solve_.tolerance,
+                                                                          .rounding = rounding});
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {

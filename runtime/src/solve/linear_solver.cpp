@@ -26,12 +26,12 @@ struct LinearSolver::Impl {
   std::string reason = "a small system";
 };
 
-LinearSolver::LinearSolver(StencilMatrix matrix, SolveOptions) : impl_(std::make_unique<Impl>()) {
+LinearSolver::LinearSolver(StencilMatrix matrix, SolveOptions options) : impl_(std::make_unique<Impl>()) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
     dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
   });
-  impl_->inverse.setThreshold(64 * 0x1p-52 * static_cast<double>(matrix.size()));
+  impl_->inverse.setThreshold(64 * options.rounding * static_cast<double>(matrix.size()));
   impl_->inverse.compute(dense);
 }
 LinearSolver::~LinearSolver() = default;

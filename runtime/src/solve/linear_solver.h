@@ -18,6 +18,7 @@ struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
   double tolerance = 1e-10;  // of |A*x - b|/|b|, where the method comes near step by step
   int most_iterations = 200;
+  double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
 };
 
 struct SolveReport {
