@@ -38,7 +38,6 @@ SolverMethod method_of(int32_t kind) {
     case DPDE_SOLVE_MULTIGRID: return SolverMethod::multigrid;
     case DPDE_SOLVE_CG: return SolverMethod::cg;
     case DPDE_SOLVE_BICGSTAB: return SolverMethod::bicgstab;
-    case DPDE_SOLVE_GMRES: return SolverMethod::gmres;
     default: return SolverMethod::automatic;
   }
 }
@@ -101,6 +100,7 @@ bool FieldSolve::has_changed(void* const* fields, const double* params) {
   return changed;
 }
 
+/// \throws dpde::Error that names the unknown.
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
     write(fields[solve_.unknown], values);
@@ -111,17 +111,29 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   solver_.reset();  // what fails leaves none that belongs to other coefficients
-  StencilMatrix matrix = probe(image, cells, periodic_, reach, rounding, name_);
-  solver_ = std::make_shared<LinearSolver>(std::move(matrix), SolveOptions{.method = method_of(solve_.method),
-                                                                          .tolerance = solve_.tolerance,
-                                                                          .rounding = rounding});
+  const StencilMatrix matrix = probe(image, cells, periodic_, reach, rounding, name_);
+  SolveOptions options{.method = method_of(solve_.method), .tolerance = solve_.tolerance, .rounding = rounding};
+  try {
+    solver_ = std::make_shared<LinearSolver>(matrix, options);
+  } catch (const Error& error) {
+    throw Error(error.kind(), fmt::format("solve for {}: {}", name_, error.what()));
+  }
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
   read(fields[solve_.right], right_);
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(right_, is_finite)) {  // who looks after the run finds it in the result
+    std::ranges::fill(solution_, std::nan(""));
+    return write(fields[solve_.unknown], solution_);
+  }
   if (has_changed(fields, params)) make_solver(fields, apply);
-  std::fill(solution_.begin(), solution_.end(), 0.0);
+  std::ranges::fill(solution_, 0.0);
   const SolveReport report = solver_->solve(right_, solution_);
+  if (report.is_indefinite)
+    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "
+                                            "bicgstab or direct",
+                                            name_));
   if (!report.converged)
     throw Error(ErrorKind::run,
                 fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "

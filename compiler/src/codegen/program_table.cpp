@@ -80,7 +80,6 @@ int32_t kind_of(SolveMethod method) {
     case SolveMethod::multigrid: return DPDE_SOLVE_MULTIGRID;
     case SolveMethod::cg: return DPDE_SOLVE_CG;
     case SolveMethod::bicgstab: return DPDE_SOLVE_BICGSTAB;
-    case SolveMethod::gmres: return DPDE_SOLVE_GMRES;
   }
   unreachable("kind of solve");
 }

@@ -13,7 +13,7 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
     const std::optional<SolveMethod> method = find_solve_method(source.method->name);
     if (!method) {
       std::vector<std::string> names;
-      for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i)
+      for (int i = 0; i <= static_cast<int>(SolveMethod::bicgstab); ++i)
         names.emplace_back(name_of(static_cast<SolveMethod>(i)));
       sink.report("bad-program", source.method->range, {source.method->name + " is no method to solve by"},
                   did_you_mean(source.method->name, names));

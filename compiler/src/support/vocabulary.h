@@ -49,7 +49,7 @@ enum class Topology { periodic, bounded };
 /// How the values of a field along some axes become one.
 enum class Reduction { mean, sum, max, min };
 /// How a linear system is solved; automatic: as the operator's properties say.
-enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab };
 /// What the values of fields are, and what is computed with them.
 enum class Precision { f64, f32 };
 

@@ -217,8 +217,7 @@ enum {
   DPDE_SOLVE_FOURIER = 3,
   DPDE_SOLVE_MULTIGRID = 4,
   DPDE_SOLVE_CG = 5,
-  DPDE_SOLVE_BICGSTAB = 6,
-  DPDE_SOLVE_GMRES = 7
+  DPDE_SOLVE_BICGSTAB = 6
 };
 /* The operations make `image` of `unknown`, linearly: `unknown` becomes what makes it equal to `right` (indices into
  * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its

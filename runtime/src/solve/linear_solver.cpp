@@ -1,11 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
+// The choice of a method by what the operator is, and what is the same for all: the null space is taken out before and
+// behind, and the residual is measured.
 #include "solve/linear_solver.h"
 
-#include <Eigen/QR>
+#include <fmt/format.h>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
 
 #include "dpde/runtime/error.h"
+#include "solve/direct.h"
+#include "solve/fourier.h"
+#include "solve/krylov.h"
+#include "solve/multigrid.h"
+#include "solve/null_space.h"
+#include "solve/tridiagonal.h"
 
 namespace dpde {
+
+namespace {
+
+constexpr std::int64_t small_system = 2500;  // factors of at most so many cells cost less than cycles
+using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+Rows rows_of(const StencilMatrix& matrix) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+    entries.emplace_back(static_cast<int>(row), static_cast<int>(column), value);
+  });
+  Rows rows(matrix.size(), matrix.size());
+  rows.setFromTriplets(entries.begin(), entries.end());
+  return rows;
+}
+
+Eigen::Map<const Eigen::VectorXd> vector_of(std::span<const double> values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+Eigen::Map<Eigen::VectorXd> vector_of(std::span<double> values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+[[noreturn]] void refuse(SolverMethod method, const char* why, const char* instead) {
+  throw Error(ErrorKind::run, fmt::format("the method {} does not fit: {}; {}", name_of(method), why, instead));
+}
+
+}  // namespace
 
 std::string_view name_of(SolverMethod method) {
   switch (method) {
@@ -16,33 +59,175 @@ std::string_view name_of(SolverMethod method) {
     case SolverMethod::multigrid: return "multigrid";
     case SolverMethod::cg: return "cg";
     case SolverMethod::bicgstab: return "bicgstab";
-    case SolverMethod::gmres: return "gmres";
   }
   return "";
 }
 
 struct LinearSolver::Impl {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
-  std::string reason = "a small system";
+  Impl(const StencilMatrix& matrix, SolveOptions wanted)
+      : options(wanted), null_space(matrix, wanted.rounding), rows(rows_of(matrix)) {
+    const auto size = static_cast<std::size_t>(matrix.size());
+    right.assign(size, 0.0);
+    residual.assign(size, 0.0);
+    choose(matrix);
+  }
+
+  void choose(const StencilMatrix& matrix);
+  bool try_tridiagonal(const StencilMatrix& matrix);
+  bool try_fourier(const StencilMatrix& matrix);
+  bool try_multigrid(const StencilMatrix& matrix, SolverMethod wanted);
+  void make_direct(const StencilMatrix& matrix, const char* why);
+  void make_bicgstab(const StencilMatrix& matrix);
+  void make_iterations(VectorFunction precondition);
+  bool is_symmetric() const {
+    const Rows difference = rows - Rows(rows.transpose());
+    return difference.norm() <= 64 * options.rounding * rows.norm();
+  }
+
+  SolveOptions options;
+  NullSpace null_space;
+  Rows rows;
+  SolverMethod method = SolverMethod::direct;
+  std::string reason;
+  std::optional<DirectSolver> direct;
+  std::optional<TridiagonalSolver> tridiagonal;
+  std::optional<FourierSolver> fourier;
+  std::optional<Multigrid> multigrid;
+  Eigen::IncompleteLUT<double> incomplete;
+  std::optional<Iterations> iterations;
+  std::vector<double> right, residual;
 };
 
-LinearSolver::LinearSolver(StencilMatrix matrix, SolveOptions options) : impl_(std::make_unique<Impl>()) {
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
-  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
-    dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
-  });
-  impl_->inverse.setThreshold(64 * options.rounding * static_cast<double>(matrix.size()));
-  impl_->inverse.compute(dense);
+bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
+  tridiagonal = TridiagonalSolver::of(matrix, null_space);
+  if (!tridiagonal) return false;
+  method = SolverMethod::tridiagonal;
+  reason = "one axis and three entries a row, the middle one dominant: eliminated from end to end";
+  return true;
 }
+
+bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
+  fourier = FourierSolver::of(matrix, options.rounding);
+  if (!fourier) return false;
+  method = SolverMethod::fourier;
+  reason = fourier->has_walls() ? "the same coefficients everywhere, walls that are mirrors: Fourier series of the images"
+                                : "the same coefficients everywhere, periodic: Fourier series";
+  return true;
+}
+
+void LinearSolver::Impl::make_direct(const StencilMatrix& matrix, const char* why) {
+  direct.emplace(matrix, null_space, options.rounding);
+  method = SolverMethod::direct;
+  reason = why;
+}
+
+void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
+  const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
+    vector_of(y).noalias() = rows * vector_of(x);
+  };
+  iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
+  iterations->resize(right.size());
+}
+
+bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
+  multigrid = Multigrid::of(matrix, null_space, options.rounding);
+  if (!multigrid) return false;
+  make_iterations([this](std::span<const double> r, std::span<double> z) {
+    multigrid->cycle(r, z);
+    null_space.remove(z);
+  });
+  method = wanted;
+  reason = "symmetric, each cell coupled with its neighbours: multigrid cycles";
+  if (wanted == SolverMethod::cg) reason += " as the preconditioner of conjugate gradients";
+  return true;
+}
+
+void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
+  method = SolverMethod::bicgstab;
+  multigrid = Multigrid::of_symmetric_part(matrix, options.rounding);
+  if (multigrid) {
+    reason = "not symmetric: BiCGStab, preconditioned by multigrid of the symmetric part";
+    return make_iterations([this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); });
+  }
+  incomplete.setDroptol(1e-3);
+  incomplete.setFillfactor(20);
+  incomplete.compute(Eigen::SparseMatrix<double>(rows));
+  if (incomplete.info() != Eigen::Success)
+    throw Error(ErrorKind::run, "the operator is singular: no incomplete factors of it are found");
+  reason = "neither constant nor coupled with neighbours alone: BiCGStab, preconditioned by incomplete factors";
+  make_iterations([this](std::span<const double> r, std::span<double> z) {
+    vector_of(z) = incomplete.solve(vector_of(r));
+  });
+}
+
+void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
+  switch (options.method) {
+    case SolverMethod::automatic:
+      if (try_tridiagonal(matrix) || try_fourier(matrix)) return;
+      if (matrix.size() <= small_system || null_space.is_lopsided())
+        return make_direct(matrix, null_space.is_lopsided() ? "singular and not symmetric: inverted as a whole"
+                                                            : "a small system: sparse factors");
+      if (!try_multigrid(matrix, SolverMethod::cg)) make_bicgstab(matrix);
+      return;
+    case SolverMethod::direct: return make_direct(matrix, "as the scheme says");
+    case SolverMethod::tridiagonal:
+      if (!try_tridiagonal(matrix))
+        refuse(options.method, "it is of one axis, three entries a row and a dominant middle one", "take direct");
+      return;
+    case SolverMethod::fourier:
+      if (!try_fourier(matrix))
+        refuse(options.method, "the operator is not the same in all cells, with walls that are mirrors",
+               "take multigrid or direct");
+      return;
+    case SolverMethod::multigrid:
+    case SolverMethod::cg:
+      if (try_multigrid(matrix, options.method)) return;
+      if (options.method == SolverMethod::cg && is_symmetric()) {
+        make_iterations([this](std::span<const double> r, std::span<double> z) {
+          for (std::size_t i = 0; i < r.size(); ++i) {
+            const double d = rows.coeff(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+            z[i] = d == 0 ? r[i] : r[i] / d;
+          }
+        });
+        method = SolverMethod::cg;
+        reason = "symmetric: conjugate gradients, divided by the diagonal";
+        return;
+      }
+      refuse(options.method, is_symmetric() ? "cells are coupled with others than their neighbours, or with both signs"
+                                            : "the operator is not symmetric",
+             "take bicgstab or direct");
+    case SolverMethod::bicgstab: return make_bicgstab(matrix);
+  }
+}
+
+LinearSolver::LinearSolver(const StencilMatrix& matrix, SolveOptions options)
+    : impl_(std::make_unique<Impl>(matrix, options)) {}
 LinearSolver::~LinearSolver() = default;
 
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {
-  const auto size = static_cast<Eigen::Index>(b.size());
-  Eigen::Map<Eigen::VectorXd>(x.data(), size) =
-      impl_->inverse.solve(Eigen::Map<const Eigen::VectorXd>(b.data(), size));
-  return {};
+  Impl& own = *impl_;
+  std::ranges::copy(b, own.right.begin());
+  SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right)};
+  IterationReport way{.converged = true};
+  if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
+  if (own.fourier) own.fourier->solve(own.right, x);
+  if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
+  if (own.iterations) {
+    way = own.method == SolverMethod::cg          ? own.iterations->cg(own.right, x)
+          : own.method == SolverMethod::multigrid ? own.iterations->cycles(own.right, x)
+                                                  : own.iterations->bicgstab(own.right, x);
+  }
+  own.null_space.remove(x);
+  report.iterations = way.iterations;
+  report.is_indefinite = way.is_indefinite;
+  vector_of(std::span(own.residual)) = vector_of(std::span<const double>(own.right)) - own.rows * vector_of(x);
+  const double size = vector_of(std::span<const double>(own.right)).norm();
+  report.residual = size == 0 ? 0 : vector_of(std::span<const double>(own.residual)).norm() / size;
+  const bool is_exact = !own.iterations && !(own.direct && own.direct->is_dense());
+  report.converged = way.converged && (!is_exact || report.residual <= std::max(own.options.tolerance, 1e-6));
+  return report;
 }
-SolverMethod LinearSolver::method() const { return SolverMethod::direct; }
+SolverMethod LinearSolver::method() const { return impl_->method; }
 const std::string& LinearSolver::reason() const { return impl_->reason; }
 
 }  // namespace dpde

@@ -11,7 +11,7 @@
 
 namespace dpde {
 
-enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab };
 std::string_view name_of(SolverMethod method);
 
 struct SolveOptions {
@@ -27,12 +27,13 @@ struct SolveReport {
   double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches
   double incompatible = 0;  // the part that it does not reach, over |b|
   bool converged = true;
+  bool is_indefinite = false;  // found by cg: it went on for no more
 };
 
 class LinearSolver {
  public:
   /// \throws dpde::Error where the method does not fit the operator: why, and which one would.
-  LinearSolver(StencilMatrix matrix, SolveOptions options);
+  LinearSolver(const StencilMatrix& matrix, SolveOptions options);
   ~LinearSolver();
 
   /// Nothing is allocated. `x`: the first guess of methods that have one.

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/direct.h"
+
+#include <cmath>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+constexpr std::int64_t most_dense = 1500;
+
+}  // namespace
+
+DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_space, double rounding)
+    : is_dense_(null_space.is_lopsided()) {
+  const std::int64_t cells = matrix.size();
+  if (is_dense_) {
+    if (cells > most_dense)
+      throw Error(ErrorKind::run,
+                  "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
+                  "round), which is solved up to 1500 cells only: write it in the form of fluxes");
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(cells, cells);
+    for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+      dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
+    });
+    inverse_.setThreshold(64 * rounding * static_cast<double>(cells));
+    inverse_.compute(dense);
+    return;
+  }
+  std::vector<int> place(static_cast<std::size_t>(cells), 0);
+  for (const auto& part : null_space.parts()) place[part.front()] = -1;
+  for (std::uint32_t cell = 0; cell < static_cast<std::uint32_t>(cells); ++cell) {
+    if (place[cell] < 0) continue;
+    place[cell] = static_cast<int>(free_.size());
+    free_.push_back(cell);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+    if (place[row] >= 0 && place[column] >= 0) entries.emplace_back(place[row], place[column], value);
+  });
+  const auto size = static_cast<Eigen::Index>(free_.size());
+  right_.resize(size);
+  solution_.resize(size);
+  if (size == 0) return;
+  Sparse sparse(size, size);
+  sparse.setFromTriplets(entries.begin(), entries.end());
+  factors_.compute(sparse);
+  if (factors_.info() != Eigen::Success)
+    throw Error(ErrorKind::run, "the operator is singular: some right sides have no solution, others many");
+}
+
+void DirectSolver::solve(std::span<const double> b, std::span<double> x) {
+  if (is_dense_) {
+    const auto size = static_cast<Eigen::Index>(b.size());
+    Eigen::Map<Eigen::VectorXd>(x.data(), size) = inverse_.solve(Eigen::Map<const Eigen::VectorXd>(b.data(), size));
+    return;
+  }
+  std::ranges::fill(x, 0.0);
+  if (free_.empty()) return;
+  for (std::size_t i = 0; i < free_.size(); ++i) right_[static_cast<Eigen::Index>(i)] = b[free_[i]];
+  solution_ = factors_.solve(right_);
+  for (std::size_t i = 0; i < free_.size(); ++i) x[free_[i]] = solution_[static_cast<Eigen::Index>(i)];
+}
+
+}  // namespace dpde

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sparse factors, by Eigen. Of each singular part one cell is held at 0. Where rows sum to 0 and columns do not, or the
+// other way round, the small system is inverted as a whole.
+#pragma once
+
+#include <Eigen/QR>
+#include <Eigen/SparseLU>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solve/null_space.h"
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+class DirectSolver {
+ public:
+  /// \throws dpde::Error where the operator is singular in another way, or lopsided and large.
+  DirectSolver(const StencilMatrix& matrix, const NullSpace& null_space, double rounding);
+
+  bool is_dense() const { return is_dense_; }
+  /// `b` is compatible, but for the dense inverse; of `x` the null space is still to be removed.
+  void solve(std::span<const double> b, std::span<double> x);
+
+ private:
+  using Sparse = Eigen::SparseMatrix<double>;
+  Eigen::SparseLU<Sparse> factors_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse_;
+  bool is_dense_ = false;
+  std::vector<std::uint32_t> free_;  // cells that are not held
+  Eigen::VectorXd right_, solution_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Methods that come nearer step by step: conjugate gradients (Hestenes and Stiefel 1952), of symmetric definite
+// operators, BiCGStab (van der Vorst 1992) of others, and plain multigrid cycles.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace dpde {
+
+using VectorFunction = std::function<void(std::span<const double>, std::span<double>)>;
+
+struct IterationReport {
+  int iterations = 0;
+  double residual = 0;  // |A*x - b|/|b|
+  bool converged = false, is_indefinite = false;
+};
+
+/// Memory for the vectors of one size.
+class Iterations {
+ public:
+  Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most)
+      : multiply_(std::move(multiply)), precondition_(std::move(precondition)), tolerance_(tolerance), most_(most) {}
+
+  void resize(std::size_t size);
+  IterationReport cg(std::span<const double> b, std::span<double> x);
+  IterationReport bicgstab(std::span<const double> b, std::span<double> x);
+  /// x += precondition(b - A*x), again and again.
+  IterationReport cycles(std::span<const double> b, std::span<double> x);
+
+ private:
+  void find_residual(std::span<const double> b, std::span<const double> x);
+  void bicgstab_from_here(double size, std::span<double> x, IterationReport& report);
+
+  VectorFunction multiply_, precondition_;
+  double tolerance_;
+  int most_;
+  std::vector<double> r_, z_, p_, q_, s_, t_, v_, first_;
+};
+
+}  // namespace dpde

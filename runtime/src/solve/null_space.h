@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The null spaces of operators whose rows and columns sum to 0: a constant in each part of the grid that is by itself,
+// as between walls through which nothing flows, around a ring, in what an obstacle cuts off. Cells without entries are
+// such parts, of one cell.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+class NullSpace {
+ public:
+  /// `rounding`: relative error of the entries.
+  NullSpace(const StencilMatrix& matrix, double rounding);
+
+  /// Takes the mean over each singular part away; |what is taken|/|values|.
+  double remove(std::span<double> values) const;
+
+  bool is_empty() const { return parts_.empty(); }
+  /// Whether there are parts where rows sum to 0 and columns do not, or the other way round.
+  bool is_lopsided() const { return is_lopsided_; }
+  const std::vector<std::vector<std::uint32_t>>& parts() const { return parts_; }
+
+ private:
+  std::vector<std::vector<std::uint32_t>> parts_;  // cells of each singular part, in order
+  bool is_lopsided_ = false;
+};
+
+}  // namespace dpde
