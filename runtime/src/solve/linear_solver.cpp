@@ -130,7 +130,7 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
 }
 
 bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
-  multigrid = Multigrid::of(matrix, null_space, options.rounding);
+  multigrid = Multigrid::of(matrix, null_space, options.rounding, wanted == SolverMethod::cg);
   if (!multigrid) return false;
   make_iterations([this](std::span<const double> r, std::span<double> z) {
     multigrid->cycle(r, z);

@@ -48,7 +48,8 @@ std::optional<std::pair<std::size_t, int>> axis_of(const std::array<int, 3>& off
 
 }  // namespace
 
-std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding) {
+std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
+                                       bool is_symmetric) {
   if (null_space.is_lopsided()) return std::nullopt;
   double largest = 0;
   for (const std::vector<double>& column : matrix.values) {
@@ -69,7 +70,9 @@ std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSp
       if (std::abs(matrix.values[k][i] - mirrored) > zero) return std::nullopt;
     }
   }
-  return of_symmetric_part(matrix, rounding);
+  std::optional<Multigrid> result = of_symmetric_part(matrix, rounding);
+  if (result) result->is_symmetric_ = is_symmetric;
+  return result;
 }
 
 std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, double rounding) {
@@ -138,6 +141,26 @@ void Multigrid::set_inverse(Level& level) {
     if (diagonal > 0) level.inverse[number] = 1 / diagonal;
   });
   for (auto* field : {&level.b, &level.x, &level.residual}) field->assign(level.size(), 0.0);
+  find_walls(level);
+}
+
+/// Walls with a value leave more of the rows beside them than of those farther inside.
+void Multigrid::find_walls(Level& level) {
+  std::array<std::array<double, 2>, 3> more{}, couplings{};
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const std::size_t side : {0u, 1u}) {
+        const bool is_there = cell[axis] == (side == 0 ? 0 : level.cells[axis] - 1);
+        if (!is_there || level.periodic[axis] || level.cells[axis] == 1) continue;
+        const std::int64_t inside = neighbour(level.cells, level.periodic, cell, axis, side == 0 ? 1 : -1);
+        more[axis][side] += level.rest[number] - level.rest[static_cast<std::size_t>(inside)];
+        couplings[axis][side] += level.coupling[axis][side == 0 ? number : static_cast<std::size_t>(inside)];
+      }
+    }
+  });
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::size_t side : {0u, 1u}) level.has_value[axis][side] = more[axis][side] > couplings[axis][side] / 2;
+  }
 }
 
 bool Multigrid::has_coarser(const Level& fine, Level& coarse) {
@@ -279,27 +302,27 @@ void Multigrid::find_residual(Level& level) {
 
 namespace {
 
-/// The two coarse cells that a fine one is interpolated from along an axis, and the weight of the second.
+/// The two coarse cells that a fine one is interpolated from along an axis, and their weights.
 struct Between {
   std::int64_t near = 0, far = 0;
-  double weight = 0;
+  double near_weight = 1, far_weight = 0;
 };
 
 }  // namespace
 
-/// Interpolation is linear from cell centre to cell centre; where there is no second cell it takes the first alone.
+/// Interpolation is linear from cell centre to cell centre. Where there is no second cell the image of the first takes
+/// its part: that of a wall with a value has the other sign.
 template <class Fine, class F>
 static void for_each_weight(const Fine& fine, const std::array<std::int64_t, 3>& coarse, const F& f) {
   std::array<std::vector<Between>, 3> between;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::int64_t i = 0; i < fine.cells[axis]; ++i) {
-      Between& one = between[axis].emplace_back(Between{i, i, 0});
+      Between& one = between[axis].emplace_back(Between{i, i, 1, 0});
       if (!fine.is_halved[axis]) continue;
-      one.near = i / 2;
-      one.far = one.near + (i % 2 == 0 ? -1 : 1);
+      one = {i / 2, i / 2 + (i % 2 == 0 ? -1 : 1), 0.75, 0.25};
       if (fine.periodic[axis]) one.far = (one.far + coarse[axis]) % coarse[axis];
-      one.weight = one.far < 0 || one.far >= coarse[axis] ? 0 : 0.25;
-      if (one.weight == 0) one.far = one.near;
+      if (one.far >= 0 && one.far < coarse[axis]) continue;
+      one = {one.near, one.near, fine.has_value[axis][one.far < 0 ? 0 : 1] ? 0.5 : 1.0, 0};
     }
   }
   std::size_t number = 0;
@@ -310,8 +333,8 @@ static void for_each_weight(const Fine& fine, const std::array<std::int64_t, 3>&
       const std::array<std::int64_t, 4> rows{
           coarse[0] * (y.near + coarse[1] * z.near), coarse[0] * (y.far + coarse[1] * z.near),
           coarse[0] * (y.near + coarse[1] * z.far), coarse[0] * (y.far + coarse[1] * z.far)};
-      const std::array<double, 4> weights{(1 - y.weight) * (1 - z.weight), y.weight * (1 - z.weight),
-                                          (1 - y.weight) * z.weight, y.weight * z.weight};
+      const std::array<double, 4> weights{y.near_weight * z.near_weight, y.far_weight * z.near_weight,
+                                          y.near_weight * z.far_weight, y.far_weight * z.far_weight};
       for (std::int64_t i = 0; i < fine.cells[0]; ++i, ++number) f(number, between[0][static_cast<std::size_t>(i)], rows, weights);
     }
   }
@@ -324,8 +347,8 @@ void Multigrid::restrict_residual(const Level& fine, Level& coarse) {
                     const double r = fine.residual[number];
                     for (std::size_t k = 0; k < 4; ++k) {
                       if (weights[k] == 0) continue;
-                      coarse.b[static_cast<std::size_t>(rows[k] + x.near)] += (1 - x.weight) * weights[k] * r;
-                      coarse.b[static_cast<std::size_t>(rows[k] + x.far)] += x.weight * weights[k] * r;
+                      coarse.b[static_cast<std::size_t>(rows[k] + x.near)] += x.near_weight * weights[k] * r;
+                      coarse.b[static_cast<std::size_t>(rows[k] + x.far)] += x.far_weight * weights[k] * r;
                     }
                   });
 }
@@ -336,8 +359,8 @@ void Multigrid::add_correction(Level& fine, const Level& coarse) {
                     double sum = 0;
                     for (std::size_t k = 0; k < 4; ++k) {
                       if (weights[k] == 0) continue;
-                      sum += weights[k] * ((1 - x.weight) * coarse.x[static_cast<std::size_t>(rows[k] + x.near)] +
-                                           x.weight * coarse.x[static_cast<std::size_t>(rows[k] + x.far)]);
+                      sum += weights[k] * (x.near_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.near)] +
+                                           x.far_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.far)]);
                     }
                     if (fine.inverse[number] > 0) fine.x[number] += sum;
                   });
@@ -358,8 +381,8 @@ void Multigrid::descend(std::size_t level) {
   restrict_residual(here, levels_[level + 1]);
   descend(level + 1);
   add_correction(here, levels_[level + 1]);
-  smooth(here, 1);
-  smooth(here, 0);
+  smooth(here, is_symmetric_ ? 1 : 0);
+  smooth(here, is_symmetric_ ? 0 : 1);
 }
 
 void Multigrid::cycle(std::span<const double> b, std::span<double> x) {

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+// Linear solvers against dense pseudo-inverses, exact solutions and each other.
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "dpde/runtime/error.h"
+#include "solve/linear_solver.h"
+#include "solve/operator_probe.h"
+
+namespace dpde {
+namespace {
+
+enum class Wall { periodic, value, slope };  // half a cell outside
+using Cells = std::array<std::int64_t, 3>;
+using Coefficient = std::function<double(std::int64_t cell, std::size_t axis)>;  // between a cell and the next one
+
+/// shift*x - div(k*grad(x)) with cells of width 1/n.
+StencilMatrix diffusion(const Cells& cells, const std::array<std::pair<Wall, Wall>, 3>& walls, double shift,
+                        const Coefficient& k) {
+  StencilMatrix matrix;
+  matrix.cells = cells;
+  const auto size = static_cast<std::size_t>(matrix.size());
+  const auto column = [&](const std::array<int, 3>& offset) -> std::vector<double>& {
+    for (std::size_t i = 0; i < matrix.offsets.size(); ++i) {
+      if (matrix.offsets[i] == offset) return matrix.values[i];
+    }
+    matrix.offsets.push_back(offset);
+    return matrix.values.emplace_back(size, 0.0);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) matrix.periodic[axis] = walls[axis].first == Wall::periodic;
+  column({0, 0, 0}).assign(size, shift);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (cells[axis] == 1 && matrix.periodic[axis]) continue;
+    const double n2 = static_cast<double>(cells[axis] * cells[axis]);
+    std::size_t number = 0;
+    for (std::int64_t z = 0; z < cells[2]; ++z) {
+      for (std::int64_t y = 0; y < cells[1]; ++y) {
+        for (std::int64_t x = 0; x < cells[0]; ++x, ++number) {
+          for (const int step : {1, -1}) {
+            std::array<int, 3> offset{};
+            offset[axis] = step;
+            const std::int64_t other = column_of(matrix, {x, y, z}, offset);
+            const auto cell = static_cast<std::int64_t>(number);
+            const Wall wall = step > 0 ? walls[axis].second : walls[axis].first;
+            if (other < 0 && wall == Wall::slope) continue;
+            const double w = k(step > 0 || other < 0 ? cell : other, axis) * n2;
+            column({0, 0, 0})[number] += other < 0 ? 2 * w : w;
+            if (other >= 0) column(offset)[number] -= w;
+          }
+        }
+      }
+    }
+  }
+  return matrix;
+}
+
+std::vector<double> random_values(std::int64_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> value(-1, 1);
+  std::vector<double> values(static_cast<std::size_t>(count));
+  for (double& v : values) v = value(random);
+  return values;
+}
+
+Eigen::MatrixXd dense_of(const StencilMatrix& matrix) {
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+    dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
+  });
+  return dense;
+}
+
+/// Largest difference from the dense pseudo-inverse, over the largest value.
+double error_of(const StencilMatrix& matrix, const std::vector<double>& b, const std::vector<double>& x) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
+  inverse.setThreshold(1e-12);
+  const Eigen::VectorXd exact =
+      inverse.compute(dense_of(matrix)).solve(Eigen::Map<const Eigen::VectorXd>(b.data(), matrix.size()));
+  const Eigen::VectorXd difference = exact - Eigen::Map<const Eigen::VectorXd>(x.data(), matrix.size());
+  return difference.lpNorm<Eigen::Infinity>() / std::max(1e-300, exact.lpNorm<Eigen::Infinity>());
+}
+
+double constant_one(std::int64_t, std::size_t) { return 1; }
+double uneven(std::int64_t cell, std::size_t axis) {
+  return 1 + 0.5 * std::sin(0.7 * static_cast<double>(cell) + 2 * static_cast<double>(axis));
+}
+
+const std::vector<std::pair<Wall, Wall>> all_walls{
+    {Wall::periodic, Wall::periodic}, {Wall::value, Wall::value}, {Wall::slope, Wall::slope}, {Wall::value, Wall::slope}};
+
+/// What automatic chooses, and each other method that takes the operator.
+void expect_right(const StencilMatrix& matrix, const std::string& name) {
+  const std::vector<double> b = random_values(matrix.size(), 3);
+  int solved = 0;
+  for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::direct, SolverMethod::tridiagonal,
+                                    SolverMethod::fourier, SolverMethod::multigrid, SolverMethod::cg}) {
+    std::optional<LinearSolver> solver;
+    try {
+      solver.emplace(matrix, SolveOptions{.method = method, .tolerance = 1e-12});
+    } catch (const Error&) {
+      EXPECT_TRUE(method != SolverMethod::automatic && method != SolverMethod::direct) << name;
+      continue;
+    }
+    std::vector<double> x(b.size(), 0.0);
+    const SolveReport report = solver->solve(b, x);
+    EXPECT_TRUE(report.converged) << name << " " << name_of(method) << ": " << report.residual;
+    EXPECT_LT(error_of(matrix, b, x), 2e-10) << name << " " << name_of(method) << " " << solver->reason();
+    ++solved;
+  }
+  EXPECT_GE(solved, 2) << name;
+}
+
+TEST(LinearSolvers, AgreeWithTheDensePseudoInverseOnEverySmallExtent) {
+  for (const auto& wall : all_walls) {
+    for (std::int64_t n = 1; n <= 7; ++n) {
+      for (const Coefficient& k : {Coefficient(constant_one), Coefficient(uneven)}) {
+        for (const double shift : {0.0, 3.0}) {
+          const auto line = diffusion({n, 1, 1}, {wall, all_walls[0], all_walls[0]}, shift, k);
+          expect_right(line, "1-D, " + std::to_string(n));
+          for (const auto& other : all_walls)
+            expect_right(diffusion({n, 8 - n, 1}, {wall, other, all_walls[0]}, shift, k), "2-D, " + std::to_string(n));
+        }
+      }
+    }
+  }
+  expect_right(diffusion({5, 4, 3}, {all_walls[0], all_walls[1], all_walls[2]}, 0, uneven), "3-D");
+  expect_right(diffusion({4, 3, 6}, {all_walls[2], all_walls[2], all_walls[2]}, 0, constant_one), "3-D closed");
+}
+
+/// Two rooms and a block between them: each room has a constant of its own, the block is 0.
+TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
+  const auto in_block = [](std::int64_t x) { return x == 4 || x == 5; };
+  const Coefficient k = [&](std::int64_t cell, std::size_t axis) {
+    const std::int64_t x = cell % 10, next = axis == 0 ? x + 1 : x;
+    return in_block(x) || in_block(next) ? 0.0 : 1.0;
+  };
+  const StencilMatrix matrix = diffusion({10, 6, 1}, {all_walls[2], all_walls[2], all_walls[0]}, 0, k);
+  expect_right(matrix, "rooms");
+  const std::vector<double> b = random_values(60, 5);
+  std::vector<double> x(60, 0.0);
+  LinearSolver solver(matrix, {.method = SolverMethod::cg});
+  EXPECT_GT(solver.solve(b, x).incompatible, 0.01);
+  double left = 0, right = 0;
+  for (std::size_t i = 0; i < 60; ++i) {
+    if (in_block(static_cast<std::int64_t>(i % 10))) EXPECT_EQ(x[i], 0);
+    (i % 10 < 4 ? left : right) += x[i];
+  }
+  EXPECT_NEAR(left, 0, 1e-12);
+  EXPECT_NEAR(right, 0, 1e-12);
+}
+
+/// <y, A^+ b> = <A^+T y, b>, for an operator that is not symmetric.
+TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
+  for (const bool is_periodic : {true, false}) {
+    const auto& wall = all_walls[is_periodic ? 0 : 1];
+    StencilMatrix matrix = diffusion({12, 9, 1}, {wall, wall, all_walls[0]}, 2, uneven);
+    for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+      for (double& value : matrix.values[k]) value += matrix.offsets[k][0] * (value == 0 ? 0.0 : 20.0);
+    }
+    const std::vector<double> b = random_values(108, 1), y = random_values(108, 2);
+    for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::bicgstab}) {
+      std::vector<double> x(108, 0.0), z(108, 0.0);
+      const SolveOptions options{.method = method, .tolerance = 1e-13};
+      EXPECT_TRUE(LinearSolver(matrix, options).solve(b, x).converged);
+      EXPECT_TRUE(LinearSolver(transposed(matrix), options).solve(y, z).converged);
+      double forward = 0, reverse = 0, size = 0;
+      for (std::size_t i = 0; i < 108; ++i) forward += y[i] * x[i], reverse += z[i] * b[i], size += std::abs(y[i] * x[i]);
+      EXPECT_LT(std::abs(forward - reverse) / size, 1e-11);
+    }
+  }
+}
+
+TEST(LinearSolvers, MultigridNeedsFewCycles) {
+  struct Case {
+    Cells cells;
+    std::array<std::pair<Wall, Wall>, 3> walls;
+    int most, most_alone;
+  };
+  const std::vector<Case> cases{{{128, 128, 1}, {all_walls[0], all_walls[0], all_walls[0]}, 8, 8},
+                                {{128, 128, 1}, {all_walls[2], all_walls[2], all_walls[0]}, 9, 8},
+                                {{128, 128, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 9, 8},
+                                {{100, 75, 1}, {all_walls[1], all_walls[3], all_walls[0]}, 12, 25},
+                                {{32, 32, 32}, {all_walls[0], all_walls[0], all_walls[0]}, 10, 10},
+                                {{32, 32, 32}, {all_walls[2], all_walls[1], all_walls[0]}, 10, 10}};
+  for (const Case& c : cases) {
+    for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg}) {
+      const StencilMatrix matrix = diffusion(c.cells, c.walls, 0, constant_one);
+      LinearSolver solver(matrix, {.method = method, .tolerance = 1e-6});
+      std::vector<double> b = random_values(matrix.size(), 9), x(b.size(), 0.0);
+      const SolveReport report = solver.solve(b, x);
+      EXPECT_TRUE(report.converged);
+      EXPECT_LE(report.iterations, method == SolverMethod::cg ? c.most : c.most_alone) << c.cells[0] << " x " << c.cells[1] << " x " << c.cells[2] << " "
+                                           << name_of(method);
+    }
+  }
+}
+
+/// -lap(p) = f with p = cos(2 pi x) cos(pi y) between walls with zero slope in y: order 2.
+TEST(LinearSolvers, ConvergeToTheExactSolution) {
+  std::vector<double> errors;
+  for (const std::int64_t n : {16, 32, 64}) {
+    const StencilMatrix matrix = diffusion({n, n, 1}, {all_walls[0], all_walls[2], all_walls[0]}, 0, constant_one);
+    std::vector<double> f, exact;
+    for (std::int64_t j = 0; j < n; ++j) {
+      for (std::int64_t i = 0; i < n; ++i) {
+        const double x = (static_cast<double>(i) + 0.5) / static_cast<double>(n),
+                     y = (static_cast<double>(j) + 0.5) / static_cast<double>(n), pi = std::numbers::pi;
+        exact.push_back(std::cos(2 * pi * x) * std::cos(pi * y));
+        f.push_back(5 * pi * pi * exact.back());
+      }
+    }
+    std::vector<double> p(f.size(), 0.0);
+    LinearSolver solver(matrix, {});
+    EXPECT_EQ(solver.method(), SolverMethod::fourier);
+    EXPECT_TRUE(solver.solve(f, p).converged);
+    double error = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) error = std::max(error, std::abs(p[i] - exact[i]));
+    errors.push_back(error);
+  }
+  EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.02);
+  EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, 0.02);
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(LinearSolvers, SayWhatDoesNotFit) {
+  const StencilMatrix walls = diffusion({8, 8, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, uneven);
+  const auto make = [](const StencilMatrix& matrix, SolverMethod method) {
+    return message_of([&] { LinearSolver(matrix, {.method = method}); });
+  };
+  EXPECT_NE(make(walls, SolverMethod::fourier).find("not the same in all cells"), std::string::npos);
+  EXPECT_NE(make(walls, SolverMethod::tridiagonal).find("one axis"), std::string::npos);
+  StencilMatrix lopsided = walls;
+  lopsided.values[1][20] *= 3;
+  EXPECT_NE(make(lopsided, SolverMethod::cg).find("not symmetric"), std::string::npos);
+  // Helmholtz with the wrong sign between the first waves: neither cg nor multigrid, but directly.
+  const StencilMatrix indefinite = diffusion({8, 8, 1}, {all_walls[1], all_walls[1], all_walls[0]}, -35, constant_one);
+  EXPECT_NE(make(indefinite, SolverMethod::multigrid), "");
+  std::vector<double> b = random_values(64, 4), x(64, 0.0);
+  EXPECT_TRUE(LinearSolver(indefinite, {.method = SolverMethod::cg}).solve(b, x).is_indefinite);
+  EXPECT_TRUE(LinearSolver(indefinite, {.method = SolverMethod::direct}).solve(b, x).converged);
+  EXPECT_LT(error_of(indefinite, b, x), 1e-10);
+  const StencilMatrix fine = diffusion({64, 64, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, uneven);
+  b = random_values(64 * 64, 4), x.assign(64 * 64, 0.0);
+  const SolveReport report = LinearSolver(fine, {.method = SolverMethod::cg, .most_iterations = 2}).solve(b, x);
+  EXPECT_FALSE(report.converged);
+  EXPECT_EQ(report.iterations, 2);
+}
+
+TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
+  const StencilMatrix matrix = diffusion({7, 5, 1}, {all_walls[0], all_walls[3], all_walls[0]}, 1, uneven);
+  const LinearImage image = [&](std::span<const double> x, std::span<double> y) { multiply(matrix, x, y); };
+  for (const std::int64_t reach : {1, 2, -1}) {
+    const StencilMatrix found = probe(image, matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p");
+    EXPECT_EQ(dense_of(found), dense_of(matrix)) << reach;
+  }
+  const auto refusal = [&](const LinearImage& f, std::int64_t reach) {
+    return message_of([&] { probe(f, matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p"); });
+  };
+  EXPECT_NE(refusal(image, 0).find("not linear"), std::string::npos);  // it reaches farther
+  const LinearImage bent = [&](std::span<const double> x, std::span<double> y) {
+    multiply(matrix, x, y);
+    for (double& value : y) value *= 1 + value * value;
+  };
+  EXPECT_NE(refusal(bent, 1).find("solve for p: the operator is not linear"), std::string::npos);
+  const LinearImage shifted = [&](std::span<const double> x, std::span<double> y) {
+    multiply(matrix, x, y);
+    for (double& value : y) value += 1;
+  };
+  EXPECT_NE(refusal(shifted, 1).find("makes 1 of 0"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dpde
