@@ -135,10 +135,11 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
                                             "bicgstab or direct",
                                             name_));
   if (!report.converged)
-    throw Error(ErrorKind::run,
-                fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
-                            "tolerance {:.3g}",
-                            name_, report.iterations, name_of(report.method), report.residual, solve_.tolerance));
+    throw Error(
+        ErrorKind::run,
+        fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
+                    "tolerance {:.3g}",
+                    name_, report.iterations, name_of(report.method), report.residual, solve_.tolerance));
   write(fields[solve_.unknown], solution_);
 }
 

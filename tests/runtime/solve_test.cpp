@@ -92,8 +92,10 @@ double uneven(std::int64_t cell, std::size_t axis) {
   return 1 + 0.5 * std::sin(0.7 * static_cast<double>(cell) + 2 * static_cast<double>(axis));
 }
 
-const std::vector<std::pair<Wall, Wall>> all_walls{
-    {Wall::periodic, Wall::periodic}, {Wall::value, Wall::value}, {Wall::slope, Wall::slope}, {Wall::value, Wall::slope}};
+const std::vector<std::pair<Wall, Wall>> all_walls{{Wall::periodic, Wall::periodic},
+                                                   {Wall::value, Wall::value},
+                                                   {Wall::slope, Wall::slope},
+                                                   {Wall::value, Wall::slope}};
 
 /// What automatic chooses, and each other method that takes the operator.
 void expect_right(const StencilMatrix& matrix, const std::string& name) {
@@ -171,7 +173,8 @@ TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
       EXPECT_TRUE(LinearSolver(matrix, options).solve(b, x).converged);
       EXPECT_TRUE(LinearSolver(transposed(matrix), options).solve(y, z).converged);
       double forward = 0, reverse = 0, size = 0;
-      for (std::size_t i = 0; i < 108; ++i) forward += y[i] * x[i], reverse += z[i] * b[i], size += std::abs(y[i] * x[i]);
+      for (std::size_t i = 0; i < 108; ++i)
+        forward += y[i] * x[i], reverse += z[i] * b[i], size += std::abs(y[i] * x[i]);
       EXPECT_LT(std::abs(forward - reverse) / size, 1e-11);
     }
   }
@@ -196,8 +199,8 @@ TEST(LinearSolvers, MultigridNeedsFewCycles) {
       std::vector<double> b = random_values(matrix.size(), 9), x(b.size(), 0.0);
       const SolveReport report = solver.solve(b, x);
       EXPECT_TRUE(report.converged);
-      EXPECT_LE(report.iterations, method == SolverMethod::cg ? c.most : c.most_alone) << c.cells[0] << " x " << c.cells[1] << " x " << c.cells[2] << " "
-                                           << name_of(method);
+      EXPECT_LE(report.iterations, method == SolverMethod::cg ? c.most : c.most_alone)
+          << c.cells[0] << " x " << c.cells[1] << " x " << c.cells[2] << " " << name_of(method);
     }
   }
 }

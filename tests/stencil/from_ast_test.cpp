@@ -146,6 +146,36 @@ TEST(ProgramErrors, AxesAndBoundaries) {
             "E0368 one side of an axis cannot be periodic by itself | periodic");
 }
 
+TEST(StencilFromAst, SolvesSayWhatIsWrong) {
+  const auto in_solve = [](const std::string& head, const std::string& block, const std::string& rest = "") {
+    const std::vector<std::string> all = complaints(
+        "kernel k(w: field halo 1, out r: field) { r = w[-1] - 2*w + w[+1] } "
+        "kernel s(w: field, out r: field, sum e: param) { r = w; e += w } "
+        "kernel c(u: field, out r: field) { r = u } kernel x(w: field, out x: field) { x = w }" +
+        rest + "program p { " + head + " { " + block + " }; keep w }");
+    return all.empty() ? std::string() : all.front();
+  };
+  EXPECT_EQ(in_solve("solve r = u for w by cg tolerance 1e-8", "fill w periodic; run k"), "");
+  EXPECT_EQ(in_solve("solve r = u for w by gauss", "fill w periodic; run k").substr(0, 37),
+            "E0368 gauss is no method to solve by ");
+  EXPECT_EQ(in_solve("solve r = u for w by multigird", "fill w periodic; run k"),
+            "E0368 multigird is no method to solve by | multigird | did you mean multigrid?");
+  EXPECT_EQ(in_solve("solve r = u for w tolerance 2", "fill w periodic; run k"),
+            "E0368 a tolerance is a number between 0 and 1 | 2 | as 1e-10");
+  EXPECT_EQ(in_solve("solve r = u for w", "run k").substr(0, 69),
+            "E0368 program p runs k, which reads neighbours of w, without a fill |");
+  EXPECT_NE(
+      in_solve("solve z = u for w", "fill w periodic; run k").find("solves for z, which its block does not write"),
+      std::string::npos);
+  EXPECT_NE(in_solve("solve r = u for w", "run c").find("solves for w, which its block does not read"),
+            std::string::npos);
+  EXPECT_NE(in_solve("solve r = u for w", "run s").find("solves for w with sums or networks in the block"),
+            std::string::npos);
+  EXPECT_NE(in_solve("solve r = w for w", "fill w periodic; run k").find("solves for w, which is the right side"),
+            std::string::npos);
+  EXPECT_NE(in_solve("solve x = u for w", "run x").find("writes x, which is a coordinate"), std::string::npos);
+}
+
 TEST(ProgramErrors, Transforms) {
   const auto in_transform = [](const std::string& statement) {
     return complaints("program p {\naxes x periodic\n" + statement + "\nkeep v\n}\n").front();

@@ -126,7 +126,7 @@ TEST(Repeat, KeepsItsRules) {
             (std::vector<std::string>{"program p writes all twice", "program p keeps last, which it does not write"}));
   EXPECT_EQ(problems_with("each", "other"),
             std::vector<std::string>{"program p loads from each, which no repeat of 3 passes has saved"});
-  EXPECT_EQ(problems_with("last", "v").back(), "program p uses v both in a repeat, which writes it, and outside");
+  EXPECT_EQ(problems_with("last", "v").back(), "program p uses v both in a block, which writes it, and outside");
   Module module = module_of(stacks);
   std::get<Repeat>(module.programs[0].body[0]).count = 2;
   EXPECT_EQ(verify(module),
@@ -351,10 +351,9 @@ TEST(RepeatErrors, ResultsHaveTheirNames) {
 }
 
 TEST(RepeatErrors, AreSaidOnce) {
-  EXPECT_EQ(
-      in_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
-      Texts{"E0368 program p runs jacobi, which reads neighbours of u, without a fill | run jacobi | each pass of a "
-            "repeat is by itself: it fills what it reads around a cell, and what it writes is known in it only"});
+  EXPECT_EQ(in_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
+            Texts{"E0368 program p runs jacobi, which reads neighbours of u, without a fill | run jacobi | each "
+                  "block is by itself: it fills what it reads around a cell, and what it writes is known in it only"});
   EXPECT_EQ(in_program("repeat 9 { fill u x.low = 1; run jacobi; swap u, v }").size(), 1u);
   EXPECT_EQ(in_program("repeat 9 { fill u periodic; run jakobi; swap u, v }").size(), 1u);
   EXPECT_EQ(

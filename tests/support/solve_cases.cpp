@@ -42,12 +42,14 @@ std::vector<ProgramCase> solve_cases() {
   const adjoint::Activity all{{"u", "k"}, {"c"}}, without_k{{"u"}, {"c"}};
   return {
       {"solve periodic", 1,
-       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
-                      "fill phi periodic; run use; swap u, v }",
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
+           "fill phi periodic; run use; swap u, v }",
        all},
       {"solve with walls", 1,
-       operators_1d + "program p { run square; solve image = b for phi { fill k x = zero_gradient; fill phi x.low = 0, x.high "
-                      "= zero_gradient; run diffuse }; fill phi x.low = 0.3, x.high = zero_gradient; run use; swap u, v }",
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill k x = zero_gradient; fill phi x.low = 0, x.high "
+           "= zero_gradient; run diffuse }; fill phi x.low = 0.3, x.high = zero_gradient; run use; swap u, v }",
        all},
       {"weights that vary, in a solve", 1,
        operators_1d + "program p { run square; solve image = b for phi { fill k x = zero_gradient; fill phi x.low = "
@@ -62,30 +64,35 @@ std::vector<ProgramCase> solve_cases() {
                       "run poisson }; fill phi x = zero_gradient; run use; swap u, v }",
        without_k},
       {"solve that is not symmetric", 1,
-       operators_1d + "program p { run square; solve image = b for phi { fill phi x.low = 0, x.high = zero_gradient; run "
-                      "transport }; fill phi x.low = 0.1, x.high = zero_gradient; run use; swap u, v }",
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill phi x.low = 0, x.high = zero_gradient; run "
+           "transport }; fill phi x.low = 0.1, x.high = zero_gradient; run use; swap u, v }",
        without_k},
       {"solve that is not symmetric, periodic", 1,
        operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; run transport }; "
                       "fill phi periodic; run use; swap u, v }",
        without_k},
       {"solve by two kernels", 1,
-       operators_1d + "program p { run square; solve image = b for phi { fill phi x = 0; run bend; fill w x = 0; run stiff }; "
-                      "fill phi x = 0; run use; swap u, v }",
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill phi x = 0; run bend; fill w x = 0; run stiff }; "
+           "fill phi x = 0; run use; swap u, v }",
        without_k},
       {"solves one after the other", 1,
-       operators_1d + "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
-                      "solve r = phi for q { fill q periodic; run again }; fill phi periodic; run use; swap u, v; keep q } "
-                      "kernel again(q: field halo 1, out r: field, c, hx: param) { r = 2*q - c*(q[-1] - 2*q + q[+1])/hx^2 }",
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill phi periodic; fill k periodic; run diffuse }; "
+           "solve r = phi for q { fill q periodic; run again }; fill phi periodic; run use; swap u, v; keep q } "
+           "kernel again(q: field halo 1, out r: field, c, hx: param) { r = 2*q - c*(q[-1] - 2*q + q[+1])/hx^2 }",
        all},
       {"solve in a repeat", 1,
-       operators_1d + "program p { repeat 3 { run square; solve image = b for phi { fill phi periodic; fill k periodic; run "
-                      "diffuse }; fill phi periodic; run use; swap u, v } }",
+       operators_1d +
+           "program p { repeat 3 { run square; solve image = b for phi { fill phi periodic; fill k periodic; run "
+           "diffuse }; fill phi periodic; run use; swap u, v } }",
        all},
       {"solve 2-D, one axis periodic", 2,
-       operators_2d + "program p { run square; solve image = b for phi { fill k x periodic, y = zero_gradient; fill phi x "
-                      "periodic, y.low = 0, y.high = zero_gradient; run diffuse }; fill phi x periodic, y.low = 0.2, "
-                      "y.high = zero_gradient; run use; swap u, v }",
+       operators_2d +
+           "program p { run square; solve image = b for phi { fill k x periodic, y = zero_gradient; fill phi x "
+           "periodic, y.low = 0, y.high = zero_gradient; run diffuse }; fill phi x periodic, y.low = 0.2, "
+           "y.high = zero_gradient; run use; swap u, v }",
        all},
       {"solve singular 2-D", 2,
        operators_2d + "program p { run square; solve image = b for phi { fill phi periodic; run poisson }; "

@@ -33,8 +33,8 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
   return last;
 }
 
-/// A statement but for a run. Behind a block the adjoint has the fill from before it again. `is_grown`: the field was computed beyond the interior, where its first fill changes it
-/// too.
+/// A statement but for a run. Behind a block the adjoint has the fill from before it again. `is_grown`: the field was
+/// computed beyond the interior, where its first fill changes it too.
 bool changes(const Program& program, size_t index, const std::string& field, bool is_grown) {
   const auto is_filled_anew = [&] {
     bool found = false;

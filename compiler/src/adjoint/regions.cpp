@@ -85,8 +85,8 @@ const Fill* last_fill(const Program& program, const std::string& field, std::siz
   for (std::size_t i = 0; i < end; ++i) {
     match(
         program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
-        [](const Repeat&) {});
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        [](const Solve&) {}, [](const Repeat&) {});
   }
   return last;
 }
@@ -153,8 +153,7 @@ bool is_read_by(const Module& kernels, const std::vector<Statement>& body, const
         [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
         [&](const Reduce&) { return is_read(); }, [&](const NetworkCall&) { return is_read(); },
         [&](const Transform&) { return is_read(); }, [&](const Run&) { return is_read(); },
-        [&](const Solve&) { return is_read(); },
-        [&](const Repeat&) { return is_read(); });
+        [&](const Solve&) { return is_read(); }, [&](const Repeat&) { return is_read(); });
   });
 }
 

@@ -30,8 +30,8 @@ std::string Reversal::add_transposed_solve(const Solve& solve, const std::string
   block.reverse_all();
   block.finish({copy.unknown});
   block.restore_seed_names();
-  Solve transposed{names_.of(copy.unknown), seed, names_.of(copy.image), block.statements(kernels_), solve.by,
-                   solve.written};
+  Solve transposed{names_.of(copy.unknown),    seed,     names_.of(copy.image),
+                   block.statements(kernels_), solve.by, solve.written};
   for (const std::string& field : coefficients_of(kernels_, transposed)) needed[field] = index;
   for (const std::string& field : spoiled_.add(effects(kernels_, transposed))) filled_.erase(field);
   const std::string multiplier = transposed.unknown;

@@ -333,7 +333,8 @@ class TangentWriter {
       const Varied inside = find_varied(copy.module, copy.program, copy.activity(varied_));
       for (const auto& [input, copied] : copy.inputs) {  // what varies by its walls alone is still inside
         if (inside.fields.contains(copied))
-          add_store(names_.of(copied), copy.is_active(input, varied_) ? access(names_.of(input)) : Expr(0.0), "copy", into);
+          add_store(names_.of(copied), copy.is_active(input, varied_) ? access(names_.of(input)) : Expr(0.0), "copy",
+                    into);
       }
       TangentWriter(copy.module, copy.program, inside, names_, form_, kernels_).add(copy.program.body, derived);
       right = right - access(names_.of(copy.image));

@@ -186,8 +186,7 @@ bool has_extremes(const std::vector<stencil::Statement>& statements) {
         statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
         [](const stencil::Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
         [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Run&) { return false; },
-        [](const stencil::Solve& solve) { return has_extremes(solve.body); },
+        [](const stencil::Run&) { return false; }, [](const stencil::Solve& solve) { return has_extremes(solve.body); },
         [](const stencil::Repeat& repeat) { return has_extremes(repeat.body); });
   });
 }

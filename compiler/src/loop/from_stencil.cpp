@@ -325,14 +325,21 @@ void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::S
                               const stencil::Program& program) {
   const stencil::Program block = stencil::operator_of(solve, program);
   const stencil::Effects known = stencil::effects(source_, solve);
-  Solve result{solve.image,  solve.right, solve.unknown, {}, solve.by.method, solve.by.tolerance,
+  Solve result{solve.image,
+               solve.right,
+               solve.unknown,
+               {},
+               solve.by.method,
+               solve.by.tolerance,
                stencil::reach_of_operator(source_, solve, program.axes.size()),
-               stencil::coefficients_of(source_, solve), known.params};
+               stencil::coefficients_of(source_, solve),
+               known.params};
   ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
   input.filled_each_run.insert(contested_.begin(), contested_.end());
   Schedule scheduled = schedule(std::move(input));
   result.body = std::move(scheduled.body);
-  std::set<std::string> modified(known.writes.begin(), known.writes.end()), touched(known.reads.begin(), known.reads.end());
+  std::set<std::string> modified(known.writes.begin(), known.writes.end()),
+      touched(known.reads.begin(), known.reads.end());
   modified.insert(known.spoils.begin(), known.spoils.end());
   for (Fill& fill : scheduled.prepare) {
     modified.erase(fill.field);

@@ -331,7 +331,8 @@ void Evaluation::run(const std::vector<Statement>& body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
         [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
-        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [](const Solve&) {}, [&](const Repeat& r) { repeat(r); });
+        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [](const Solve&) {},
+        [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
   }
 }

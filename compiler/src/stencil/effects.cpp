@@ -95,8 +95,12 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
 Effects of_solve(const Module& module, const Solve& solve) {
   const Program block = operator_of(solve, {});
   const Interface known = interface_of(module, block);
-  Effects e{.reads = coefficients_of(module, solve), .writes = {solve.unknown}, .params = known.params,
-            .sums = known.sums, .networks = known.networks, .inner = known.written};
+  Effects e{.reads = coefficients_of(module, solve),
+            .writes = {solve.unknown},
+            .params = known.params,
+            .sums = known.sums,
+            .networks = known.networks,
+            .inner = known.written};
   for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
   for_each_fill(block, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);

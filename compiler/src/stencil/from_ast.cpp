@@ -254,8 +254,12 @@ class ModuleReader {
     }
     std::swap(outer, program_.body);
     filled_ = filled;
-    program_.body.push_back(Solve{source.image.name, source.right.name, source.unknown.name, std::move(outer),
-                                  by.value_or(SolveBy{}), {"", source.unknown.range}});
+    program_.body.push_back(Solve{source.image.name,
+                                  source.right.name,
+                                  source.unknown.name,
+                                  std::move(outer),
+                                  by.value_or(SolveBy{}),
+                                  {"", source.unknown.range}});
   }
 
   void read_fill(const ast::FillItem& fill, SourceRange range) {
@@ -469,10 +473,9 @@ class ModuleReader {
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
       const Program* program = module_.find_program(problem.declaration);
       sink_.report("bad-program", range, {program ? as_written(module_, *program, problem.text) : problem.text},
-                   blocks_.contains(range.begin)
-                       ? "each block is by itself: it fills what it reads around a cell, and what it writes is known "
-                         "in it only"
-                       : "");
+                   blocks_.contains(range.begin) ? "each block is by itself: it fills what it reads around a cell, and "
+                                                   "what it writes is known in it only"
+                                                 : "");
     }
   }
 

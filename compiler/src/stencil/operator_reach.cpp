@@ -74,7 +74,8 @@ class ReachFinder {
         if (!from) from = Reach{};
         for (std::size_t axis = 0; axis < rank_; ++axis) {
           int& reach = (*from)[axis];
-          reach = reach == anywhere || known->second[axis] == anywhere ? anywhere : std::max(reach, known->second[axis]);
+          reach =
+              reach == anywhere || known->second[axis] == anywhere ? anywhere : std::max(reach, known->second[axis]);
         }
       }
     }

@@ -41,14 +41,18 @@ std::vector<std::string> fields_named(const ast::Item& item) {
   return match(
       item.kind, [&](const ast::RepeatItem& repeat) { return names_of(repeat.to); },
       [](const ast::SwapItem& swap) { return Names{swap.state.name}; },
-      [](const ast::ReduceItem& reduce) { return Names{reduce.field.name, reduce.result.name}; },
+      [](const ast::ReduceItem& reduce) {
+        return Names{reduce.field.name, reduce.result.name};
+      },
       [](const ast::TransformItem& transform) {
         Names names;
         for (const ast::TransformItem::Term& term : transform.terms) names.push_back(term.field.name);
         names.push_back(transform.result.name);
         return names;
       },
-      [](const ast::SolveItem& solve) { return Names{solve.image.name, solve.right.name, solve.unknown.name}; },
+      [](const ast::SolveItem& solve) {
+        return Names{solve.image.name, solve.right.name, solve.unknown.name};
+      },
       [](const ast::ApplyItem& apply) { return fields_of(apply); },
       [](const ast::OneOf<ast::FillItem, ast::RunItem, ast::StackItem, ast::KeepItem, ast::AxesItem> auto&) {
         return Names();

@@ -55,8 +55,7 @@ class ProgramCheck {
           [&](const Reduce& reduce) { check_reduce(reduce); },
           [&](const NetworkCall& network_call) { check_network_call(network_call); },
           [&](const Transform& transform) { check_transform(transform); }, [&](const Run& run) { check_run(run); },
-          [&](const Solve& solve) { check_solve(solve); },
-          [&](const Repeat& repeat) { check_repeat(repeat); });
+          [&](const Solve& solve) { check_solve(solve); }, [&](const Repeat& repeat) { check_repeat(repeat); });
     }
   }
 
@@ -95,7 +94,8 @@ class ProgramCheck {
     const Effects known = effects(module_, solve);
     if (!inside.is_written(solve.image)) violation("solves for {}, which its block does not write", solve.image);
     if (inside.is_written(solve.unknown)) violation("solves for {} and writes it in the block", solve.unknown);
-    if (!inside.fields_.contains(solve.unknown)) violation("solves for {}, which its block does not read", solve.unknown);
+    if (!inside.fields_.contains(solve.unknown))
+      violation("solves for {}, which its block does not read", solve.unknown);
     if (!known.sums.empty() || !known.networks.empty())
       violation("solves for {} with sums or networks in the block", solve.unknown);
     if (!(solve.by.tolerance > 0 && solve.by.tolerance < 1))

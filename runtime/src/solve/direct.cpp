@@ -17,9 +17,10 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
   const std::int64_t cells = matrix.size();
   if (is_dense_) {
     if (cells > most_dense)
-      throw Error(ErrorKind::run,
-                  "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
-                  "round), which is solved up to 1500 cells only: write it in the form of fluxes");
+      throw Error(
+          ErrorKind::run,
+          "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
+          "round), which is solved up to 1500 cells only: write it in the form of fluxes");
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(cells, cells);
     for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
       dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;

@@ -34,7 +34,8 @@ bool is_even(const StencilMatrix& matrix, const std::vector<double>& row, std::s
     std::array<int, 3> mirrored = matrix.offsets[k];
     mirrored[axis] = -mirrored[axis];
     const auto other = std::ranges::find(matrix.offsets, mirrored);
-    const double value = other == matrix.offsets.end() ? 0 : row[static_cast<std::size_t>(other - matrix.offsets.begin())];
+    const double value =
+        other == matrix.offsets.end() ? 0 : row[static_cast<std::size_t>(other - matrix.offsets.begin())];
     if (std::abs(value - row[k]) > zero) return false;
   }
   return true;
@@ -60,8 +61,8 @@ bool FourierSolver::is_made_of(const StencilMatrix& matrix, const std::vector<do
           double sign = 1;
           for (std::size_t axis = 0; axis < 3; ++axis) {
             if (images[axis].is_periodic) continue;
-            const auto [image, s] = image_of(cell[axis] + offset[axis], matrix.cells[axis], false, images[axis].low,
-                                             images[axis].high);
+            const auto [image, s] =
+                image_of(cell[axis] + offset[axis], matrix.cells[axis], false, images[axis].low, images[axis].high);
             offset[axis] = static_cast<int>(image - cell[axis]);
             sign *= s;
           }

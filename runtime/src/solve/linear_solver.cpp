@@ -110,8 +110,9 @@ bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
   fourier = FourierSolver::of(matrix, options.rounding);
   if (!fourier) return false;
   method = SolverMethod::fourier;
-  reason = fourier->has_walls() ? "the same coefficients everywhere, walls that are mirrors: Fourier series of the images"
-                                : "the same coefficients everywhere, periodic: Fourier series";
+  reason = fourier->has_walls()
+               ? "the same coefficients everywhere, walls that are mirrors: Fourier series of the images"
+               : "the same coefficients everywhere, periodic: Fourier series";
   return true;
 }
 
@@ -155,9 +156,8 @@ void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
   if (incomplete.info() != Eigen::Success)
     throw Error(ErrorKind::run, "the operator is singular: no incomplete factors of it are found");
   reason = "neither constant nor coupled with neighbours alone: BiCGStab, preconditioned by incomplete factors";
-  make_iterations([this](std::span<const double> r, std::span<double> z) {
-    vector_of(z) = incomplete.solve(vector_of(r));
-  });
+  make_iterations(
+      [this](std::span<const double> r, std::span<double> z) { vector_of(z) = incomplete.solve(vector_of(r)); });
 }
 
 void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
@@ -193,8 +193,9 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
         reason = "symmetric: conjugate gradients, divided by the diagonal";
         return;
       }
-      refuse(options.method, is_symmetric() ? "cells are coupled with others than their neighbours, or with both signs"
-                                            : "the operator is not symmetric",
+      refuse(options.method,
+             is_symmetric() ? "cells are coupled with others than their neighbours, or with both signs"
+                            : "the operator is not symmetric",
              "take bicgstab or direct");
     case SolverMethod::bicgstab: return make_bicgstab(matrix);
   }

@@ -177,7 +177,8 @@ bool Multigrid::has_coarser(const Level& fine, Level& coarse) {
   std::array<bool, 3> halved{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t n = fine.cells[axis];
-    const bool keeps_ring = !fine.periodic[axis] || (n % 2 == 0 && n >= 6);  // a ring of two has two ways to a neighbour
+    const bool keeps_ring =
+        !fine.periodic[axis] || (n % 2 == 0 && n >= 6);  // a ring of two has two ways to a neighbour
     halved[axis] = n > 1 && keeps_ring && strength[axis] > 0 && strength[axis] >= least_coupling * strongest;
     if (halved[axis]) coarse.cells[axis] = (n + 1) / 2;
     any = any || halved[axis];
@@ -335,35 +336,34 @@ static void for_each_weight(const Fine& fine, const std::array<std::int64_t, 3>&
           coarse[0] * (y.near + coarse[1] * z.far), coarse[0] * (y.far + coarse[1] * z.far)};
       const std::array<double, 4> weights{y.near_weight * z.near_weight, y.far_weight * z.near_weight,
                                           y.near_weight * z.far_weight, y.far_weight * z.far_weight};
-      for (std::int64_t i = 0; i < fine.cells[0]; ++i, ++number) f(number, between[0][static_cast<std::size_t>(i)], rows, weights);
+      for (std::int64_t i = 0; i < fine.cells[0]; ++i, ++number)
+        f(number, between[0][static_cast<std::size_t>(i)], rows, weights);
     }
   }
 }
 
 void Multigrid::restrict_residual(const Level& fine, Level& coarse) {
   std::ranges::fill(coarse.b, 0.0);
-  for_each_weight(fine, coarse.cells,
-                  [&](std::size_t number, const Between& x, const auto& rows, const auto& weights) {
-                    const double r = fine.residual[number];
-                    for (std::size_t k = 0; k < 4; ++k) {
-                      if (weights[k] == 0) continue;
-                      coarse.b[static_cast<std::size_t>(rows[k] + x.near)] += x.near_weight * weights[k] * r;
-                      coarse.b[static_cast<std::size_t>(rows[k] + x.far)] += x.far_weight * weights[k] * r;
-                    }
-                  });
+  for_each_weight(fine, coarse.cells, [&](std::size_t number, const Between& x, const auto& rows, const auto& weights) {
+    const double r = fine.residual[number];
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (weights[k] == 0) continue;
+      coarse.b[static_cast<std::size_t>(rows[k] + x.near)] += x.near_weight * weights[k] * r;
+      coarse.b[static_cast<std::size_t>(rows[k] + x.far)] += x.far_weight * weights[k] * r;
+    }
+  });
 }
 
 void Multigrid::add_correction(Level& fine, const Level& coarse) {
-  for_each_weight(fine, coarse.cells,
-                  [&](std::size_t number, const Between& x, const auto& rows, const auto& weights) {
-                    double sum = 0;
-                    for (std::size_t k = 0; k < 4; ++k) {
-                      if (weights[k] == 0) continue;
-                      sum += weights[k] * (x.near_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.near)] +
-                                           x.far_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.far)]);
-                    }
-                    if (fine.inverse[number] > 0) fine.x[number] += sum;
-                  });
+  for_each_weight(fine, coarse.cells, [&](std::size_t number, const Between& x, const auto& rows, const auto& weights) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (weights[k] == 0) continue;
+      sum += weights[k] * (x.near_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.near)] +
+                           x.far_weight * coarse.x[static_cast<std::size_t>(rows[k] + x.far)]);
+    }
+    if (fine.inverse[number] > 0) fine.x[number] += sum;
+  });
 }
 
 void Multigrid::descend(std::size_t level) {

@@ -7,8 +7,8 @@
 // (A*x)_i = e_i*x_i + sum_j w_ij*(x_i - x_j). Levels are made of each other: two cells along an axis become one, whose
 // equation is the sum of theirs; a coupling between coarse cells is half the sum of those that cross (twice the way).
 // Axes along which cells are coupled less than a quarter as strongly as along the strongest are not made coarser. One
-// V-cycle smooths red cells, then black ones, on the way down and up; in reverse on the way up where the cycle has to be
-// symmetric, to precondition CG (measured: 6 to 8 cycles in place of 12 to 1e-6). Interpolation is linear and
+// V-cycle smooths red cells, then black ones, on the way down and up; in reverse on the way up where the cycle has to
+// be symmetric, to precondition CG (measured: 6 to 8 cycles in place of 12 to 1e-6). Interpolation is linear and
 // restriction its transpose.
 #pragma once
 
@@ -40,9 +40,9 @@ class Multigrid {
   struct Level {
     std::array<std::int64_t, 3> cells{};
     std::array<bool, 3> periodic{};
-    std::array<std::vector<double>, 3> coupling;  // of each cell with the next one along the axis
-    std::vector<double> rest, inverse;            // e, 1/diagonal (0 of cells without entries)
-    std::array<bool, 3> is_halved{};              // of the next level
+    std::array<std::vector<double>, 3> coupling;     // of each cell with the next one along the axis
+    std::vector<double> rest, inverse;               // e, 1/diagonal (0 of cells without entries)
+    std::array<bool, 3> is_halved{};                 // of the next level
     std::array<std::array<bool, 2>, 3> has_value{};  // walls at the low and the high side
     std::vector<double> b, x, residual;
 

@@ -16,7 +16,8 @@ constexpr int none = std::numeric_limits<int>::min();
 
 /// Along one axis: cells of one colour are more than twice the reach apart, around the end of a periodic axis too.
 struct AxisColours {
-  AxisColours(std::int64_t cells, bool periodic, std::int64_t reach) : count(cells), colour(static_cast<size_t>(cells)) {
+  AxisColours(std::int64_t cells, bool periodic, std::int64_t reach)
+      : count(cells), colour(static_cast<size_t>(cells)) {
     const std::int64_t period = 2 * reach + 1;
     const bool has_room = reach >= 0 && cells > period;
     const std::int64_t whole = !has_room ? 0 : periodic ? cells / period * period : cells;
@@ -37,7 +38,9 @@ struct AxisColours {
     }
   }
   /// To the cell of that colour that the image in cell i may depend on.
-  int offset(std::int64_t i, std::int64_t of_colour) const { return offsets[static_cast<size_t>(i * count + of_colour)]; }
+  int offset(std::int64_t i, std::int64_t of_colour) const {
+    return offsets[static_cast<size_t>(i * count + of_colour)];
+  }
 
   std::int64_t count;
   std::vector<std::int64_t> colour;
@@ -138,8 +141,8 @@ void check_linear(const LinearImage& image, const StencilMatrix& matrix, double 
   const double of_nothing = largest(made);
   if (std::isnan(of_nothing)) throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
   if (of_nothing != 0)
-    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what,
-                                            of_nothing));
+    throw Error(ErrorKind::run,
+                fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what, of_nothing));
   values = arbitrary(size);
   image(values, made);
   multiply(matrix, values, expected);
@@ -149,9 +152,10 @@ void check_linear(const LinearImage& image, const StencilMatrix& matrix, double 
   if (!std::isfinite(entry) || std::isnan(largest(made)))
     throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
   if (difference > 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1))
-    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
-                                        "off, with coefficients up to {:.3g}",
-                                        what, difference, entry));
+    throw Error(ErrorKind::run,
+                fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
+                            "off, with coefficients up to {:.3g}",
+                            what, difference, entry));
 }
 
 /// Of differences in one cell nothing is left, but for what rounding leaves: that is not proportional to the values.

@@ -32,8 +32,7 @@ StencilMatrix transposed(const StencilMatrix& matrix) {
 
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result) {
   std::ranges::fill(result, 0.0);
-  for_each_entry(matrix,
-                 [&](std::size_t row, std::size_t column, double value) { result[row] += value * x[column]; });
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) { result[row] += value * x[column]; });
 }
 
 }  // namespace dpde

@@ -8,8 +8,8 @@ namespace dpde {
 
 std::optional<TridiagonalSolver> TridiagonalSolver::of(const StencilMatrix& matrix, const NullSpace& null_space) {
   const auto n = static_cast<std::size_t>(matrix.size());
-  const bool is_one_part = null_space.is_empty() ||
-                           (null_space.parts().size() == 1 && null_space.parts().front().size() == n);
+  const bool is_one_part =
+      null_space.is_empty() || (null_space.parts().size() == 1 && null_space.parts().front().size() == n);
   if (static_cast<std::int64_t>(n) != matrix.cells[0] || n < 3 || !is_one_part || null_space.is_lopsided())
     return std::nullopt;
   std::vector<double> lower(n, 0.0), diagonal(n, 0.0), upper(n, 0.0);

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs with solves against closed forms: implicit steps of heat, far beyond the explicit limit, and a Poisson
+// equation. A wave sin(k x) of a grid is an eigenvector of the second difference, with -(2 - 2 cos(k h))/h^2.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/scene_run.h"
+
+namespace dpde {
+namespace {
+
+using testing::run_scene;
+using testing::task_gradient;
+
+const std::string heat = R"(
+kernel implicit(w: field halo 1, out image: field, nu, dt, hx: param) {
+  image = w - dt*nu*(w[-1] - 2*w + w[+1])/hx^2
+}
+program ring_step { solve image = u for w { fill w periodic; run implicit }; swap u, w }
+program rod_step { solve image = u for w { fill w x = 0; run implicit }; swap u, w }
+loop n in 0 .. 10 { ring_step }
+loop n in 0 .. 10 { rod_step }
+scene ring : ring_step { grid x = 0 .. 1, cells 64, periodic; nu = 1; initial u = sin(2*pi*x); step 0.01 }
+scene rod : rod_step { grid x = 0 .. 1, cells 64; nu = 1; initial u = sin(pi*x); step 0.01 }
+task of_ring : ring { unknown nu from 1; minimise mean(u^2) }
+task of_rod : rod { unknown nu from 1; minimise mean(u^2) }
+)";
+
+/// What 10 steps leave of a wave, and its derivative by nu.
+struct Amplitude {
+  double value, slope;
+};
+Amplitude amplitude(double k, double cells) {
+  const double lambda = (2 - 2 * std::cos(k / cells)) * cells * cells, factor = 1 + 0.01 * lambda;
+  return {std::pow(factor, -10), -10 * 0.01 * lambda * std::pow(factor, -11)};
+}
+
+/// The step is 80 times the explicit limit.
+TEST(ImplicitHeat, DampsWavesByTheClosedForm) {
+  for (const auto backend : {driver::Backend::jit, driver::Backend::interpreter}) {
+    for (const int cells : {1, 2, 3, 8, 64}) {
+      const std::vector<double> ring =
+          run_scene(heat, "ring", {{"cells", std::to_string(cells)}}, backend).state.at("u");
+      const std::vector<double> rod = run_scene(heat, "rod", {{"cells", std::to_string(cells)}}, backend).state.at("u");
+      for (int i = 0; i < cells; ++i) {
+        const double x = (i + 0.5) / cells, pi = std::numbers::pi;
+        EXPECT_NEAR(ring[static_cast<std::size_t>(i)], amplitude(2 * pi, cells).value * std::sin(2 * pi * x), 1e-13);
+        EXPECT_NEAR(rod[static_cast<std::size_t>(i)], amplitude(pi, cells).value * std::sin(pi * x), 1e-13);
+      }
+    }
+  }
+}
+
+TEST(ImplicitHeat, GradientByTheConductivityIsTheClosedForm) {
+  const double pi = std::numbers::pi;
+  for (const auto& [task, k] : {std::pair{"of_ring", 2 * pi}, std::pair{"of_rod", pi}}) {
+    const Amplitude a = amplitude(k, 64);
+    const auto result = task_gradient(heat, task);
+    EXPECT_NEAR(result.loss, a.value * a.value / 2, 1e-14) << task;
+    EXPECT_NEAR(result.gradient.at("nu").front() / (a.value * a.slope), 1, 1e-11) << task;
+  }
+}
+
+/// lap(p) = f, J = mean(p^2)/2: dJ/df = p/lambda in the mean of the cells; p has mean 0 whatever the mean of f.
+const std::string poisson = R"(
+kernel laplacian(p: field halo 1, out image: field, hx, hy: param) {
+  image = (p[-1, 0] - 2*p + p[+1, 0])/hx^2 + (p[0, -1] - 2*p + p[0, +1])/hy^2
+}
+program solve_it {
+  solve image = f for p { fill p periodic; run laplacian }
+  swap f, p
+}
+loop n in 0 .. 1 { solve_it }
+scene plane : solve_it {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  grid y = 0 .. 2*pi, cells 24, periodic
+  initial f = 5 + sin(x)*sin(y)
+  step 1
+}
+task by_source : plane { unknown initial f; minimise 0.5*mean(f^2) }
+)";
+
+TEST(PoissonEquation, AndItsGradientAreTheClosedForm) {
+  const double pi = std::numbers::pi;
+  const auto eigenvalue = [&](double n) { return -(2 - 2 * std::cos(2 * pi / n)) * n * n / (4 * pi * pi); };
+  const double lambda = eigenvalue(32) + eigenvalue(24);
+  const std::vector<double> p = run_scene(poisson, "plane").state.at("f");
+  const auto result = task_gradient(poisson, "by_source");
+  const std::vector<double>& gradient = result.gradient.at("f");
+  for (int j = 0; j < 24; ++j) {
+    for (int i = 0; i < 32; ++i) {
+      const double f = std::sin(2 * pi * (i + 0.5) / 32) * std::sin(2 * pi * (j + 0.5) / 24);
+      const auto cell = static_cast<std::size_t>(i + 32 * j);
+      EXPECT_NEAR(p[cell], f / lambda, 1e-13);
+      EXPECT_NEAR(gradient[cell], f / (lambda * lambda * 32 * 24), 1e-15);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde
