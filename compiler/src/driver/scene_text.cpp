@@ -54,6 +54,9 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::NetworkCall& i) {  // below the model outputs have no names of their own
         return model::network_call(
             {i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
+      },
+      [&](const model::Solve& s) {
+        return model::solve({s.name, with_values(s.operation, values), with_values(s.right, values), s.boundary});
       });
 }
 

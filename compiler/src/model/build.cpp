@@ -124,6 +124,8 @@ Expr apply(Apply application, Origin origin) { return make(std::move(application
 
 Expr network_call(NetworkCall inference, Origin origin) { return make(std::move(inference), origin); }
 
+Expr solve(Solve solved, Origin origin) { return make(std::move(solved), origin); }
+
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
 bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
@@ -132,7 +134,7 @@ bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
            std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) ||
-           std::holds_alternative<NetworkCall>(part->kind);
+           std::holds_alternative<NetworkCall>(part->kind) || std::holds_alternative<Solve>(part->kind);
   });
 }
 
@@ -163,7 +165,14 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
       [&](const Reduce& r) { f(r.operand); },
       [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
-      [&](const NetworkCall& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); });
+      [&](const NetworkCall& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); },
+      [&](const Solve& s) {
+        f(s.operation);
+        f(s.right);
+        for (const AxisSides& sides : s.boundary) {
+          for (const Side* side : {&sides.low, &sides.high}) f(side->value), f(side->a), f(side->b);
+        }
+      });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

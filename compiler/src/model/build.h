@@ -34,6 +34,7 @@ Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
 Expr reduce(Reduce reduction, Origin origin = {});
 Expr apply(Apply application, Origin origin = {});
 Expr network_call(NetworkCall inference, Origin origin = {});
+Expr solve(Solve solved, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor noise nor reductions: the same at all points.
@@ -48,6 +49,14 @@ struct Term {
 };
 /// Those that `e` is a sum of.
 std::vector<Term> terms_of(const Expr& e);
+
+/// part + rest, the first of which is linear in the field, the second does not read it.
+struct LinearPart {
+  Expr part = 0.0, rest = 0.0;
+};
+/// Of what is linear in the field, also by derivatives and values of neighbours; else nullopt, and `nonlinear` is where
+/// it is not.
+std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear);
 
 /// rest + factor*field, neither of which reads the field.
 struct Linear {

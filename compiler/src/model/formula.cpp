@@ -94,7 +94,7 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
       [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
-      [&](const NetworkCall& e) { return none(e); });
+      [&](const NetworkCall& e) { return none(e); }, [&](const Solve& e) { return none(e); });
 }
 
 Expr at_place(const Expr& formula, const Expr& place) {
@@ -122,7 +122,7 @@ Expr slope_of(const Expr& formula) {
       [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
       [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
-      [&](const NetworkCall& e) { return none(e); });
+      [&](const NetworkCall& e) { return none(e); }, [&](const Solve& e) { return none(e); });
 }
 
 }  // namespace dpde::model

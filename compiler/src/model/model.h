@@ -155,8 +155,28 @@ struct NetworkCall {
   bool operator==(const NetworkCall&) const = default;
 };
 
+/// One side of a bounded axis.
+struct Side {
+  SideKind kind = SideKind::value;
+  Expr value = 0.0;       // of numbers, parameters, t and coordinates; 0 where the condition is given none
+  Expr a = 0.0, b = 0.0;  // where it is given them: the same along the wall
+  bool operator==(const Side&) const = default;
+};
+struct AxisSides {
+  Side low, high;  // not looked at on periodic axes
+  bool operator==(const AxisSides&) const = default;
+};
+/// The field, at cell centres, for which `operation` is `right`. It is called `name` in `operation`, which is linear in
+/// it.
+struct Solve {
+  std::string name;
+  Expr operation, right;
+  std::vector<AxisSides> boundary;  // one an axis
+  bool operator==(const Solve&) const = default;
+};
+
 using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift,
-                          Interpolate, Sample, Reduce, Apply, NetworkCall>;
+                          Interpolate, Sample, Reduce, Apply, NetworkCall, Solve>;
 struct Node {
   Kind kind;
   Origin origin;
@@ -199,15 +219,6 @@ struct Source {
   std::string variable;        // of a .nc file; "": the only field it holds
   std::optional<double> time;  // of a .nc file; none: its last state
   Origin origin;
-};
-
-struct Side {
-  SideKind kind = SideKind::value;
-  Expr value = 0.0;       // of numbers, parameters, t and coordinates; 0 where the condition is given none
-  Expr a = 0.0, b = 0.0;  // where it is given them: the same along the wall
-};
-struct AxisSides {
-  Side low, high;  // not looked at on periodic axes
 };
 
 struct State {
@@ -287,6 +298,7 @@ struct Scheme {
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer
+  SolveMethod solve = SolveMethod::automatic;
   bool operator==(const Scheme&) const = default;
 };
 

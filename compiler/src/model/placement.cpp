@@ -19,7 +19,8 @@ const T* as(const Expr& e) {
 /// Calls `f` on the children whose values are taken where `e` is.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {
-  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<NetworkCall>(e) || as<Apply>(e)) return;
+  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<NetworkCall>(e) || as<Apply>(e) || as<Solve>(e))
+    return;
   if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
   for_each_part(e, f);
 }
@@ -94,7 +95,7 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
   const Field* field = as<Field>(e);
   if (field && anywhere_.contains(field->name)) return;
   const Placement* result = result_of(e);
-  if (field || result || as<NetworkCall>(e)) {
+  if (field || result || as<NetworkCall>(e) || as<Solve>(e)) {
     const Placement own = field ? of(field->name) : result ? *result : Placement{};
     if (found == Fields::one && own != placement) {
       found = Fields::several;
@@ -127,6 +128,11 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
       if (const auto mistake = misplaced(argument, {})) return mistake;
     }
     return std::nullopt;
+  }
+  if (const Solve* solve = as<Solve>(e)) {
+    if (wanted != Placement{}) return Mistake{e, Placement{}, wanted};
+    const std::optional<Mistake> mistake = misplaced(solve->operation, {});
+    return mistake ? mistake : misplaced(solve->right, {});
   }
   if (const Apply* apply = as<Apply>(e)) {
     const Placement& own = apply->results[static_cast<std::size_t>(apply->component)];
@@ -169,7 +175,7 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
     if (!anywhere_.contains(field->name)) found.push_back(of(field->name));
     return;
   }
-  if (as<NetworkCall>(e)) return found.push_back({});
+  if (as<NetworkCall>(e) || as<Solve>(e)) return found.push_back({});
   if (const Placement* result = result_of(e)) {
     const Apply& apply = *as<Apply>(e);
     found.push_back(*result);

@@ -123,7 +123,8 @@ Piece piece(const Expr& e) {
       },
       [](const NetworkCall& i) {
         return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)};
-      });
+      },
+      [](const Solve& s) { return Piece{s.name}; });
 }
 
 std::string load_text(const std::string& file, const std::string& variable) {

@@ -174,6 +174,14 @@ Expr Rewriter::operator()(const Expr& e) {
       },
       [&](const NetworkCall& i) {
         return network_call({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin);
+      },
+      [&](const Solve& s) {
+        Solve rewritten = s;
+        rewritten.operation = (*this)(s.operation);
+        rewritten.right = (*this)(s.right);
+        for (std::size_t axis = 0; axis < s.boundary.size(); ++axis)
+          rewrite(rewritten.boundary[axis], static_cast<int>(axis));
+        return solve(std::move(rewritten), origin);
       });
 }
 

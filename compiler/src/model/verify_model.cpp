@@ -286,7 +286,12 @@ class Verifier {
           need(allowed.derivatives, "an operator");
           check_application(a, where);
         },
-        [&](const NetworkCall&) { need(allowed.reductions || allowed.networks, "a network"); });
+        [&](const NetworkCall&) { need(allowed.reductions || allowed.networks, "a network"); },
+        [&](const Solve& s) {
+          need(allowed.derivatives, "a solve");
+          demand(s.boundary.size() == problem_.axes.size(), fmt::format("{}: {} has {} axes", where, s.name, s.boundary.size()));
+          fields_.insert(s.name);
+        });
     check_children(e, where, allowed);
   }
 

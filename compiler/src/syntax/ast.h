@@ -57,6 +57,11 @@ struct EquationItem {  // dt(u) = rhs, or dt(dt(u)) = rhs with field "dt(u)"
   Expr rhs;
 };
 
+struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes it true at each moment)
+  Expr left, right;
+  Identifier unknown;
+};
+
 // ---- items inside a scene ------------------------------------------------------------------------------------------
 struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
   Identifier axis;
@@ -350,7 +355,7 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 // gradient TASK and tolerance 1e-3 are OptionItems
 
 using ItemKind =
-    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem,
+    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, GridItem, ValueItem,
                  InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem,
                  OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, AssignItem,
                  ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem,

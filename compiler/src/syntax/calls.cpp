@@ -29,7 +29,11 @@ std::set<std::string> calls_of(const Model& model) {
   for (const Item& item : model.items) {
     match(
         item.kind, [&](const LetItem& let) { add_calls(let.value, names); },
-        [&](const EquationItem& equation) { add_calls(equation.rhs, names); }, [](const FieldItem&) {},
+        [&](const EquationItem& equation) { add_calls(equation.rhs, names); },
+        [&](const SolvedItem& solved) {
+          add_calls(solved.left, names);
+          add_calls(solved.right, names);
+        }, [](const FieldItem&) {},
         [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
         [](const OutsideModels auto&) {});
   }

@@ -45,6 +45,16 @@ ItemKind parse_equation(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_solved(Cursor& cursor) {
+  SolvedItem item;
+  item.left = parse_expression(cursor);
+  cursor.expect(TokenKind::assign);
+  item.right = parse_expression(cursor);
+  cursor.expect_word("for");
+  item.unknown = cursor.expect_name("the field that is sought");
+  return item;
+}
+
 /// What looks like an equation but is none: u = ..., dx(u) = ..., 0 = div(u).
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
@@ -342,7 +352,8 @@ BlockRule model_rule() {
            {"param", parse_param},
            {"control", parse_control},
            {"let", parse_let},
-           {"dt", parse_equation}},
+           {"dt", parse_equation},
+           {"solve", parse_solved}},
           {begins_no_equation, refuse_equation}};
 }
 

@@ -252,6 +252,9 @@ std::string print_item(const Item& item) {
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
+      [](const SolvedItem& i) {
+        return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
+      },
       [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
         return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");

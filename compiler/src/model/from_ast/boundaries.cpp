@@ -257,6 +257,21 @@ ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size
 
 }  // namespace
 
+std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name) {
+  State unknown;
+  unknown.name = name;
+  unknown.boundary.resize(draft.problem.axes.size());
+  std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    if (item.field.name != name) continue;
+    SidesOfField into{name, unknown.boundary, seen};
+    for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
+  }
+  check_complete(draft, unknown, seen);
+  draft.solved.insert(name);
+  return unknown.boundary;
+}
+
 void bind_boundaries(Draft& draft) {
   std::map<std::string, std::vector<std::array<SourceRange, 2>>> seen;
   for (State& state : draft.problem.states) {
@@ -264,6 +279,7 @@ void bind_boundaries(Draft& draft) {
     seen[state.name].resize(draft.problem.axes.size());
   }
   for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    if (draft.solved.contains(item.field.name)) continue;
     const std::vector<State*> states = find_states(draft, item.field, "a boundary");
     if (!states.empty() && !states.front()->velocity_of.empty()) {
       draft.sink.report("not-allowed-here", item.field.range, {item.field.name, "a boundary"},

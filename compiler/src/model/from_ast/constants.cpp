@@ -48,7 +48,8 @@ class Evaluation {
         [](const Sample&) -> double { unreachable("a sample in a number"); },
         [](const Reduce&) -> double { unreachable("a reduction in a number"); },
         [](const Apply&) -> double { unreachable("an operator in a number"); },
-        [](const NetworkCall&) -> double { unreachable("a network in a number"); });
+        [](const NetworkCall&) -> double { unreachable("a network in a number"); },
+        [](const Solve&) -> double { unreachable("a solve in a number"); });
   }
 
   Value finish(double number) const { return {number, mistake_, at_}; }

@@ -16,10 +16,43 @@ void bind_let(Draft& draft, const ast::LetItem& item) {
   if (value.type != Typed::Type::none) draft.lets.emplace(item.name.name, std::move(value));
 }
 
+/// The name stands for itself in its own equation, and behind that for the field that solves it.
+void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
+  const std::string& name = item.unknown.name;
+  if (!declare(draft, item.unknown, Role::let)) return;
+  draft.lets[name] = {Typed::Type::number, {field(name, {item.unknown.range})}};
+  Expressions expressions(draft, Purpose::equation, name);
+  const auto left = expressions.number(item.left), right = expressions.number(item.right);
+  draft.lets.erase(name);
+  if (!left || !right) return;
+  const Expr difference = binary(BinaryOp::subtract, *left, *right);
+  Origin nonlinear;
+  const std::optional<LinearPart> parts = linear_part(difference, name, nonlinear);
+  if (!parts) {
+    draft.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : range, {name},
+                      fmt::format("write sums of products of {0} and its derivatives with what does not hold {0}", name));
+    return;
+  }
+  if (is_constant(parts->part, 0)) {
+    draft.sink.report("solve-does-not-fit", range, {name, "the equation does not hold it"}, "as in lap(phi) = omega");
+    return;
+  }
+  if (draft.problem.scheme.derivative_order == spectral || draft.problem.scheme.laplacian_order == spectral) {
+    draft.sink.report("solve-does-not-fit", range, {name, "derivatives by Fourier series are in no solve"},
+                      "take dx and lap = central(2), ... in the scheme");
+    return;
+  }
+  Solve solved{name, parts->part, negate(parts->rest), boundary_of_solved(draft, name)};
+  draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
+}
+
 }  // namespace
 
 void bind_equations(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::LetItem>(draft.model->items)) bind_let(draft, item);
+  for (const ast::Item& item : draft.model->items) {
+    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) bind_let(draft, *let);
+    if (const auto* solved = std::get_if<ast::SolvedItem>(&item.kind)) bind_solved(draft, *solved, item.range);
+  }
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
     const std::string rated = rated_field(item.field.name);
