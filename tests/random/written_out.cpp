@@ -110,6 +110,13 @@ class Writer {
             result_.kernels.push_back(renamed(*module_.find_kernel(run.kernel), names, numbers, kernel));
           body.push_back(Run{kernel, run.grow});
         },
+        [&](Solve solve) {
+          for (std::string* field : {&solve.image, &solve.right, &solve.unknown}) *field = name(*field);
+          std::vector<Statement> block;
+          for (const Statement& inner : solve.body) add(inner, names, numbers, pass, block);
+          solve.body = std::move(block);
+          body.push_back(std::move(solve));
+        },
         [&](const Repeat& repeat) { body.push_back(repeat); });
   }
 
