@@ -419,9 +419,10 @@ std::string print(TimeScheme time) {
 
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
-  const std::string dealias = s.dealias ? "; dealias = two_thirds" : "";
+  std::string others = s.dealias ? "; dealias = two_thirds" : "";
+  if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect_text(s),
-                     order_text(s.derivative_order), order_text(s.laplacian_order), dealias, print(s.time), real);
+                     order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
 }
 
 std::string print(const Control& control, double step) {

@@ -29,7 +29,7 @@ bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
-  if (as<model::NetworkCall>(e)) return true;
+  if (as<model::NetworkCall>(e) || as<model::Solve>(e)) return true;
   bool found = is_field(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
   return found;
@@ -42,7 +42,7 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 }
 
 bool holds_derivative(const model::Expr& e) {
-  if (as<model::NetworkCall>(e)) return false;  // of a field of its own
+  if (as<model::NetworkCall>(e) || as<model::Solve>(e)) return false;  // of fields of their own
   bool found = as<model::Derivative>(e) || as<model::Advect>(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
   return found;
@@ -90,7 +90,7 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
-  if (as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
+  if (as<model::Apply>(e) || as<model::NetworkCall>(e) || as<model::Solve>(e)) return false;
   if (holds_derivative(e) || !reads_in_place(e)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
@@ -112,7 +112,8 @@ std::vector<std::string> fields_made(const Preparation& preparation) {
       preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
       [](const NetworkCall& network_call) { return network_call.results; },
-      [](const Transform& transform) { return std::vector<std::string>{transform.result}; });
+      [](const Transform& transform) { return std::vector<std::string>{transform.result}; },
+      [](const PreparedSolve& solve) { return std::vector<std::string>{solve.unknown}; });
 }
 
 }  // namespace
@@ -255,6 +256,9 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
       [&](const model::NetworkCall& i) {
         return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
+      },
+      [&](const model::Solve&) {
+        return Quotient{access(stored_solve(e), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
       },
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
 }

@@ -62,9 +62,19 @@ struct Reading {
   Reading();
 };
 
+/// A field that solves an equation: `kernel` makes `image` of `unknown`, `right` is what it shall be. `state` is no state
+/// of the problem, but has the boundary of the unknown. The other fields are of use where that has values: `at_rest` is
+/// 0 inside, `of_walls` its image, `total` what is left for the right side.
+struct PreparedSolve {
+  model::State state;
+  std::string unknown, image, right, at_rest, of_walls, total;
+  Kernel kernel;
+  SolveMethod method = SolveMethod::automatic;
+};
+
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
 /// kernel without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
-using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform>;
+using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform, PreparedSolve>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
@@ -113,6 +123,7 @@ class Discretiser {
   std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
   std::string stored_inference(const model::NetworkCall& e);
+  std::string stored_solve(const model::Expr& e);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,

@@ -44,6 +44,27 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
         Reads reads;
         for (const Transform::Term& term : transform.terms) reads.push_back({term.field, {}, false});
         return reads;
+      },
+      [](const PreparedSolve& solve) {  // its block fills what it reads
+        Reads reads{{solve.right, {}, false}};
+        for (const Signature::Read& read : signature(solve.kernel).reads) {
+          if (read.field != solve.unknown) reads.push_back({read.field, {}, false});
+        }
+        return reads;
+      });
+}
+
+/// In its block.
+int width_inside(const Preparation& preparation) {
+  const auto none = [](const auto&) { return 0; };
+  return match(
+      preparation, [&](const Kernel& k) { return none(k); }, [&](const Reduce& r) { return none(r); },
+      [&](const NetworkCall& n) { return none(n); }, [&](const Transform& t) { return none(t); },
+      [](const PreparedSolve& solve) {
+        int width = 0;
+        for (const Signature::Read& read : signature(solve.kernel).reads)
+          width = std::max(width, *std::ranges::max_element(read.halo));
+        return width;
       });
 }
 
@@ -76,6 +97,7 @@ int widest_read(const std::vector<Stage>& stages, bool has_walls) {
     const std::vector<int> grows = grows_of(stage, has_walls);
     for (std::size_t i = 0; i < grows.size(); ++i) {
       for (const Signature::Read& read : reads_of(stage.before[i])) width = std::max(width, grows[i] + width_of(read));
+      width = std::max(width, width_inside(stage.before[i]));
     }
   }
   return width;
@@ -132,6 +154,14 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
             for (Transform::Term& term : transform.terms) term.field = renamed(term.field);
             if (!state_of.contains(transform.result))
               transform.result = names[transform.result] = taken.fresh(transform.result);
+          },
+          [&](PreparedSolve& solve) {
+            solve.right = renamed(solve.right);
+            for (std::string* field : {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total})
+              *field = names[*field] = taken.fresh(*field);
+            rename(solve.kernel);
+            solve.kernel.stores.front().field = solve.image;
+            solve.kernel.name = stage.kernel.name + "_" + solve.image;
           });
     }
     rename(stage.kernel);
@@ -354,6 +384,66 @@ bool Lowering::needs_fill(const Signature::Read& read) const {
   return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
 }
 
+namespace {
+
+/// With the condition that a difference of two fields with the boundary has.
+model::State homogeneous(model::State state) {
+  for (model::AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
+  return state;
+}
+
+bool has_values(const std::vector<AxisBoundary>& axes) {
+  bool found = false;
+  for_each_side(axes, [&](const Side& side) { found = found || !is_literal(side.value, 0); });
+  return found;
+}
+
+}  // namespace
+
+/// What walls with values do to the image belongs to the right side: the image of what is 0 inside, which is filled so.
+void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
+                            Module& module, Program& program) const {
+  const auto add = [&](Kernel made) { program.body.push_back(Run{add_kernel(module, std::move(made))}); };
+  Kernel zero = kernel(solve.kernel.name + "_rest");
+  zero.stores.push_back({solve.at_rest, false, 0.0, {}});
+  add(std::move(zero));
+  program.body.push_back(Fill{solve.at_rest, boundary});
+  std::vector<Signature::Read> reads = signature(solve.kernel).reads;
+  std::erase_if(reads, [&](const Signature::Read& read) { return read.field == solve.unknown; });
+  fill(reads);
+  Kernel walls = map_kernel(solve.kernel, [&](const Expr& e) {
+    return rename_fields(e, [&](const std::string& field) { return field == solve.unknown ? solve.at_rest : field; });
+  });
+  walls.name += "_walls";
+  walls.stores.front().field = solve.of_walls;
+  add(std::move(walls));
+  Kernel total = kernel(solve.kernel.name + "_right");
+  total.stores.push_back({solve.total, false, access(solve.right) - access(solve.of_walls), {}});
+  add(std::move(total));
+  solve.right = solve.total;
+}
+
+void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
+                         Program& program) const {
+  const std::vector<AxisBoundary> boundary = walls.boundary(solve.state, time, module, program);
+  if (has_values(boundary)) add_walls_of(solve, boundary, fill, module, program);
+  Program block{program.name, program.axes, {}, {}, {}};
+  Walls::Stored outer = walls.forget();
+  for (const Signature::Read& read : signature(solve.kernel).reads) {
+    const model::State* state = state_beyond_walls(read.field);
+    if (!needs_fill(read)) continue;
+    if (read.field == solve.unknown) {
+      block.body.push_back(Fill{read.field, walls.boundary(homogeneous(solve.state), time, module, block)});
+    } else {
+      block.body.push_back(
+          Fill{read.field, state ? walls.boundary(*state, time, module, block) : boundary_of(read.field)});
+    }
+  }
+  walls.remember(std::move(outer));
+  block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
+  program.body.push_back(Solve{solve.image, solve.right, solve.unknown, std::move(block.body), {solve.method}, {}});
+}
+
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
                                const Expr& time_of_results) const {
   const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_, state_of_);
@@ -365,12 +455,14 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   Walls walls(problem_, names_, widest_read(stages, has_walls), plain_boundary(), filled);
   std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
   BlockScope scope(module, stages, program, filled, grown, walls);
+  std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
   const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow) {
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
       if (scope.is_from_outside(read.field) && has_value_on_walls(read)) continue;
       if (grown.contains(read.field) || !needs_fill(read) || !filled.insert(read.field).second) continue;
-      const model::State* const state = state_beyond_walls(read.field);
+      const auto unknown = solved.find(read.field);
+      const model::State* const state = unknown != solved.end() ? &unknown->second : state_beyond_walls(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
       if (state != nullptr) boundary = walls.boundary(*state, time, module, program);
       program.body.push_back(Fill{read.field, std::move(boundary)});
@@ -401,6 +493,11 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
           [&](const Transform& transform) {
             filled.erase(transform.result);
             program.body.push_back(transform);
+          },
+          [&](const PreparedSolve& solve) {
+            solved[solve.unknown] = solve.state;
+            const auto fill_now = [&](const std::vector<Signature::Read>& reads) { fill(reads, stage.time, 0); };
+            add_solve(solve, stage.time, fill_now, walls, module, program);
           });
     }
     fill(signature(stage.kernel).reads, stage.time, 0);

@@ -3,6 +3,7 @@
 // program: a field read at offsets or interpolated is filled before the first such read after it was written.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@
 #include "stencil/build.h"
 #include "stencil/discretise.h"
 #include "stencil/stencil.h"
+#include "stencil/walls.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -64,6 +66,11 @@ class Lowering {
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:
+  using FillReads = std::function<void(const std::vector<Signature::Read>&)>;
+  void add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
+                 Program& program) const;
+  void add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
+                    Module& module, Program& program) const;
   const model::State* state_on_walls(const std::string& field) const;
   std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;

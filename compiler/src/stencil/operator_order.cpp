@@ -191,6 +191,8 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
     return "it holds a reduction";
   if (holds([](const model::Expr& e) { return std::holds_alternative<model::NetworkCall>(e->kind); }))
     return "a network is in it";
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }))
+    return "a solve is in it";
   if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); }))
     return "it holds a sample";
   const bool has_places = holds([](const model::Expr& e) {

@@ -116,7 +116,8 @@ Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::E
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
     return any_part(component, [](const Expr& part) {
       return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||
-             std::holds_alternative<Advect>(part->kind) || std::holds_alternative<NetworkCall>(part->kind);
+             std::holds_alternative<Advect>(part->kind) || std::holds_alternative<NetworkCall>(part->kind) ||
+             std::holds_alternative<Solve>(part->kind);
     });
   });
   if (is_simple) return value;

@@ -48,6 +48,11 @@ void set_dealias(Scheme& scheme) {
   scheme.dealias = dealias;
 }
 
+template <SolveMethod method>
+void set_solve(Scheme& scheme) {
+  scheme.solve = method;
+}
+
 template <Precision real>
 void set_real(Scheme& scheme) {
   scheme.real = real;
@@ -88,6 +93,13 @@ constexpr Choice choices[] = {
     {"lap", "spectral", {"spectral()"}, set_laplacian<spectral>},
     {"dealias", "none", {}, set_dealias<false>},
     {"dealias", "two_thirds", {"two_thirds()"}, set_dealias<true>},
+    {"solve", "automatic", {}, set_solve<SolveMethod::automatic>},
+    {"solve", "direct", {}, set_solve<SolveMethod::direct>},
+    {"solve", "tridiagonal", {}, set_solve<SolveMethod::tridiagonal>},
+    {"solve", "fourier", {}, set_solve<SolveMethod::fourier>},
+    {"solve", "multigrid", {}, set_solve<SolveMethod::multigrid>},
+    {"solve", "cg", {}, set_solve<SolveMethod::cg>},
+    {"solve", "bicgstab", {}, set_solve<SolveMethod::bicgstab>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
@@ -143,7 +155,7 @@ void bind_row(Draft& draft, const ast::ValueItem& row) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx", "lap", "dealias", "time", "real", "networks"};
+  static const std::vector<std::string> keys{"advect", "dx", "lap", "dealias", "solve", "time", "real", "networks"};
   return keys;
 }
 

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fields that solve an equation, as statements before the kernel that reads them.
+#include "model/build.h"
+#include "stencil/build.h"
+#include "stencil/discretise.h"
+
+namespace dpde::stencil {
+
+/// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
+std::string Discretiser::stored_solve(const model::Expr& e) {
+  for (const Operand& known : operands_) {
+    if (known.value == e) return known.field;
+  }
+  const auto& solve = std::get<model::Solve>(e->kind);
+  PreparedSolve made;
+  made.right = stored_operand(solve.right, {});
+  made.state.name = solve.name;
+  made.state.boundary = solve.boundary;
+  made.method = scheme_.solve;
+  made.unknown = names_.fresh(solve.name);
+  made.image = names_.fresh(solve.name + "_image");
+  Reading reading = reading_;
+  reading.fields[solve.name] = made.unknown;
+  Discretiser body(scheme_, names_, rank_, std::move(reading), placements_);
+  body.parts_ = parts_;
+  body.preparations_ = preparations_;
+  body.operands_ = operands_;
+  const Expr image = body.at(solve.operation, {}).value();
+  parts_ = body.parts_;
+  preparations_ = body.preparations_;
+  operands_ = body.operands_;
+  names_ = body.names_;
+  for (auto* field : {&made.at_rest, &made.of_walls, &made.total}) *field = names_.fresh(solve.name + "_walls");
+  made.kernel = Kernel{"", rank_, body.lets_, {{made.image, false, image, e->origin}}, {}, {}};
+  preparations_.emplace_back(std::move(made));
+  operands_.push_back({e, {}, std::get<PreparedSolve>(preparations_.back()).unknown});
+  return operands_.back().field;
+}
+
+}  // namespace dpde::stencil
