@@ -123,13 +123,15 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
   read(fields[solve_.right], right_);
   const auto is_finite = [](double value) { return std::isfinite(value); };
-  if (!std::ranges::all_of(right_, is_finite)) {  // who looks after the run finds it in the result
+  const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
-    return write(fields[solve_.unknown], solution_);
-  }
+    write(fields[solve_.unknown], solution_);
+  };
+  if (!std::ranges::all_of(right_, is_finite)) return give_up();
   if (has_changed(fields, params)) make_solver(fields, apply);
   std::ranges::fill(solution_, 0.0);
   const SolveReport report = solver_->solve(right_, solution_);
+  if (!std::isfinite(report.residual)) return give_up();
   if (report.is_indefinite)
     throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "
                                             "bicgstab or direct",

@@ -99,5 +99,87 @@ TEST(PoissonEquation, AndItsGradientAreTheClosedForm) {
   }
 }
 
+// ---- equations of models -------------------------------------------------------------------------------------------
+
+/// psi is a multiple of omega, so that nothing is carried anywhere and omega decays by the grid's own eigenvalue.
+const std::string vortices = R"(
+model flow {
+  field omega
+  param nu
+  solve lap(psi) = -omega for psi
+  let v = (dy(psi), -dx(psi))
+  dt(omega) = -advect(v, omega) + nu*lap(omega)
+}
+scheme default { time = rk4 }
+scene taylor_green : flow {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  grid y = 0 .. 2*pi, cells 16, periodic
+  nu = 0.01
+  initial omega = 2*sin(x)*sin(y)
+  exact   omega = 2*sin(x)*sin(y)*exp(-2*nu*t)
+  time 0 .. 1, step 0.05
+}
+task by_viscosity : taylor_green { unknown nu; minimise 0.5*mean(psi*omega) }
+)";
+
+TEST(Vorticity, TaylorGreenVorticesDecayByTheClosedForm) {
+  const double pi = std::numbers::pi;
+  std::vector<double> errors;
+  for (const int n : {16, 32, 64}) {
+    const auto run = run_scene(vortices, "taylor_green", {{"cells", std::to_string(n)}});
+    errors.push_back(run.l2.at("omega"));
+    const double h = 2 * pi / n, decay = std::exp(-0.01 * 2 * (2 - 2 * std::cos(h)) / (h * h));
+    const double at_first = 2 * std::pow(std::sin(h / 2), 2);
+    EXPECT_NEAR(run.state.at("omega").front() / at_first, decay, 1e-10);
+  }
+  EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.02);
+  EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, 0.02);
+}
+
+/// The mean kinetic energy is exp(-4*nu*t)/4 (psi*omega/2), its derivative by nu -4*t times that; on a grid with
+/// lambda in place of 2, where psi is omega/lambda.
+TEST(Vorticity, GradientOfTheEnergyByTheViscosityIsTheClosedForm) {
+  const double h = 2 * std::numbers::pi / 16, lambda = 2 * (2 - 2 * std::cos(h)) / (h * h);
+  const double energy = std::exp(-2 * 0.01 * lambda) / (2 * lambda);
+  const auto result = task_gradient(vortices, "by_viscosity");
+  EXPECT_NEAR(result.loss / energy, 1, 1e-9);
+  EXPECT_NEAR(result.gradient.at("nu").front() / (-2 * lambda * energy), 1, 1e-8);
+}
+
+/// u is p after one step of Euler: the solution between walls of all kinds, with values along them.
+TEST(SolvedEquations, ConvergeBetweenWallsWithValuesAndSlopes) {
+  // p = exp(x)*sin(2 y): div(k*grad(p)) with k = 1 + x/2 is k*(1 - 4)*p + p/2.
+  const std::string text = R"(
+model diffusion {
+  field u
+  coefficient k, f
+  solve div(k*grad(p)) - 2*p = f for p
+  dt(u) = p
+}
+scheme default { time = euler }
+scene walls : diffusion {
+  grid x = 0 .. 1, cells 8
+  grid y = 0 .. 1, cells 8
+  k = 1 + x/2
+  f = (-3*(1 + x/2) + 0.5 - 2)*exp(x)*sin(2*y)
+  boundary u: all = zero_gradient
+  boundary p: x.low = sin(2*y), x.high = gradient(exp(1)*sin(2*y)), y.low = 0, y.high = mixed(1, 2, exp(x)*(sin(2) + 4*cos(2)))
+  initial u = 0
+  exact   u = exp(x)*sin(2*y)
+  time 0 .. 1, step 1
+}
+)";
+  for (const std::string method : {"direct", "cg"}) {
+    std::vector<double> errors;
+    for (const int n : {8, 16, 32, 64}) {
+      const auto run = run_scene(text, "walls", {{"cells", std::to_string(n)}, {"solve", method}});
+      errors.push_back(run.l2.at("u"));
+    }
+    for (std::size_t i = 1; i < errors.size(); ++i)
+      EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.15) << method;
+    EXPECT_LT(errors.back(), 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace dpde

@@ -18,7 +18,10 @@ class Splitter {
   Parts operator()(const Expr& e) {
     if (!reads(e, field_)) return LinearPart{0.0, e};
     return match(
-        e->kind, [&](const Field&) { return Parts(LinearPart{e, 0.0}); },
+        e->kind,
+        [&](const Field&) {
+          return Parts(LinearPart{e, 0.0});
+        },
         [&](const Neg& n) { return wrapped(n.operand, [&](const Expr& x) { return negate(x, e->origin); }); },
         [&](const Binary& b) { return of_binary(b, e); },
         [&](const Select& s) { return reads(s.condition, field_) ? refuse(e) : of_select(s, e); },

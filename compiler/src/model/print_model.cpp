@@ -9,6 +9,7 @@
 
 #include "model/build.h"
 #include "model/placement.h"
+#include "model/solves.h"
 #include "network/print_network.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -179,6 +180,17 @@ std::string event_text(const Problem& p, const Event& event) {
   return text;
 }
 
+void add_solves(const Problem& p, std::vector<std::string>& lines) {
+  for (const Solve* solve : solves_of(p)) {
+    State unknown;
+    unknown.name = solve->name;
+    unknown.boundary = solve->boundary;
+    const std::string boundary = boundary_text(p, unknown);
+    lines.push_back(fmt::format("solve {} = {} for {}", print(solve->operation), print(solve->right), solve->name));
+    if (!boundary.empty()) lines.push_back(boundary);
+  }
+}
+
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
@@ -191,6 +203,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   for (const Coefficient& c : p.coefficients) lines.push_back(print(c, p.step));
   for (const GivenWeights& given : p.weights)
     lines.push_back(fmt::format("{} = load(\"{}\")", given.network, given.from.file));
+  add_solves(p, lines);
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
   }

@@ -289,7 +289,8 @@ class Verifier {
         [&](const NetworkCall&) { need(allowed.reductions || allowed.networks, "a network"); },
         [&](const Solve& s) {
           need(allowed.derivatives, "a solve");
-          demand(s.boundary.size() == problem_.axes.size(), fmt::format("{}: {} has {} axes", where, s.name, s.boundary.size()));
+          demand(s.boundary.size() == problem_.axes.size(),
+                 fmt::format("{}: {} has {} axes", where, s.name, s.boundary.size()));
           fields_.insert(s.name);
         });
     check_children(e, where, allowed);

@@ -4,14 +4,23 @@
 #include <algorithm>
 
 #include "model/build.h"
+#include "model/solves.h"
 
 namespace dpde::model {
 
 namespace {
 
+/// Of states and of what is solved for.
+std::vector<const std::vector<AxisSides>*> boundaries_of(const Problem& problem) {
+  std::vector<const std::vector<AxisSides>*> boundaries;
+  for (const State& state : problem.states) boundaries.push_back(&state.boundary);
+  for (const Solve* solve : solves_of(problem)) boundaries.push_back(&solve->boundary);
+  return boundaries;
+}
+
 bool is_in_a_boundary(const Problem& problem, const std::string& coefficient) {
-  return std::ranges::any_of(problem.states, [&](const State& state) {
-    return std::ranges::any_of(state.boundary, [&](const AxisSides& sides) {
+  return std::ranges::any_of(boundaries_of(problem), [&](const std::vector<AxisSides>* boundary) {
+    return std::ranges::any_of(*boundary, [&](const AxisSides& sides) {
       return reads(sides.low.value, coefficient) || reads(sides.high.value, coefficient);
     });
   });
@@ -23,9 +32,9 @@ bool goes_on_beyond(const Problem& problem, const Coefficient& coefficient, std:
   if (problem.axes[axis].topology == Topology::periodic || coefficient.placement[axis] || coefficient.walls ||
       is_in_a_boundary(problem, coefficient.name))
     return false;
-  return std::ranges::any_of(problem.states, [&](const State& state) {
-    if (axis >= state.boundary.size()) return false;
-    const SideKind kind = is_low ? state.boundary[axis].low.kind : state.boundary[axis].high.kind;
+  return std::ranges::any_of(boundaries_of(problem), [&](const std::vector<AxisSides>* boundary) {
+    if (axis >= boundary->size()) return false;
+    const SideKind kind = is_low ? (*boundary)[axis].low.kind : (*boundary)[axis].high.kind;
     return kind == SideKind::gradient || kind == SideKind::mixed;
   });
 }

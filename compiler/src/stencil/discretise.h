@@ -62,9 +62,9 @@ struct Reading {
   Reading();
 };
 
-/// A field that solves an equation: `kernel` makes `image` of `unknown`, `right` is what it shall be. `state` is no state
-/// of the problem, but has the boundary of the unknown. The other fields are of use where that has values: `at_rest` is
-/// 0 inside, `of_walls` its image, `total` what is left for the right side.
+/// A field that solves an equation: `kernel` makes `image` of `unknown`, `right` is what it shall be. `state` is no
+/// state of the problem, but has the boundary of the unknown. The other fields are of use where that has values:
+/// `at_rest` is 0 inside, `of_walls` its image, `total` what is left for the right side.
 struct PreparedSolve {
   model::State state;
   std::string unknown, image, right, at_rest, of_walls, total;

@@ -355,13 +355,13 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 // gradient TASK and tolerance 1e-3 are OptionItems
 
 using ItemKind =
-    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, GridItem, ValueItem,
-                 InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem,
-                 OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, AssignItem,
-                 ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem,
-                 RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem, StartItem,
-                 SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem, ReferenceItem,
-                 ChoicesItem, ErrorItem>;
+    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, GridItem,
+                 ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
+                 ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
+                 AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
+                 StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
+                 StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
+                 ReferenceItem, ChoicesItem, ErrorItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;

@@ -33,8 +33,8 @@ std::set<std::string> calls_of(const Model& model) {
         [&](const SolvedItem& solved) {
           add_calls(solved.left, names);
           add_calls(solved.right, names);
-        }, [](const FieldItem&) {},
-        [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
+        },
+        [](const FieldItem&) {}, [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
         [](const OutsideModels auto&) {});
   }
   return names;

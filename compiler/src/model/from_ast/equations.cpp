@@ -29,8 +29,9 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   Origin nonlinear;
   const std::optional<LinearPart> parts = linear_part(difference, name, nonlinear);
   if (!parts) {
-    draft.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : range, {name},
-                      fmt::format("write sums of products of {0} and its derivatives with what does not hold {0}", name));
+    draft.sink.report(
+        "not-linear-in", nonlinear.range.is_known() ? nonlinear.range : range, {name},
+        fmt::format("write sums of products of {0} and its derivatives with what does not hold {0}", name));
     return;
   }
   if (is_constant(parts->part, 0)) {

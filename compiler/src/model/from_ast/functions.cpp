@@ -70,7 +70,9 @@ void Expressions::note_order(const FunctionScope& call, const Typed& value) {
   if (is_measuring_) return;
   const ast::Function& function = call.function;
   const bool holds_network = std::any_of(value.parts.begin(), value.parts.end(), [](const Expr& part) {
-    return any_part(part, [](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind) || std::holds_alternative<Solve>(e->kind); });
+    return any_part(part, [](const Expr& e) {
+      return std::holds_alternative<NetworkCall>(e->kind) || std::holds_alternative<Solve>(e->kind);
+    });
   });
   FunctionScope scope{function, {}, function_};
   for (const auto& [name, value] : call.arguments) {

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The equations that a problem solves in its steps and for what is observed.
+#pragma once
+
+#include <vector>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+/// Each once, those that another needs before it. They live as long as the problem.
+std::vector<const Solve*> solves_of(const Problem& problem);
+
+}  // namespace dpde::model
