@@ -144,8 +144,9 @@ const std::vector<Level> levels{
     {"model", {"syntax/"}, {"chart", "data_set"}},
     {"stencil",
      {"syntax/", "model/"},
-     {"apply", "discretise", "discretise_upwind", "discretise_waves", "events", "exponential", "idle_walls", "lowering",
-      "multistep", "operator_order", "quantities", "semi_lagrangian", "subcycles", "time_schemes", "walls", "waves"}},
+     {"apply", "discretise", "discretise_solve", "discretise_upwind", "discretise_waves", "events", "exponential",
+      "idle_walls", "lowering", "lowering_solves", "multistep", "operator_order", "quantities", "semi_lagrangian",
+      "subcycles", "time_schemes", "walls", "waves"}},
     {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 

@@ -242,7 +242,7 @@ class Verifier {
         },
         [&](const Field& f) {
           need(allowed.fields, "a field");
-          demand(fields_.contains(f.name), fmt::format("{}: there is no field {}", where, f.name));
+          demand(fields_.contains(f.name), where + ": there is no field " + f.name);
         },
         [&](const Coordinate& c) {
           need(allowed.coordinates, "a coordinate");
@@ -278,22 +278,21 @@ class Verifier {
           for (const Expr& part : s.place)
             demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
         },
-        [&](const Reduce& r) {
-          need(allowed.reductions, "a reduction");
-          check_axes(r, where);
-        },
+        [&](const Reduce& r) { need(allowed.reductions, "a reduction"), check_axes(r, where); },
         [&](const Apply& a) {
           need(allowed.derivatives, "an operator");
           check_application(a, where);
         },
         [&](const NetworkCall&) { need(allowed.reductions || allowed.networks, "a network"); },
-        [&](const Solve& s) {
-          need(allowed.derivatives, "a solve");
-          demand(s.boundary.size() == problem_.axes.size(),
-                 fmt::format("{}: {} has {} axes", where, s.name, s.boundary.size()));
-          fields_.insert(s.name);
-        });
+        [&](const Solve& s) { need(allowed.derivatives && check_solve(s, where), "a solve"); });
     check_children(e, where, allowed);
+  }
+
+  /// From here on its name is known: its own equation holds it.
+  bool check_solve(const Solve& s, const std::string& where) {
+    demand(s.boundary.size() == problem_.axes.size(), fmt::format("{}: {} has other axes", where, s.name));
+    fields_.insert(s.name);
+    return true;
   }
 
   void check_application(const Apply& a, const std::string& where) {

@@ -235,13 +235,16 @@ std::string print_stack(const StackItem& i) {
 }
 std::string print_branch(const BranchItem& branch);
 std::string print_solve(const SolveItem& solve);
+std::string print_field(const FieldItem& i) {
+  return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
+}
+std::string print_solved(const SolvedItem& i) {
+  return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
+}
 
 std::string print_item(const Item& item) {
   return match(
-      item.kind,
-      [](const FieldItem& i) {
-        return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
-      },
+      item.kind, [](const FieldItem& i) { return print_field(i); },
       [](const CoefficientItem& i) {
         const char* word = i.control  ? (i.vector ? "control vector " : "control field ")
                            : i.vector ? "coefficient vector "
@@ -252,10 +255,7 @@ std::string print_item(const Item& item) {
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
-      [](const SolvedItem& i) {
-        return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
-      },
-      [](const GridItem& i) { return print_grid(i); },
+      [](const SolvedItem& i) { return print_solved(i); }, [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
         return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");
       },

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves of programs: the operator with homogeneous walls as a block, and what walls with values give to the right
+// side.
+#include <algorithm>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/lowering.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// With the condition that a difference of two fields with the boundary has.
+model::State homogeneous(model::State state) {
+  for (model::AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
+  return state;
+}
+
+bool has_values(const std::vector<AxisBoundary>& axes) {
+  bool found = false;
+  for_each_side(axes, [&](const Side& side) { found = found || !is_literal(side.value, 0); });
+  return found;
+}
+
+}  // namespace
+
+/// What walls with values do to the image belongs to the right side: the image of what is 0 inside, which is filled so.
+void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
+                            Module& module, Program& program) const {
+  const auto add = [&](Kernel made) { program.body.push_back(Run{add_kernel(module, std::move(made))}); };
+  Kernel zero = kernel(solve.kernel.name + "_rest");
+  zero.stores.push_back({solve.at_rest, false, 0.0, {}});
+  add(std::move(zero));
+  program.body.push_back(Fill{solve.at_rest, boundary});
+  std::vector<Signature::Read> reads = signature(solve.kernel).reads;
+  std::erase_if(reads, [&](const Signature::Read& read) { return read.field == solve.unknown; });
+  fill(reads);
+  Kernel walls = map_kernel(solve.kernel, [&](const Expr& e) {
+    return rename_fields(e, [&](const std::string& field) { return field == solve.unknown ? solve.at_rest : field; });
+  });
+  walls.name += "_walls";
+  walls.stores.front().field = solve.of_walls;
+  add(std::move(walls));
+  Kernel total = kernel(solve.kernel.name + "_right");
+  total.stores.push_back({solve.total, false, access(solve.right) - access(solve.of_walls), {}});
+  add(std::move(total));
+  solve.right = solve.total;
+}
+
+void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
+                         Program& program) const {
+  const std::vector<AxisBoundary> boundary = walls.boundary(solve.state, time, module, program);
+  if (has_values(boundary)) add_walls_of(solve, boundary, fill, module, program);
+  Program block{program.name, program.axes, {}, {}, {}};
+  Walls::Stored outer = walls.forget();
+  for (const Signature::Read& read : signature(solve.kernel).reads) {
+    const model::State* state = state_beyond_walls(read.field);
+    if (!needs_fill(read)) continue;
+    if (read.field == solve.unknown) {
+      block.body.push_back(Fill{read.field, walls.boundary(homogeneous(solve.state), time, module, block)});
+    } else {
+      block.body.push_back(
+          Fill{read.field, state ? walls.boundary(*state, time, module, block) : boundary_of(read.field)});
+    }
+  }
+  walls.remember(std::move(outer));
+  block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
+  program.body.push_back(Solve{solve.image, solve.right, solve.unknown, std::move(block.body), {solve.method}, {}});
+}
+
+}  // namespace dpde::stencil
