@@ -145,6 +145,17 @@ TEST(Tune, GoesOnWhereTheCoarsestGridFails) {
   for (const RunnerUp& other : choice.runners_up) EXPECT_EQ(other.reason.find("unstable"), std::string::npos);
 }
 
+/// What is resolved by waves alone is cut; differences are not asked to cut what they resolve.
+TEST(Methods, OfDifferencesDoNotDealias) {
+  const Scene scene("start");
+  const model::Problem& problem = scene.session->problem();
+  const auto methods = methods_for(problem, {});
+  ASSERT_GT(methods.size(), 2u);
+  for (const auto& method : methods) EXPECT_EQ(model::with_settings(problem.scheme, method).dealias, method.empty());
+  EXPECT_FALSE(model::with_settings(problem.scheme, most_accurate(problem)).dealias);
+  EXPECT_FALSE(methods_for(Scene("rod").session->problem(), {}).back().contains("dealias"));
+}
+
 TEST(References, AreKeptAndNoFinerThanNeeded) {
   Scene scene("bump");
   const auto cache = std::make_shared<KeepsAll>();
