@@ -64,6 +64,7 @@ TEST(UpwindSchemes, HaveTheirOrders) {
     for (const Design& d : {Design{"upwind(3)", 3, 64, 0.2},
                             {"upwind(5)", 5, 24, 0.02},
                             {"upwind(7)", 7, 24, 0.02},
+                            {"weno(3)", 3, 256, 0.2},
                             {"weno(5)", 5, 64, 0.05}}) {
       const auto exact = [&](double x) { return wave_at(x - c * 0.25); };
       const double coarse = errors_of(ring(two_waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
