@@ -103,6 +103,22 @@ TEST(Tangent, IsClosedUnderItself) {
   }
 }
 
+/// phi9 has phi10 in its derivative, and that phi11.
+TEST(Adjoint, OfHighExponentialsIsWrittenAndReadAgain) {
+  const stencil::Module module =
+      parse_module("program p { axes x periodic; transform u by phi9(c*ikx^2) to v; swap u, v }");
+  DiagnosticSink sink;
+  const Activity wrt{{"u"}, {"c"}};
+  const adjoint::Derivative first = adjoint::adjoint(module, "p", wrt, sink),
+                            second = adjoint::tangent(first.module, first.program, inputs_of(first, wrt), sink);
+  ASSERT_FALSE(sink.has_errors());
+  for (const auto& [derivative, name] : {std::pair{&first, "phi10("}, {&second, "phi11("}}) {
+    const std::string text = stencil::print(derivative->module);
+    EXPECT_NE(text.find(name), std::string::npos) << text;
+    EXPECT_EQ(stencil::print(parse_module(text)), text);
+  }
+}
+
 /// The three closed forms of one upwind step at negative velocity: dP_i/du_i = (dt/dx)(d_i - d_{i+1}),
 /// dP_i/dd_i = 1 + u_i dt/dx, dP_i/dd_{i+1} = -u_i dt/dx (gather: the last one is read at i - 1).
 TEST(Adjoint, OfUpwindTransportIsTheClosedForm) {

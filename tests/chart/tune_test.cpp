@@ -10,6 +10,7 @@
 
 #include "chart/finer_runs.h"
 #include "driver/pipeline.h"
+#include "model/from_ast.h"
 
 namespace dpde::chart {
 namespace {
@@ -37,6 +38,13 @@ scene bump : heat with plain {
   k = 0.3
   initial u = exp(cos(x))
   time 0 .. 1, step 1/64
+}
+model ks { field u; dt(u) = -0.5*dx(u^2) - lap(u) - lap(lap(u)) }
+scheme waves { dx = spectral; lap = spectral; dealias = two_thirds; time = etdrk4 }
+scene start : ks with waves {
+  grid x = 0 .. 32*pi, cells 128, periodic
+  initial u = cos(x/16)*(1 + sin(x/16))
+  time 0 .. 20, step 0.25
 }
 )";
 
@@ -119,6 +127,33 @@ TEST(Tune, ChoosesWhatASweepOfEverythingChoosesWithFewRuns) {
       EXPECT_EQ(choice.chosen->variant.method.at("real"), "f32");
     }
   }
+}
+
+/// On 8 cells, which hold none of the waves that the fourth derivative damps, all methods are unstable at every step.
+TEST(Tune, GoesOnWhereTheCoarsestGridFails) {
+  const Scene scene("start");
+  std::string why;
+  References references;
+  const auto made = make_reference(scene.source, scene.options, scene.session->problem(), {1, 4, 1e-3, 100}, why);
+  ASSERT_TRUE(made) << why;
+  references.states = *made;
+  TuneOptions options{scene.options, 1e-2, 2};
+  options.cost = [](const Point& point) { return 1.0 * point.steps * point.cells.front(); };
+  const Choice choice = tune(scene.source, options, scene.session->problem(), {}, references);
+  ASSERT_TRUE(choice.chosen);
+  EXPECT_LE(choice.chosen->error, 1e-2);
+  for (const RunnerUp& other : choice.runners_up) EXPECT_EQ(other.reason.find("unstable"), std::string::npos);
+}
+
+/// What is resolved by waves alone is cut; differences are not asked to cut what they resolve.
+TEST(Methods, OfDifferencesDoNotDealias) {
+  const Scene scene("start");
+  const model::Problem& problem = scene.session->problem();
+  const auto methods = methods_for(problem, {});
+  ASSERT_GT(methods.size(), 2u);
+  for (const auto& method : methods) EXPECT_EQ(model::with_settings(problem.scheme, method).dealias, method.empty());
+  EXPECT_FALSE(model::with_settings(problem.scheme, most_accurate(problem)).dealias);
+  EXPECT_FALSE(methods_for(Scene("rod").session->problem(), {}).back().contains("dealias"));
 }
 
 TEST(References, AreKeptAndNoFinerThanNeeded) {

@@ -132,6 +132,15 @@ TEST_F(ChartCommand, TuneAsksTheSameOfGradients) {
   EXPECT_EQ(dpde("tune s.dpde ring --gradient --tolerance 1e-2" + quick).codes(), std::vector<std::string>{"E0904"});
 }
 
+TEST_F(ChartCommand, TuneRefusesATaskWithoutItsGradient) {
+  write("s.dpde", wind(true) + "task speed : ring { unknown c from 1; minimise integral(u^2) }\n");
+  const Outcome run = dpde("tune s.dpde --task speed --tolerance 1e-2" + quick);
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0904"});
+  EXPECT_NE(run.err.find("add --gradient"), std::string::npos) << run.err;
+  EXPECT_NE(dpde("tune --help").out.find("the shortest counts"), std::string::npos);
+  EXPECT_NE(dpde("chart --help").out.find("the median counts"), std::string::npos);
+}
+
 /// What is chosen has the error that is told, and that meets the tolerance.
 TEST_F(ChartCommand, TuneProvesWhatItChooses) {
   write("s.dpde", wind(true));

@@ -43,6 +43,14 @@ TEST_F(UnstableStep, OfAShortRunIsAWarning) {
   EXPECT_EQ(run.codes(), std::vector<std::string>{"W0802"}) << run.err;
 }
 
+/// |g| = |1 - 2*step/limit|, which four digits would call 1.
+TEST_F(UnstableStep, OfHardlyMoreThanTheLimitTellsItsGrowth) {
+  write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 3/511.9, step 1/511.9"));
+  const Outcome run = dpde("run s.dpde s --json");
+  ASSERT_EQ(run.codes(), std::vector<std::string>{"W0802"}) << run.err;
+  EXPECT_NE(run.err.find("by a factor of 1.00039"), std::string::npos) << run.err;
+}
+
 /// |g| = sqrt(1 + nu^2) at pi/2 for central(2) and Euler; RK2 grows by nu^4/8, a hundredfold in 594 steps at nu = 0.5.
 TEST_F(UnstableStep, OfSchemesWithoutAStableOneIsTold) {
   const auto wind = [](const std::string& time, const std::string& end) {

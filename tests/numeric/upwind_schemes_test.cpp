@@ -64,6 +64,7 @@ TEST(UpwindSchemes, HaveTheirOrders) {
     for (const Design& d : {Design{"upwind(3)", 3, 64, 0.2},
                             {"upwind(5)", 5, 24, 0.02},
                             {"upwind(7)", 7, 24, 0.02},
+                            {"weno(3)", 3, 256, 0.2},
                             {"weno(5)", 5, 64, 0.05}}) {
       const auto exact = [&](double x) { return wave_at(x - c * 0.25); };
       const double coarse = errors_of(ring(two_waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
@@ -128,6 +129,27 @@ TEST(UpwindSchemes, DoNotKnowUnits) {
     const std::vector<double> plain = end_of(ring(square, advect, 50, 0.4, 0.3));
     const std::vector<double> scaled = end_of(ring("1e-8*(" + square + ")", advect, 50, 0.4, 0.3));
     for (std::size_t i = 0; i < plain.size(); ++i) EXPECT_NEAR(scaled[i], 1e-8 * plain[i], 1e-16) << advect << i;
+  }
+}
+
+/// Neither do gradients of what is linear in u: products of rises and squares of their sums leave no range.
+TEST(UpwindSchemes, LimitersKnowNoRange) {
+  const auto task = [](const std::string& advect, const std::string& real, double height) {
+    std::string text = ring(fmt::format("{}*({})", height, two_waves), advect, 50, 0.4, 0.3);
+    text.insert(text.find("time = "), "real = " + real + "; ");
+    return text + "task t : s { unknown initial u; minimise mean(u*cos(2*pi*x)) }\n";
+  };
+  for (const std::string advect : {"muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+    for (const auto& [real, height, tolerance] :
+         {std::tuple{"f64", 1e-25, 1e-12}, {"f64", 1e100, 1e-12}, {"f32", 1e-18, 1e-4}, {"f32", 1e20, 1e-4}}) {
+      const std::vector<double> plain = end_of(task(advect, "f64", 1)), high = end_of(task(advect, real, height));
+      const auto expected = testing::task_gradient(task(advect, "f64", 1), "t").gradient.at("u"),
+                 gradient = testing::task_gradient(task(advect, real, height), "t").gradient.at("u");
+      for (std::size_t i = 0; i < plain.size(); ++i) {
+        EXPECT_NEAR(high[i] / height, plain[i], tolerance) << advect << real << height << " " << i;
+        EXPECT_NEAR(50 * gradient[i], 50 * expected[i], 10 * tolerance) << advect << real << height << " " << i;
+      }
+    }
   }
 }
 

@@ -338,6 +338,11 @@ std::vector<ProgramCase> program_cases() {
        "phi1(dt*nu*ikx^2)*(dt), "
        "w by phi3(0.1*c*ikx)*(c*dt*ikx - nu), u by c to v; swap u, v }",
        {{"u"}, {"nu", "c"}}},
+      {"waves, high exponentials",
+       1,
+       "program p { axes x periodic; transform u by phi9(c*ikx^2)*(360000), w by phi6(nu*ikx)*(700*c) to v; swap u, v "
+       "}",
+       {{"u", "w"}, {"nu", "c"}}},
       {"waves read around",
        2,
        "kernel s(u: field, out w: field) { w = u^2 }\n"

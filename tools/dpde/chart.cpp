@@ -99,7 +99,7 @@ void add_chart(CLI::App& app, int& status) {
   CLI::App* verb =
       app.add_subcommand("chart", "speed against accuracy: error against time for methods, cells and steps");
   add_common_options(*verb, *options);
-  add_chart_options(*verb, options->wishes);
+  add_chart_options(*verb, options->wishes, "the median");
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--tolerance", options->tolerance, "drawn as a wall; the fastest point that meets it is told")
       ->check(CLI::PositiveNumber);

@@ -199,7 +199,7 @@ bool has_exact(const ChartScene& scene) {
 
 }  // namespace
 
-void add_chart_options(CLI::App& verb, ChartWishes& wishes) {
+void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& which_timing) {
   verb.add_option("--vary", wishes.vary,
                   "values of a key of --set; also cells, step, scheme: blocks of the file, and fraction: parts of the "
                   "largest stable step")
@@ -213,7 +213,7 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes) {
   verb.add_option("--reference-cells", wishes.reference_cells,
                   "compare with a run on so many cells along the first axis, not with the exact solution")
       ->check(CLI::Range(2, 1000000000));
-  verb.add_option("--samples", wishes.timing.samples, "timings of each point; the median counts")
+  verb.add_option("--samples", wishes.timing.samples, fmt::format("timings of each point; {} counts", which_timing))
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb.add_option("--sample-seconds", wishes.timing.seconds, "least duration of each")

@@ -27,7 +27,7 @@ struct ChartWishes {
   Timing timing;
 };
 /// --vary, --error, --task, --reference-cells, --samples and --sample-seconds.
-void add_chart_options(CLI::App& verb, ChartWishes& wishes);
+void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& which_timing);
 
 struct ChartScene {
   std::optional<model::Chart> block;

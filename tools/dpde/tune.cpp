@@ -124,6 +124,8 @@ bool open_tuning(Job& job, const TuneCommand& options, ChartScene& scene) {
     job.sink().report("bad-option", {}, {"dpde tune chooses cells and steps by itself: --vary has scheme keys here"});
   if (options.gradient && scene.options.task.empty())
     job.sink().report("bad-option", {}, {"--gradient needs a task"}, "name one: dpde tune FILE TASK, or --task TASK");
+  if (!options.gradient && !options.wishes.task.empty())
+    job.sink().report("bad-option", {}, {"--task is for gradients"}, "add --gradient, or name the scene alone");
   if (!options.gradient) scene.options.task.clear();
   scene.is_gradient_alone = options.gradient;
   return !job.failed();
@@ -174,7 +176,7 @@ void add_tune(CLI::App& app, int& status) {
                    "relative error at the end of the scene (root mean square); else what the scene's accuracy says")
       ->check(CLI::PositiveNumber);
   verb->add_flag("--gradient", options->gradient, "the error and the seconds are those of the gradient of the task");
-  add_chart_options(*verb, options->wishes);
+  add_chart_options(*verb, options->wishes, "the shortest");
   verb->add_option("--most-cells", options->most_cells, "along each axis, in units of the scene's")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

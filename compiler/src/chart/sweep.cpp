@@ -20,10 +20,12 @@ constexpr int fewest_cells = 8;
 
 struct Uses {
   bool advect = false, first = false, second = false;
+  bool dealias = false;  // which is for waves: it would cut those that differences resolve
 };
 
 Uses uses_of(const model::Problem& problem) {
   Uses uses;
+  uses.dealias = problem.scheme.dealias;
   for (const model::State& state : problem.states) {
     if (!state.rhs) continue;
     model::any_part(*state.rhs, [&](const model::Expr& e) {
@@ -41,6 +43,7 @@ Method central(const Uses& uses, const std::string& order) {
   if (uses.advect) method["advect"] = "central" + order;
   if (uses.first) method["dx"] = "central" + order;
   if (uses.second) method["lap"] = "central" + order;
+  if (uses.dealias) method["dealias"] = "none";
   return method;
 }
 

@@ -108,15 +108,21 @@ class Tuner {
 
   bool meets(const Point& point) const { return is_complete(point) && point.error <= options_.tolerance; }
 
-  /// Two coarse grids, and finer ones as long as they do not resolve what there is.
+  /// Two coarse grids, and finer ones as long as they are unstable or do not resolve what there is.
   void explore(Candidate& candidate) {
+    std::string why;  // the finest run has failed
     for (int rung = 0; rung <= highest_rung_ && !is_stopped(); rung += rungs_apart) {
       const Point& point = explore_at(candidate, rung);
-      const bool is_first = rung == 0;
-      if (point.does_not_fit || (!point.failure.empty() && !is_first)) candidate.out = point.failure;
-      if (!candidate.out.empty()) return;
-      if (!is_first && !(point.error > resolved)) break;
+      if (!point.failure.empty()) {
+        why = point.failure;
+        if (!point.is_unstable) break;
+        continue;
+      }
+      why.clear();
+      if (rung > 0 && !(point.error > resolved)) break;
     }
+    candidate.out = why;
+    if (!why.empty()) return;
     predict(candidate);
   }
 

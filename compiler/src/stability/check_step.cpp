@@ -2,6 +2,7 @@
 // What a verdict says to people.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "stability/verdict.h"
@@ -33,6 +34,13 @@ void report_never(driver::Session& session, const Verdict& verdict, bool ruins, 
               with_force(hint, verdict, ruins));
 }
 
+/// 1.23, and as much more of 1.0000012 as tells it from 1.
+std::string growth_text(double growth) {
+  const double excess = std::abs(growth - 1);
+  const int digits = excess > 0 && excess < 0.1 ? static_cast<int>(std::ceil(-std::log10(excess))) : 0;
+  return fmt::format("{:.{}g}", growth, std::min(4 + digits, 17));
+}
+
 void report_above(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   const std::string hint = verdict.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
@@ -40,7 +48,7 @@ void report_above(driver::Session& session, const Verdict& verdict, bool ruins, 
   const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
   sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
               {fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
-               wave_text(verdict, problem), fmt::format("{:.4g}", verdict.growth)},
+               wave_text(verdict, problem), growth_text(verdict.growth)},
               with_force(hint, verdict, ruins));
 }
 

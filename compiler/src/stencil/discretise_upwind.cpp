@@ -12,6 +12,9 @@ namespace dpde::stencil {
 
 namespace {
 
+/// Of those that weno weighs, see weno_difference.
+constexpr double smallest_rise = 1e-18, smallest_single_rise = 1e-12;
+
 Limiter limiter_of(const model::Scheme& scheme) {
   switch (scheme.limiter) {
     case model::Limiter::minmod: return minmod_slope;
@@ -66,7 +69,8 @@ Expr Discretiser::chosen_difference(const Expr& speed, const std::function<Expr(
   for (int k = 1 - upstream; k < upstream; ++k)
     rises.push_back(share("rise", select(binary(BinaryOp::greater_equal, speed, 0.0), face(k), face(1 - k))));
   const Rise rise = [&](int k) { return rises[static_cast<std::size_t>(k - 1 + upstream)]; };
-  return share("difference", is_weno ? weno_difference(scheme_.advect_order, rise, share)
+  const double smallest = scheme_.real == Precision::f32 ? smallest_single_rise : smallest_rise;
+  return share("difference", is_weno ? weno_difference(scheme_.advect_order, rise, share, smallest)
                                      : muscl_difference(limiter_of(scheme_), rise, share));
 }
 

@@ -70,15 +70,17 @@ bool ExprReader::are_positional(const ast::Call& call) {
   return true;
 }
 
+Expr ExprReader::read_unknown(const ast::Call& call, SourceRange) {
+  sink_.report("kernel-unknown-function", call.callee_range, {call.callee},
+               [&] { return did_you_mean(call.callee, callable_names()); });
+  return 0.0;
+}
+
 Expr ExprReader::read_call(const ast::Call& call, SourceRange range) {
   if (!are_positional(call)) return 0.0;
   if (find_interp(call.callee)) return read_interp(call, range);
   const std::optional<Fn> fn = find_fn(call.callee);
-  if (!fn && call.callee != "if") {
-    sink_.report("kernel-unknown-function", call.callee_range, {call.callee},
-                 [&] { return did_you_mean(call.callee, callable_names()); });
-    return 0.0;
-  }
+  if (!fn && call.callee != "if") return read_unknown(call, range);
   if (!has_arguments(call, fn ? arity(*fn) : 3, range)) return 0.0;
   std::vector<Expr> arguments;
   for (const ast::Argument& argument : call.arguments) arguments.push_back(read(argument.value));

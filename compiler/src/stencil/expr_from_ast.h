@@ -30,6 +30,8 @@ class ExprReader {
   virtual Expr read_name(const std::string& name, SourceRange range) = 0;
   virtual Expr read_offsets(const ast::Offsets& offsets, SourceRange range) = 0;
   virtual Expr read_interp(const ast::Call& call, SourceRange range) = 0;
+  /// Of a function that is none.
+  virtual Expr read_unknown(const ast::Call& call, SourceRange range);
 
   DiagnosticSink& sink() { return sink_; }
   /// Reports a wrong number of arguments.

@@ -191,7 +191,7 @@ class ModuleReader {
     } else if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
       read_reduce(*reduce, item.range);
     } else if (const auto* transform = std::get_if<ast::TransformItem>(&item.kind)) {
-      if (const auto read = read_transform(*transform, fields_, program_.axes.size(), sink_)) add(*read, item.range);
+      add(read_transform(*transform, fields_, program_.axes.size(), sink_), item.range);
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
     } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Transforms by their definition: sums over all cells for each wave, one axis after the other. The runtime takes a fast
 // Fourier transform and knows polynomials by their coefficients; nothing is shared with it.
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -77,10 +78,11 @@ Complex value_of(const Expr& e, const Waves& waves, const State& state, const Pa
 }
 
 /// By the recursion, as its mean over a circle around z that keeps away from 0, where that loses its digits (A.-K.
-/// Kassam and L. N. Trefethen, SIAM J. Sci. Comput. 26, 2005, 1214).
+/// Kassam and L. N. Trefethen, SIAM J. Sci. Comput. 26, 2005, 1214): each of its steps divides errors by |w|.
 Complex phi(int number, Complex z) {
   constexpr int points = 64;
-  const double radius = std::abs(z) < 2 ? 4 : 1;
+  const double size = std::abs(z), apart = std::max(2.0, 0.5 * number);
+  const double radius = size < 2 * apart ? size + apart : 1;
   Complex sum = 0;
   for (int i = 0; i < points; ++i) {
     const Complex w = z + std::polar(radius, 2 * std::numbers::pi * (i + 0.5) / points);

@@ -13,6 +13,7 @@
 
 namespace dpde::stencil {
 
+constexpr int highest_phi = 19;    // that a text may have: derivatives, which go up by one, are written again
 constexpr int highest_power = 16;  // of i times a wave number along one axis
 
 /// i times the wave number along an axis.

@@ -15,18 +15,22 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The number of phi0 to phi9.
-std::optional<int> phi_number(const ast::Expr& e) {
+/// The N of phiN, which is too large where it has many digits.
+std::optional<int> phi_number(const std::string& name) {
+  if (!name.starts_with("phi") || name.size() == 3) return std::nullopt;
+  const std::string digits = name.substr(3);
+  if (!std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) return std::nullopt;
+  return digits.size() > 4 ? highest_phi + 1 : std::stoi(digits);
+}
+
+const ast::Call* phi_call(const ast::Expr& e) {
   const ast::Call* call = std::get_if<ast::Call>(&e->kind);
-  if (call == nullptr || call->arguments.size() != 1 || call->callee.size() != 4 || !call->callee.starts_with("phi"))
-    return std::nullopt;
-  const char digit = call->callee.back();
-  return digit >= '0' && digit <= '9' ? std::optional(digit - '0') : std::nullopt;
+  return call != nullptr && call->arguments.size() == 1 && phi_number(call->callee) ? call : nullptr;
 }
 
 /// The product without the phi that it begins with, which goes to `phi`.
 ast::Expr without_phi(const ast::Expr& e, std::optional<ast::Expr>& phi) {
-  if (phi_number(e)) {
+  if (phi_call(e) != nullptr) {
     phi = e;
     return ast::Expr(ast::Node{ast::Number{1, "1"}, e.range()});
   }
@@ -48,6 +52,12 @@ class MultiplierReader : public ExprReader {
   }
   Expr read_offsets(const ast::Offsets& offsets, SourceRange range) override { return refuse(offsets.name, range); }
   Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
+  Expr read_unknown(const ast::Call& call, SourceRange range) override {
+    if (!phi_number(call.callee)) return ExprReader::read_unknown(call, range);
+    sink().report("bad-program", range, {call.callee + " does not begin the multiplier, or has not one argument"},
+                  "write phiN(polynomial)*polynomial, and a sum as several terms: transform u by ..., u by ... to v");
+    return 0.0;
+  }
   Expr refuse(const std::string& name, SourceRange range) {
     sink().report("bad-program", range, {name + " is no number: a multiplier is the same at all cells"},
                   "multiply by a field in a kernel, before the transform or behind it");
@@ -62,19 +72,30 @@ class TransformReader {
   TransformReader(const std::vector<std::string>& fields, std::size_t rank, DiagnosticSink& sink)
       : reader_(fields, sink), rank_(rank), sink_(sink) {}
 
-  bool read(const ast::TransformItem::Term& source, Transform::Term& term) {
-    std::optional<ast::Expr> phi;
-    const ast::Expr factor = without_phi(source.by, phi);
-    term.field = source.field.name;
-    term.by.within_two_thirds = source.within_two_thirds;
-    if (!read(factor, source.by.range(), term.by.factor)) return false;
-    if (!phi) return true;
-    term.by.phi = phi_number(*phi);
-    const ast::Expr& argument = std::get<ast::Call>((*phi)->kind).arguments[0].value;
-    return read(argument, argument.range(), term.by.argument);
+  Transform::Term read(const ast::TransformItem::Term& source) {
+    Multiplier by;
+    if (!read(source.by, by)) by = {std::nullopt, 0.0, 0.0};
+    by.within_two_thirds = source.within_two_thirds;
+    return {source.field.name, by};
   }
 
  private:
+  bool read(const ast::Expr& source, Multiplier& by) {
+    std::optional<ast::Expr> phi;
+    const ast::Expr factor = without_phi(source, phi);
+    if (!read(factor, source.range(), by.factor)) return false;
+    if (!phi) return true;
+    const ast::Call& call = *phi_call(*phi);
+    by.phi = phi_number(call.callee);
+    if (*by.phi > highest_phi) {
+      sink_.report("bad-program", call.callee_range,
+                   {fmt::format("{} is above phi{}, the highest one", call.callee, highest_phi)});
+      return false;
+    }
+    const ast::Expr& argument = call.arguments[0].value;
+    return read(argument, argument.range(), by.argument);
+  }
+
   bool read(const ast::Expr& source, SourceRange range, Expr& symbol) {
     const std::size_t before = sink_.all().size();
     symbol = reader_.read(source);
@@ -98,14 +119,12 @@ class TransformReader {
 
 }  // namespace
 
-std::optional<Transform> read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields,
-                                        std::size_t rank, DiagnosticSink& sink) {
+Transform read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields, std::size_t rank,
+                         DiagnosticSink& sink) {
   TransformReader reader(fields, rank, sink);
   Transform transform{{}, source.result.name};
-  bool good = true;
-  for (const ast::TransformItem::Term& term : source.terms)
-    good = reader.read(term, transform.terms.emplace_back()) && good;
-  return good ? std::optional(std::move(transform)) : std::nullopt;
+  for (const ast::TransformItem::Term& term : source.terms) transform.terms.push_back(reader.read(term));
+  return transform;
 }
 
 }  // namespace dpde::stencil

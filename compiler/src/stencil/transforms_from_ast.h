@@ -2,7 +2,6 @@
 // transform u by phi1(dt*nu*ikx^2)*dt, ... to v, as a person writes it.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +11,8 @@
 
 namespace dpde::stencil {
 
-/// nullopt where something was reported. `fields`: those of the program, whose `rank` it has.
-std::optional<Transform> read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields,
-                                        std::size_t rank, DiagnosticSink& sink);
+/// A multiplier of which something was reported comes back as 0. `fields`: those of the program, whose `rank` it has.
+Transform read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields, std::size_t rank,
+                         DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

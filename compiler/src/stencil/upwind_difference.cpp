@@ -13,8 +13,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Added to what is divided by: its square is a number in single precision too.
-constexpr double smallest_rise = 1e-18;
+constexpr double smallest_sum = 1e-30;  // of two sizes; normal in single precision too
 constexpr double epsilon = 1e-6;
 
 Expr square(const Expr& e) { return power(e, 2.0); }
@@ -56,15 +55,15 @@ std::vector<Candidate> candidates_of_5(const std::array<Expr, 5>& v, const std::
 
 /// The same rises, and over the root of the sum of their squares.
 template <std::size_t count>
-std::pair<std::array<Expr, count>, std::array<Expr, count>> scaled_rises(const Rise& rise, const Share& share) {
+std::pair<std::array<Expr, count>, std::array<Expr, count>> scaled_rises(const Rise& rise, const Share& share,
+                                                                         double smallest) {
   std::array<Expr, count> values = [&]<std::size_t... k>(std::index_sequence<k...>) {
     return std::array<Expr, count>{rise(static_cast<int>(k) - static_cast<int>(count / 2))...};
   }
   (std::make_index_sequence<count>());
   std::vector<Expr> squares;
   for (const Expr& value : values) squares.push_back(square(value));
-  const Expr floor = smallest_rise * smallest_rise;
-  const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {sum_of(squares) + floor}));
+  const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {sum_of(squares) + smallest * smallest}));
   std::array<Expr, count> ratios = values;
   for (Expr& ratio : ratios) ratio = share("ratio", ratio * scale);
   return {values, ratios};
@@ -98,13 +97,13 @@ UpwindDifference upwind_difference(int order, const Rise& rise) {
   return result;
 }
 
-Expr weno_difference(int order, const Rise& rise, const Share& share) {
+Expr weno_difference(int order, const Rise& rise, const Share& share, double smallest) {
   require(order == 3 || order == 5, "there are weno(3) and weno(5)");
   if (order == 3) {
-    const auto [values, ratios] = scaled_rises<3>(rise, share);
+    const auto [values, ratios] = scaled_rises<3>(rise, share, smallest);
     return mean_of(candidates_of_3(values, ratios), share);
   }
-  const auto [values, ratios] = scaled_rises<5>(rise, share);
+  const auto [values, ratios] = scaled_rises<5>(rise, share, smallest);
   return mean_of(candidates_of_5(values, ratios), share);
 }
 
@@ -113,10 +112,15 @@ Expr minmod_slope(const Expr& a, const Expr& b, const Share& share) {
   return common_sign(a, b) * call(Fn::min, {size.a, size.b});
 }
 
-/// (a|b| + |a|b)/(|a| + |b|) is 2ab/(a + b) or 0, without a condition.
+/// (a|b| + |a|b)/(|a| + |b|) is 2ab/(a + b) or 0. Both are divided by the root of the sum before they are multiplied:
+/// neither products of rises nor, in derivatives, the square of the sum leave the range of single precision.
 Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share) {
   const Sizes size = sizes_of(a, b, share);
-  return (a * size.b + size.a * b) / (size.a + size.b + smallest_rise);
+  const Expr sum = share("sum", size.a + size.b);
+  const Expr divisor = select(binary(BinaryOp::greater, sum, smallest_sum), sum, 1.0);
+  const Expr root = share("root", call(Fn::sqrt, {divisor}));
+  const Expr a_part = share("part", a / root), b_part = share("part", b / root);
+  return a_part * call(Fn::abs, {b_part}) + call(Fn::abs, {a_part}) * b_part;
 }
 
 Expr mc_slope(const Expr& a, const Expr& b, const Share& share) {

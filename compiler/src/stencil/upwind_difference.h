@@ -30,14 +30,15 @@ UpwindDifference upwind_difference(int order, const Rise& rise);
 /// ENO schemes for Hamilton-Jacobi equations", SIAM J. Sci. Comput. 21 (2000); order 5 as in S. Osher and R. Fedkiw,
 /// "Level Set Methods" (2003), 3.25 to 3.41, order 3 likewise). The weights are those of Jiang and Shu, J. Comput.
 /// Phys. 126 (1996): d_k/(epsilon + beta_k)^2, with epsilon = 1e-6 and beta_k of the rises divided by the root of the
-/// sum of their squares, so that units do not matter. There is no kink. Where no rise is above 1e-18 the weights are
-/// d_k.
-Expr weno_difference(int order, const Rise& rise, const Share& share);
+/// sum of their squares, so that units do not matter. There is no kink. Where no rise is above
+/// `smallest` the weights are d_k. Derivatives have 1/smallest^3, which must be a number of the precision.
+Expr weno_difference(int order, const Rise& rise, const Share& share, double smallest);
 
 /// The slope of a straight line in a cell with the rises a and b on both sides: 0 where they differ in sign, else
 ///   minmod: the smaller one; van Leer: 2ab/(a + b); mc: the smallest of 2a, 2b and (a + b)/2.
-/// At ties derivatives follow the rules of stencil.h: where a or b is 0 that of the slope is 0, where minmod has two
-/// equal rises it is that of the second.
+/// Van Leer's is 0 where both are below 5e-31 in size.
+/// At ties derivatives follow the rules of stencil.h: where a or b is 0 that of the slope is 0 (by van Leer: both are),
+/// where minmod has two equal rises it is that of the second.
 using Limiter = Expr (*)(const Expr& a, const Expr& b, const Share& share);
 Expr minmod_slope(const Expr& a, const Expr& b, const Share& share);
 Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share);
