@@ -18,7 +18,7 @@ constexpr double smallest_rise = 1e-18, smallest_single_rise = 1e-12;
 Limiter limiter_of(const model::Scheme& scheme) {
   switch (scheme.limiter) {
     case model::Limiter::minmod: return minmod_slope;
-    case model::Limiter::van_leer: return van_leer_slope;
+    case model::Limiter::van_leer: return scheme.real == Precision::f32 ? van_leer_slope_in_f32 : van_leer_slope;
     case model::Limiter::mc: return mc_slope;
   }
   unreachable("limiter");

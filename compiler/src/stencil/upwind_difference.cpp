@@ -13,7 +13,6 @@ namespace dpde::stencil {
 
 namespace {
 
-constexpr double smallest_sum = 1e-30;  // of two sizes; normal in single precision too
 constexpr double epsilon = 1e-6;
 
 Expr square(const Expr& e) { return power(e, 2.0); }
@@ -76,6 +75,12 @@ Sizes sizes_of(const Expr& a, const Expr& b, const Share& share) {
   return {share("size", call(Fn::abs, {a})), share("size", call(Fn::abs, {b}))};
 }
 
+/// Their sum, or 1 where it is smaller than `smallest`.
+Expr divisor_of(const Sizes& size, double smallest, const Share& share) {
+  const Expr sum = share("sum", size.a + size.b);
+  return select(binary(BinaryOp::greater, sum, smallest), sum, 1.0);
+}
+
 /// 1 or -1 where both have this sign, 0 where they differ.
 Expr common_sign(const Expr& a, const Expr& b) { return (call(Fn::sign, {a}) + call(Fn::sign, {b})) / 2.0; }
 
@@ -112,14 +117,17 @@ Expr minmod_slope(const Expr& a, const Expr& b, const Share& share) {
   return common_sign(a, b) * call(Fn::min, {size.a, size.b});
 }
 
-/// (a|b| + |a|b)/(|a| + |b|) is 2ab/(a + b) or 0. Both are divided by the root of the sum before they are multiplied:
-/// neither products of rises nor, in derivatives, the square of the sum leave the range of single precision.
+/// (a|b| + |a|b)/(|a| + |b|) is 2ab/(a + b) or 0.
 Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share) {
   const Sizes size = sizes_of(a, b, share);
-  const Expr sum = share("sum", size.a + size.b);
-  const Expr divisor = select(binary(BinaryOp::greater, sum, smallest_sum), sum, 1.0);
-  const Expr root = share("root", call(Fn::sqrt, {divisor}));
-  const Expr a_part = share("part", a / root), b_part = share("part", b / root);
+  return (a * size.b + size.a * b) / divisor_of(size, 1e-100, share);
+}
+
+/// Both are divided by the root of the sum before they are multiplied. Derivatives have 1/sum^(3/2), a number of f32.
+Expr van_leer_slope_in_f32(const Expr& a, const Expr& b, const Share& share) {
+  const Expr root = call(Fn::sqrt, {divisor_of(sizes_of(a, b, share), 1e-24, share)});
+  const Expr scale = share("scale", 1.0 / root);
+  const Expr a_part = share("part", a * scale), b_part = share("part", b * scale);
   return a_part * call(Fn::abs, {b_part}) + call(Fn::abs, {a_part}) * b_part;
 }
 

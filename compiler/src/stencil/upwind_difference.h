@@ -36,12 +36,14 @@ Expr weno_difference(int order, const Rise& rise, const Share& share, double sma
 
 /// The slope of a straight line in a cell with the rises a and b on both sides: 0 where they differ in sign, else
 ///   minmod: the smaller one; van Leer: 2ab/(a + b); mc: the smallest of 2a, 2b and (a + b)/2.
-/// Van Leer's is 0 where both are below 5e-31 in size.
+/// Products of rises and, in derivatives, the square of a + b leave the range of f32 where that of f64 has room: there
+/// van Leer's slope has a root, which takes longer. It is 0 where |a| + |b| is below 1e-100, in f32 below 1e-24.
 /// At ties derivatives follow the rules of stencil.h: where a or b is 0 that of the slope is 0 (by van Leer: both are),
 /// where minmod has two equal rises it is that of the second.
 using Limiter = Expr (*)(const Expr& a, const Expr& b, const Share& share);
 Expr minmod_slope(const Expr& a, const Expr& b, const Share& share);
 Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share);
+Expr van_leer_slope_in_f32(const Expr& a, const Expr& b, const Share& share);
 Expr mc_slope(const Expr& a, const Expr& b, const Share& share);
 
 /// The difference between the values that straight lines in the cells, with limited slopes, have on the two faces, on
