@@ -20,6 +20,8 @@ FourierSolver::~FourierSolver() = default;
 
 namespace {
 
+constexpr std::int64_t columns_at_once = 8;
+
 /// The cell and the sign of the image of a place along an axis; the place is at most one length outside.
 std::pair<std::int64_t, double> image_of(std::int64_t place, std::int64_t cells, bool is_periodic, double low,
                                          double high) {
@@ -125,8 +127,8 @@ FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<doub
   waves_.assign(size, 0.0);
   inverse_symbol_.assign(size, 0.0);
   const auto longest = static_cast<std::size_t>(*std::ranges::max_element(length_));
-  lines_->from.resize(longest);
-  lines_->to.resize(longest);
+  lines_->from.resize(longest * columns_at_once);
+  lines_->to.resize(longest * columns_at_once);
   double zero = 0;  // rows of singular operators are balanced: what is less is of this sum
   for (const double value : row) zero += 64 * 0x1p-52 * std::abs(value);
   std::size_t number = 0;
@@ -189,22 +191,34 @@ void FourierSolver::extend_along(std::size_t axis) {
   }
 }
 
+/// Columns are copied several at once, so that what is read of the grid is read in a row.
 void FourierSolver::transform(std::vector<Complex>& values, bool is_forward) {
-  const std::array<std::int64_t, 3> stride{1, length_[0], length_[0] * length_[1]};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t n = length_[axis], step = stride[axis];
-    if (n == 1) continue;
-    for (std::int64_t begin = 0; begin < static_cast<std::int64_t>(values.size()); ++begin) {
-      if (begin / step % n != 0) continue;
-      Complex* line = values.data() + begin;
-      for (std::int64_t i = 0; i < n; ++i) lines_->from[static_cast<std::size_t>(i)] = line[i * step];
-      if (is_forward) {
-        lines_->fft.fwd(lines_->to.data(), lines_->from.data(), n);
-      } else {
-        lines_->fft.inv(lines_->to.data(), lines_->from.data(), n);
-      }
-      for (std::int64_t i = 0; i < n; ++i) line[i * step] = lines_->to[static_cast<std::size_t>(i)];
+  std::int64_t step = 1;
+  for (const std::int64_t n : length_) {
+    const std::int64_t whole = step * n, size = static_cast<std::int64_t>(values.size());
+    for (std::int64_t begin = 0; n > 1 && begin < size; begin += whole) {
+      for (std::int64_t first = 0; first < step; first += columns_at_once)
+        transform_columns(values.data() + begin + first, n, step, std::min(columns_at_once, step - first), is_forward);
     }
+    step = whole;
+  }
+}
+
+void FourierSolver::transform_columns(Complex* values, std::int64_t n, std::int64_t step, std::int64_t columns,
+                                      bool is_forward) {
+  Complex *from = lines_->from.data(), *to = lines_->to.data();
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t c = 0; c < columns; ++c) from[c * n + i] = values[i * step + c];
+  }
+  for (std::int64_t c = 0; c < columns; ++c) {
+    if (is_forward) {
+      lines_->fft.fwd(to + c * n, from + c * n, n);
+    } else {
+      lines_->fft.inv(to + c * n, from + c * n, n);
+    }
+  }
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t c = 0; c < columns; ++c) values[i * step + c] = to[c * n + i];
   }
 }
 

@@ -42,6 +42,7 @@ class FourierSolver {
   static bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row,
                          const std::array<Images, 3>& images, double rounding);
   void transform(std::vector<Complex>& values, bool is_forward);
+  void transform_columns(Complex* values, std::int64_t n, std::int64_t step, std::int64_t columns, bool is_forward);
   double drop_waves(std::span<double> b);
   void take(const std::vector<Complex>& waves, std::span<double> values) const;
   void extend(std::span<const double> b);
