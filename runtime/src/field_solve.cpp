@@ -136,12 +136,18 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "
                                             "bicgstab or direct",
                                             name_));
+  if (report.is_singular)
+    throw Error(ErrorKind::run,
+                fmt::format("solve for {}: the operator is singular, and {:.3g} of the right side is out "
+                            "of its reach",
+                            name_, report.residual));
   if (!report.converged)
     throw Error(
         ErrorKind::run,
         fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
                     "tolerance {:.3g}",
-                    name_, report.iterations, name_of(report.method), report.residual, solve_.tolerance));
+                    name_, report.iterations, name_of(report.method), report.residual,
+                    std::max(solve_.tolerance, report.iterations == 0 ? 1e-9 : 0.0)));
   write(fields[solve_.unknown], solution_);
 }
 

@@ -2,104 +2,26 @@
 // Linear solvers against dense pseudo-inverses, exact solutions and each other.
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <optional>
-#include <random>
 #include <vector>
 
 #include "dpde/runtime/error.h"
 #include "solve/linear_solver.h"
 #include "solve/operator_probe.h"
+#include "solve_operators.h"
 
 namespace dpde {
+
+using namespace test;
+
 namespace {
-
-enum class Wall { periodic, value, slope };  // half a cell outside
-using Cells = std::array<std::int64_t, 3>;
-using Coefficient = std::function<double(std::int64_t cell, std::size_t axis)>;  // between a cell and the next one
-
-/// shift*x - div(k*grad(x)) with cells of width 1/n.
-StencilMatrix diffusion(const Cells& cells, const std::array<std::pair<Wall, Wall>, 3>& walls, double shift,
-                        const Coefficient& k) {
-  StencilMatrix matrix;
-  matrix.cells = cells;
-  const auto size = static_cast<std::size_t>(matrix.size());
-  const auto column = [&](const std::array<int, 3>& offset) -> std::vector<double>& {
-    for (std::size_t i = 0; i < matrix.offsets.size(); ++i) {
-      if (matrix.offsets[i] == offset) return matrix.values[i];
-    }
-    matrix.offsets.push_back(offset);
-    return matrix.values.emplace_back(size, 0.0);
-  };
-  for (std::size_t axis = 0; axis < 3; ++axis) matrix.periodic[axis] = walls[axis].first == Wall::periodic;
-  column({0, 0, 0}).assign(size, shift);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (cells[axis] == 1 && matrix.periodic[axis]) continue;
-    const double n2 = static_cast<double>(cells[axis] * cells[axis]);
-    std::size_t number = 0;
-    for (std::int64_t z = 0; z < cells[2]; ++z) {
-      for (std::int64_t y = 0; y < cells[1]; ++y) {
-        for (std::int64_t x = 0; x < cells[0]; ++x, ++number) {
-          for (const int step : {1, -1}) {
-            std::array<int, 3> offset{};
-            offset[axis] = step;
-            const std::int64_t other = column_of(matrix, {x, y, z}, offset);
-            const auto cell = static_cast<std::int64_t>(number);
-            const Wall wall = step > 0 ? walls[axis].second : walls[axis].first;
-            if (other < 0 && wall == Wall::slope) continue;
-            const double w = k(step > 0 || other < 0 ? cell : other, axis) * n2;
-            column({0, 0, 0})[number] += other < 0 ? 2 * w : w;
-            if (other >= 0) column(offset)[number] -= w;
-          }
-        }
-      }
-    }
-  }
-  return matrix;
-}
-
-std::vector<double> random_values(std::int64_t count, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> value(-1, 1);
-  std::vector<double> values(static_cast<std::size_t>(count));
-  for (double& v : values) v = value(random);
-  return values;
-}
-
-Eigen::MatrixXd dense_of(const StencilMatrix& matrix) {
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
-  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
-    dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
-  });
-  return dense;
-}
-
-/// Largest difference from the dense pseudo-inverse, over the largest value.
-double error_of(const StencilMatrix& matrix, const std::vector<double>& b, const std::vector<double>& x) {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
-  inverse.setThreshold(1e-12);
-  const Eigen::VectorXd exact =
-      inverse.compute(dense_of(matrix)).solve(Eigen::Map<const Eigen::VectorXd>(b.data(), matrix.size()));
-  const Eigen::VectorXd difference = exact - Eigen::Map<const Eigen::VectorXd>(x.data(), matrix.size());
-  return difference.lpNorm<Eigen::Infinity>() / std::max(1e-300, exact.lpNorm<Eigen::Infinity>());
-}
-
-double constant_one(std::int64_t, std::size_t) { return 1; }
-double uneven(std::int64_t cell, std::size_t axis) {
-  return 1 + 0.5 * std::sin(0.7 * static_cast<double>(cell) + 2 * static_cast<double>(axis));
-}
-
-const std::vector<std::pair<Wall, Wall>> all_walls{{Wall::periodic, Wall::periodic},
-                                                   {Wall::value, Wall::value},
-                                                   {Wall::slope, Wall::slope},
-                                                   {Wall::value, Wall::slope}};
 
 /// What automatic chooses, and each other method that takes the operator.
 void expect_right(const StencilMatrix& matrix, const std::string& name) {
-  const std::vector<double> b = random_values(matrix.size(), 3);
+  const std::vector<double> b = arbitrary_values(matrix.size(), 3);
   int solved = 0;
   for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::direct, SolverMethod::tridiagonal,
                                     SolverMethod::fourier, SolverMethod::multigrid, SolverMethod::cg}) {
@@ -145,13 +67,15 @@ TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
   };
   const StencilMatrix matrix = diffusion({10, 6, 1}, {all_walls[2], all_walls[2], all_walls[0]}, 0, k);
   expect_right(matrix, "rooms");
-  const std::vector<double> b = random_values(60, 5);
+  const std::vector<double> b = arbitrary_values(60, 5);
   std::vector<double> x(60, 0.0);
   LinearSolver solver(matrix, {.method = SolverMethod::cg});
   EXPECT_GT(solver.solve(b, x).incompatible, 0.01);
   double left = 0, right = 0;
   for (std::size_t i = 0; i < 60; ++i) {
-    if (in_block(static_cast<std::int64_t>(i % 10))) EXPECT_EQ(x[i], 0);
+    if (in_block(static_cast<std::int64_t>(i % 10))) {
+      EXPECT_EQ(x[i], 0);
+    }
     (i % 10 < 4 ? left : right) += x[i];
   }
   EXPECT_NEAR(left, 0, 1e-12);
@@ -166,7 +90,7 @@ TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
     for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
       for (double& value : matrix.values[k]) value += matrix.offsets[k][0] * (value == 0 ? 0.0 : 20.0);
     }
-    const std::vector<double> b = random_values(108, 1), y = random_values(108, 2);
+    const std::vector<double> b = arbitrary_values(108, 1), y = arbitrary_values(108, 2);
     for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::bicgstab}) {
       std::vector<double> x(108, 0.0), z(108, 0.0);
       const SolveOptions options{.method = method, .tolerance = 1e-13};
@@ -196,7 +120,7 @@ TEST(LinearSolvers, MultigridNeedsFewCycles) {
     for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg}) {
       const StencilMatrix matrix = diffusion(c.cells, c.walls, 0, constant_one);
       LinearSolver solver(matrix, {.method = method, .tolerance = 1e-6});
-      std::vector<double> b = random_values(matrix.size(), 9), x(b.size(), 0.0);
+      std::vector<double> b = arbitrary_values(matrix.size(), 9), x(b.size(), 0.0);
       const SolveReport report = solver.solve(b, x);
       EXPECT_TRUE(report.converged);
       EXPECT_LE(report.iterations, method == SolverMethod::cg ? c.most : c.most_alone)
@@ -253,12 +177,12 @@ TEST(LinearSolvers, SayWhatDoesNotFit) {
   // Helmholtz with the wrong sign between the first waves: neither cg nor multigrid, but directly.
   const StencilMatrix indefinite = diffusion({8, 8, 1}, {all_walls[1], all_walls[1], all_walls[0]}, -35, constant_one);
   EXPECT_NE(make(indefinite, SolverMethod::multigrid), "");
-  std::vector<double> b = random_values(64, 4), x(64, 0.0);
+  std::vector<double> b = arbitrary_values(64, 4), x(64, 0.0);
   EXPECT_TRUE(LinearSolver(indefinite, {.method = SolverMethod::cg}).solve(b, x).is_indefinite);
   EXPECT_TRUE(LinearSolver(indefinite, {.method = SolverMethod::direct}).solve(b, x).converged);
   EXPECT_LT(error_of(indefinite, b, x), 1e-10);
   const StencilMatrix fine = diffusion({64, 64, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, uneven);
-  b = random_values(64 * 64, 4), x.assign(64 * 64, 0.0);
+  b = arbitrary_values(64 * 64, 4), x.assign(64 * 64, 0.0);
   const SolveReport report = LinearSolver(fine, {.method = SolverMethod::cg, .most_iterations = 2}).solve(b, x);
   EXPECT_FALSE(report.converged);
   EXPECT_EQ(report.iterations, 2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/direct.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dpde/runtime/error.h"
@@ -25,7 +26,7 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
     for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
       dense(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) += value;
     });
-    inverse_.setThreshold(64 * rounding * static_cast<double>(cells));
+    inverse_.setThreshold(std::max(64 * 0x1p-52 * static_cast<double>(cells), 8 * rounding));
     inverse_.compute(dense);
     return;
   }
@@ -47,8 +48,24 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
   Sparse sparse(size, size);
   sparse.setFromTriplets(entries.begin(), entries.end());
   factors_.compute(sparse);
-  if (factors_.info() != Eigen::Success)
+  if (factors_.info() != Eigen::Success || is_singular(sparse))
     throw Error(ErrorKind::run, "the operator is singular: some right sides have no solution, others many");
+}
+
+/// The inverse makes, of what it has made of anything, about 1/(the smallest singular value) as much: more than what
+/// rounding of the entries leaves room for.
+bool DirectSolver::is_singular(const Sparse& matrix) {
+  constexpr double most = 3e14;
+  double size = 0;
+  for (Eigen::Index column = 0; column < matrix.cols(); ++column) size = std::max(size, matrix.col(column).norm());
+  for (Eigen::Index i = 0; i < right_.size(); ++i) right_[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i));
+  for (int turn = 0; turn < 2; ++turn) {
+    right_ /= right_.norm();
+    solution_ = factors_.solve(right_);
+    if (!solution_.allFinite() || solution_.norm() * size > most) return true;
+    right_ = solution_;
+  }
+  return false;
 }
 
 void DirectSolver::solve(std::span<const double> b, std::span<double> x) {

@@ -27,6 +27,8 @@ class DirectSolver {
 
  private:
   using Sparse = Eigen::SparseMatrix<double>;
+  bool is_singular(const Sparse& matrix);
+
   Eigen::SparseLU<Sparse> factors_;
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse_;
   bool is_dense_ = false;

@@ -20,6 +20,8 @@ FourierSolver::~FourierSolver() = default;
 
 namespace {
 
+constexpr std::int64_t columns_at_once = 8;
+
 /// The cell and the sign of the image of a place along an axis; the place is at most one length outside.
 std::pair<std::int64_t, double> image_of(std::int64_t place, std::int64_t cells, bool is_periodic, double low,
                                          double high) {
@@ -82,7 +84,7 @@ bool FourierSolver::is_made_of(const StencilMatrix& matrix, const std::vector<do
   return true;
 }
 
-std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, double rounding) {
+std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, double rounding, bool is_singular) {
   if (matrix.offsets.empty()) return std::nullopt;
   const std::int64_t middle =
       matrix.cells[0] / 2 + matrix.cells[0] * (matrix.cells[1] / 2 + matrix.cells[1] * (matrix.cells[2] / 2));
@@ -110,13 +112,13 @@ std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, doub
       each.high = (bits & 2) != 0 ? -1 : 1;
       bits >>= 2;
     }
-    if (is_made_of(matrix, row, images, rounding)) return FourierSolver(matrix, row, images, rounding);
+    if (is_made_of(matrix, row, images, rounding)) return FourierSolver(matrix, row, images, is_singular);
   }
   return std::nullopt;
 }
 
 FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<double>& row,
-                             const std::array<Images, 3>& images, double rounding)
+                             const std::array<Images, 3>& images, bool is_singular)
     : cells_(matrix.cells), length_(matrix.cells), images_(images), lines_(std::make_unique<Lines>()) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!images[axis].is_periodic) length_[axis] *= images[axis].low == images[axis].high ? 2 : 4;
@@ -125,10 +127,10 @@ FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<doub
   waves_.assign(size, 0.0);
   inverse_symbol_.assign(size, 0.0);
   const auto longest = static_cast<std::size_t>(*std::ranges::max_element(length_));
-  lines_->from.resize(longest);
-  lines_->to.resize(longest);
-  double zero = 0;
-  for (const double value : row) zero += 64 * rounding * std::abs(value);
+  lines_->from.resize(longest * columns_at_once);
+  lines_->to.resize(longest * columns_at_once);
+  double zero = 0;  // rows of singular operators are balanced: what is less is of this sum
+  for (const double value : row) zero += 64 * 0x1p-52 * std::abs(value);
   std::size_t number = 0;
   for (std::int64_t kz = 0; kz < length_[2]; ++kz) {
     for (std::int64_t ky = 0; ky < length_[1]; ++ky) {
@@ -143,10 +145,16 @@ FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<doub
           }
           symbol += row[k] * std::polar(1.0, angle);
         }
-        if (std::abs(symbol) > zero) inverse_symbol_[number] = 1.0 / (symbol * static_cast<double>(size));
+        const bool is_mean = is_singular && number == 0;
+        if (std::abs(symbol) > zero && !is_mean) {
+          inverse_symbol_[number] = 1.0 / (symbol * static_cast<double>(size));
+        } else if (!is_mean) {
+          drops_waves_ = true;
+        }
       }
     }
   }
+  if (drops_waves_) kept_.assign(size, 0.0);
 }
 
 bool FourierSolver::has_walls() const {
@@ -183,37 +191,70 @@ void FourierSolver::extend_along(std::size_t axis) {
   }
 }
 
+/// Columns are copied several at once, so that what is read of the grid is read in a row.
 void FourierSolver::transform(std::vector<Complex>& values, bool is_forward) {
-  const std::array<std::int64_t, 3> stride{1, length_[0], length_[0] * length_[1]};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t n = length_[axis], step = stride[axis];
-    if (n == 1) continue;
-    for (std::int64_t begin = 0; begin < static_cast<std::int64_t>(values.size()); ++begin) {
-      if (begin / step % n != 0) continue;
-      Complex* line = values.data() + begin;
-      for (std::int64_t i = 0; i < n; ++i) lines_->from[static_cast<std::size_t>(i)] = line[i * step];
-      if (is_forward) {
-        lines_->fft.fwd(lines_->to.data(), lines_->from.data(), n);
-      } else {
-        lines_->fft.inv(lines_->to.data(), lines_->from.data(), n);
-      }
-      for (std::int64_t i = 0; i < n; ++i) line[i * step] = lines_->to[static_cast<std::size_t>(i)];
+  std::int64_t step = 1;
+  for (const std::int64_t n : length_) {
+    const std::int64_t whole = step * n, size = static_cast<std::int64_t>(values.size());
+    for (std::int64_t begin = 0; n > 1 && begin < size; begin += whole) {
+      for (std::int64_t first = 0; first < step; first += columns_at_once)
+        transform_columns(values.data() + begin + first, n, step, std::min(columns_at_once, step - first), is_forward);
+    }
+    step = whole;
+  }
+}
+
+void FourierSolver::transform_columns(Complex* values, std::int64_t n, std::int64_t step, std::int64_t columns,
+                                      bool is_forward) {
+  Complex *from = lines_->from.data(), *to = lines_->to.data();
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t c = 0; c < columns; ++c) from[c * n + i] = values[i * step + c];
+  }
+  for (std::int64_t c = 0; c < columns; ++c) {
+    if (is_forward) {
+      lines_->fft.fwd(to + c * n, from + c * n, n);
+    } else {
+      lines_->fft.inv(to + c * n, from + c * n, n);
+    }
+  }
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t c = 0; c < columns; ++c) values[i * step + c] = to[c * n + i];
+  }
+}
+
+/// Takes the waves that the operator makes 0 of out of b, too.
+double FourierSolver::drop_waves(std::span<double> b) {
+  double whole = 0, dropped = 0;
+  for (std::size_t i = 0; i < waves_.size(); ++i) {
+    const bool is_dropped = inverse_symbol_[i] == Complex(0);
+    const double size = std::norm(waves_[i]);
+    whole += size;
+    dropped += is_dropped ? size : 0;
+    kept_[i] = is_dropped ? 0 : waves_[i] / static_cast<double>(waves_.size());
+  }
+  transform(kept_, false);
+  take(kept_, b);
+  return whole == 0 ? 0 : std::sqrt(dropped / whole);
+}
+
+void FourierSolver::take(const std::vector<Complex>& waves, std::span<double> values) const {
+  for (std::int64_t z = 0; z < cells_[2]; ++z) {
+    for (std::int64_t y = 0; y < cells_[1]; ++y) {
+      const Complex* from = waves.data() + length_[0] * (y + length_[1] * z);
+      double* to = values.data() + cells_[0] * (y + cells_[1] * z);
+      for (std::int64_t i = 0; i < cells_[0]; ++i) to[i] = from[i].real();
     }
   }
 }
 
-void FourierSolver::solve(std::span<const double> b, std::span<double> x) {
+double FourierSolver::solve(std::span<double> b, std::span<double> x) {
   extend(b);
   transform(waves_, true);
+  const double dropped = drops_waves_ ? drop_waves(b) : 0;
   for (std::size_t i = 0; i < waves_.size(); ++i) waves_[i] *= inverse_symbol_[i];
   transform(waves_, false);
-  for (std::int64_t z = 0; z < cells_[2]; ++z) {
-    for (std::int64_t y = 0; y < cells_[1]; ++y) {
-      const Complex* from = waves_.data() + length_[0] * (y + length_[1] * z);
-      double* to = x.data() + cells_[0] * (y + cells_[1] * z);
-      for (std::int64_t i = 0; i < cells_[0]; ++i) to[i] = from[i].real();
-    }
-  }
+  take(waves_, x);
+  return dropped;
 }
 
 }  // namespace dpde

@@ -19,13 +19,14 @@ namespace dpde {
 class FourierSolver {
  public:
   /// Nothing where the rows are not alike, or differ beside walls from what images make of them.
-  static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding);
+  /// `is_singular`: of a constant it makes 0.
+  static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding, bool is_singular);
   FourierSolver(FourierSolver&&) noexcept;
   FourierSolver& operator=(FourierSolver&&) noexcept;
   ~FourierSolver();
 
-  /// Waves of the null space are not looked at and get 0.
-  void solve(std::span<const double> b, std::span<double> x);
+  /// Waves of the null space are taken out of `b` and are 0 in `x`; |what is taken|/|b|, without the mean.
+  double solve(std::span<double> b, std::span<double> x);
   bool has_walls() const;
 
  private:
@@ -37,17 +38,21 @@ class FourierSolver {
   };
   struct Lines;
   FourierSolver(const StencilMatrix& matrix, const std::vector<double>& row, const std::array<Images, 3>& images,
-                double rounding);
+                bool is_singular);
   static bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row,
                          const std::array<Images, 3>& images, double rounding);
   void transform(std::vector<Complex>& values, bool is_forward);
+  void transform_columns(Complex* values, std::int64_t n, std::int64_t step, std::int64_t columns, bool is_forward);
+  double drop_waves(std::span<double> b);
+  void take(const std::vector<Complex>& waves, std::span<double> values) const;
   void extend(std::span<const double> b);
   void extend_along(std::size_t axis);
 
   std::array<std::int64_t, 3> cells_{}, length_{};  // of the grid, of the periodic one
   std::array<Images, 3> images_;
-  std::vector<Complex> waves_;
+  std::vector<Complex> waves_, kept_;
   std::vector<Complex> inverse_symbol_;
+  bool drops_waves_ = false;  // besides the mean
   std::unique_ptr<Lines> lines_;
 };
 

@@ -64,11 +64,15 @@ std::string_view name_of(SolverMethod method) {
 }
 
 struct LinearSolver::Impl {
-  Impl(const StencilMatrix& matrix, SolveOptions wanted)
-      : options(wanted), null_space(matrix, wanted.rounding), rows(rows_of(matrix)) {
+  Impl(const StencilMatrix& given, SolveOptions wanted) : options(wanted), null_space(given, wanted.rounding) {
+    const StencilMatrix matrix = null_space.balanced(given);
+    rows = rows_of(matrix);
+    diagonal = rows.diagonal();
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) largest_row = std::max(largest_row, rows.row(row).norm());
     const auto size = static_cast<std::size_t>(matrix.size());
     right.assign(size, 0.0);
     residual.assign(size, 0.0);
+    image.setZero(matrix.size());
     choose(matrix);
   }
 
@@ -79,6 +83,7 @@ struct LinearSolver::Impl {
   void make_direct(const StencilMatrix& matrix, const char* why);
   void make_bicgstab(const StencilMatrix& matrix);
   void make_iterations(VectorFunction precondition);
+  void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
   bool is_symmetric() const {
     const Rows difference = rows - Rows(rows.transpose());
     return difference.norm() <= 64 * options.rounding * rows.norm();
@@ -87,6 +92,9 @@ struct LinearSolver::Impl {
   SolveOptions options;
   NullSpace null_space;
   Rows rows;
+  Eigen::VectorXd diagonal, image;
+  double largest_row = 0;    // norm
+  std::string no_multigrid;  // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   std::optional<DirectSolver> direct;
@@ -107,7 +115,7 @@ bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
 }
 
 bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
-  fourier = FourierSolver::of(matrix, options.rounding);
+  fourier = FourierSolver::of(matrix, options.rounding, !null_space.is_empty());
   if (!fourier) return false;
   method = SolverMethod::fourier;
   reason = fourier->has_walls()
@@ -131,7 +139,7 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
 }
 
 bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
-  multigrid = Multigrid::of(matrix, null_space, options.rounding, wanted == SolverMethod::cg);
+  multigrid = Multigrid::of(matrix, null_space, options.rounding, wanted == SolverMethod::cg, no_multigrid);
   if (!multigrid) return false;
   make_iterations([this](std::span<const double> r, std::span<double> z) {
     multigrid->cycle(r, z);
@@ -144,8 +152,13 @@ bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod
 }
 
 void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
+  if (null_space.is_lopsided())
+    refuse(SolverMethod::bicgstab,
+           "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
+           "round)",
+           "take direct, or write it in the form of fluxes");
   method = SolverMethod::bicgstab;
-  multigrid = Multigrid::of_symmetric_part(matrix, options.rounding);
+  multigrid = Multigrid::of_symmetric_part(matrix, null_space, options.rounding, no_multigrid);
   if (multigrid) {
     reason = "not symmetric: BiCGStab, preconditioned by multigrid of the symmetric part";
     return make_iterations([this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); });
@@ -185,7 +198,7 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
       if (options.method == SolverMethod::cg && is_symmetric()) {
         make_iterations([this](std::span<const double> r, std::span<double> z) {
           for (std::size_t i = 0; i < r.size(); ++i) {
-            const double d = rows.coeff(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+            const double d = diagonal[static_cast<Eigen::Index>(i)];
             z[i] = d == 0 ? r[i] : r[i] / d;
           }
         });
@@ -193,10 +206,7 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
         reason = "symmetric: conjugate gradients, divided by the diagonal";
         return;
       }
-      refuse(options.method,
-             is_symmetric() ? "cells are coupled with others than their neighbours, or with both signs"
-                            : "the operator is not symmetric",
-             "take bicgstab or direct");
+      refuse(options.method, no_multigrid.c_str(), "take bicgstab or direct");
     case SolverMethod::bicgstab: return make_bicgstab(matrix);
   }
 }
@@ -205,13 +215,34 @@ LinearSolver::LinearSolver(const StencilMatrix& matrix, SolveOptions options)
     : impl_(std::make_unique<Impl>(matrix, options)) {}
 LinearSolver::~LinearSolver() = default;
 
+/// Of a large residual what A^T makes is small where the residual is what a singular A cannot reach.
+void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, bool has_come,
+                               SolveReport& report) {
+  image.noalias() = rows * vector_of(x);
+  vector_of(std::span(residual)) = vector_of(b) - image;
+  const double size = vector_of(b).norm(), left = vector_of(std::span<const double>(residual)).norm();
+  report.residual = size == 0 ? left : left / size;
+  if (!has_come || left > 1e-6 * size)
+    image.noalias() = rows.transpose() * vector_of(std::span<const double>(residual));
+  const double of_left = largest_row * left;
+  if (direct && direct->is_dense()) {  // least squares: all that is left is out of reach
+    report.incompatible = report.residual;
+    report.residual = size == 0 || left <= 1e-6 * size ? 0 : image.norm() / (largest_row * size);
+  }
+  // Factors leave what rounding of the entries makes of x.
+  const double by_rounding = size == 0 ? 0 : 8 * 0x1p-52 * largest_row * vector_of(x).norm() / size;
+  const double exact = std::max({options.tolerance, 1e-9, by_rounding});
+  report.converged = has_come && std::isfinite(left) && (iterations || report.residual <= exact);
+  report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
+}
+
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {
   Impl& own = *impl_;
   std::ranges::copy(b, own.right.begin());
   SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right)};
   IterationReport way{.converged = true};
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
-  if (own.fourier) own.fourier->solve(own.right, x);
+  if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.iterations) {
     way = own.method == SolverMethod::cg          ? own.iterations->cg(own.right, x)
@@ -221,11 +252,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   own.null_space.remove(x);
   report.iterations = way.iterations;
   report.is_indefinite = way.is_indefinite;
-  vector_of(std::span(own.residual)) = vector_of(std::span<const double>(own.right)) - own.rows * vector_of(x);
-  const double size = vector_of(std::span<const double>(own.right)).norm();
-  report.residual = size == 0 ? 0 : vector_of(std::span<const double>(own.residual)).norm() / size;
-  const bool is_exact = !own.iterations && !(own.direct && own.direct->is_dense());
-  report.converged = way.converged && (!is_exact || report.residual <= std::max(own.options.tolerance, 1e-6));
+  own.judge(own.right, x, way.converged, report);
   return report;
 }
 SolverMethod LinearSolver::method() const { return impl_->method; }

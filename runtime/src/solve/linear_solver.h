@@ -16,7 +16,8 @@ std::string_view name_of(SolverMethod method);
 
 struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
-  double tolerance = 1e-10;  // of |A*x - b|/|b|, where the method comes near step by step
+  double tolerance =
+      1e-10;  // of |A*x - b|/|b|, where the method comes near step by step; of others it is at least 1e-9
   int most_iterations = 200;
   double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
 };
@@ -28,6 +29,7 @@ struct SolveReport {
   double incompatible = 0;  // the part that it does not reach, over |b|
   bool converged = true;
   bool is_indefinite = false;  // found by cg: it went on for no more
+  bool is_singular = false;    // what is left of b is out of reach
 };
 
 class LinearSolver {

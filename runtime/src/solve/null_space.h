@@ -20,6 +20,9 @@ class NullSpace {
   /// Takes the mean over each singular part away; |what is taken|/|values|.
   double remove(std::span<double> values) const;
 
+  /// The matrix without what rounding left of the sums of rows in the singular parts.
+  StencilMatrix balanced(StencilMatrix matrix) const;
+
   bool is_empty() const { return parts_.empty(); }
   /// Whether there are parts where rows sum to 0 and columns do not, or the other way round.
   bool is_lopsided() const { return is_lopsided_; }

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "solve/grid_place.h"
+#include "solve/multigrid.h"
+
+namespace dpde {
+namespace {
+
+constexpr double least_coupling = 0.25;  // of the strongest axis
+
+/// Walls with a value leave more of the rows beside them than of those farther inside.
+void find_walls(MultigridLevel& level) {
+  std::array<std::array<double, 2>, 3> more{}, couplings{};
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const std::size_t side : {0u, 1u}) {
+        const bool is_there = cell[axis] == (side == 0 ? 0 : level.cells[axis] - 1);
+        if (!is_there || level.periodic[axis] || level.cells[axis] == 1) continue;
+        const std::int64_t inside = neighbour(level.cells, level.periodic, cell, axis, side == 0 ? 1 : -1);
+        more[axis][side] += level.rest[number] - level.rest[static_cast<std::size_t>(inside)];
+        couplings[axis][side] += level.coupling[axis][side == 0 ? number : static_cast<std::size_t>(inside)];
+      }
+    }
+  });
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::size_t side : {0u, 1u}) level.has_value[axis][side] = more[axis][side] > couplings[axis][side] / 2;
+  }
+}
+
+/// Which axes become coarser.
+std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
+  std::array<double, 3> strength{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double sum = 0, count = 0;
+    for (const double w : fine.coupling[axis]) sum += w, count += w > 0 ? 1 : 0;
+    strength[axis] = count > 0 ? sum / count : 0;
+  }
+  const double strongest = *std::ranges::max_element(strength);
+  std::array<bool, 3> halved{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t least = fine.periodic[axis] ? 3 : 2;
+    halved[axis] = fine.cells[axis] >= least && strength[axis] > 0 && strength[axis] >= least_coupling * strongest;
+  }
+  return halved;
+}
+
+/// The fine cell is t beside the centre of the coarse one it belongs to. Where there is no second cell on that side the
+/// image of the first takes its part: that of a wall with a value has the other sign.
+AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis) {
+  AxisInterpolation result;
+  result.is_halved = true;
+  const std::vector<double>&width = fine.width[axis], &coarse_width = coarse.width[axis];
+  const std::int64_t n = fine.cells[axis], half = coarse.cells[axis];
+  for (auto& weights : result.weights) weights.assign(static_cast<std::size_t>(half), 0.0);
+  const auto give = [&](std::int64_t from, std::int64_t to, double weight) {
+    if (weight == 0) return;
+    if (from == 0 || from == half - 1) {
+      result.ends.push_back({static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to), weight});
+    } else {
+      result.weights[static_cast<std::size_t>(to - 2 * from + 1)][static_cast<std::size_t>(from)] += weight;
+    }
+  };
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t near = i / 2;
+    const double whole = coarse_width[static_cast<std::size_t>(near)];
+    const double t = (whole - width[static_cast<std::size_t>(i)]) / 2;
+    std::int64_t far = near + (i % 2 == 0 ? -1 : 1);
+    double near_weight = 1, far_weight = 0;
+    if (fine.periodic[axis]) far = (far + half) % half;
+    if (far < 0 || far >= half) {
+      near_weight = fine.has_value[axis][far < 0 ? 0 : 1] ? 1 - 2 * t / whole : 1;
+      far = near;
+    } else {
+      far_weight = t / ((whole + coarse_width[static_cast<std::size_t>(far)]) / 2);
+      near_weight = 1 - far_weight;
+    }
+    result.near.push_back(static_cast<std::uint32_t>(near));
+    result.far.push_back(static_cast<std::uint32_t>(far));
+    result.near_weight.push_back(near_weight);
+    result.far_weight.push_back(far_weight);
+    give(near, i, near_weight);
+    give(far, i, far_weight);
+  }
+  return result;
+}
+
+AxisInterpolation no_interpolation(std::int64_t cells) {
+  AxisInterpolation result;
+  for (std::int64_t i = 0; i < cells; ++i) result.near.push_back(static_cast<std::uint32_t>(i));
+  result.far = result.near;
+  result.near_weight.assign(result.near.size(), 1.0);
+  result.far_weight.assign(result.near.size(), 0.0);
+  return result;
+}
+
+/// Adds a fine cell's couplings and rest to those of the coarse one it becomes part of.
+void add_cell(const MultigridLevel& fine, MultigridLevel& coarse, const std::array<bool, 3>& halved, std::size_t number,
+              const GridPlace& cell) {
+  GridPlace parent = cell;
+  for (std::size_t axis = 0; axis < 3; ++axis) parent[axis] = halved[axis] ? cell[axis] / 2 : cell[axis];
+  const std::size_t to = number_of(coarse.cells, parent);
+  double inner = fine.rest[number], nearer = 1;  // what a cell away from walls has; how much nearer walls are
+  bool is_at_wall = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t next = neighbour(fine.cells, fine.periodic, cell, axis, 1),
+                       before = neighbour(fine.cells, fine.periodic, cell, axis, -1);
+    const double w = fine.coupling[axis][number];
+    const double w_before = before < 0 ? 0 : fine.coupling[axis][static_cast<std::size_t>(before)];
+    const auto width = [&](const MultigridLevel& level, std::int64_t i) {
+      return level.width[axis][static_cast<std::size_t>(i % level.cells[axis])];
+    };
+    const bool crosses = !halved[axis] || cell[axis] % 2 == 1 || cell[axis] + 1 == fine.cells[axis];
+    if (next >= 0 && w > 0 && crosses) {
+      const double way = width(fine, cell[axis]) + width(fine, cell[axis] + 1),
+                   coarse_way = width(coarse, parent[axis]) + width(coarse, parent[axis] + 1);
+      coarse.coupling[axis][to] += w * way / coarse_way;
+    }
+    if (!halved[axis] || (w > 0) == (w_before > 0)) continue;
+    is_at_wall = true;
+    nearer = std::min(nearer, width(fine, cell[axis]) / width(coarse, parent[axis]));
+    inner = std::min(inner, fine.rest[static_cast<std::size_t>(w > 0 ? next : before)]);
+  }
+  const double wall = is_at_wall ? fine.rest[number] - inner : 0;
+  coarse.rest[to] += inner + wall * nearer;
+}
+
+}  // namespace
+
+void complete(MultigridLevel& level) {
+  level.inverse.assign(level.size(), 0.0);
+  level.diagonal.assign(level.size(), 0.0);
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    double diagonal = level.rest[number];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      diagonal += level.coupling[axis][number];
+      const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
+      if (before >= 0) diagonal += level.coupling[axis][static_cast<std::size_t>(before)];
+    }
+    level.diagonal[number] = diagonal;
+    if (diagonal > 0) level.inverse[number] = 1 / diagonal;
+  });
+  for (auto* field : {&level.b, &level.x, &level.residual}) field->assign(level.size(), 0.0);
+  level.line.assign(static_cast<std::size_t>(level.cells[0]), 0.0);
+  find_walls(level);
+}
+
+bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse) {
+  const std::array<bool, 3> halved = halved_axes(fine);
+  if (!halved[0] && !halved[1] && !halved[2]) return false;
+  coarse.cells = fine.cells;
+  coarse.periodic = fine.periodic;
+  coarse.width = fine.width;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (halved[axis]) {
+      coarse.cells[axis] = (fine.cells[axis] + 1) / 2;
+      coarse.width[axis].assign(static_cast<std::size_t>(coarse.cells[axis]), 0.0);
+      for (std::size_t i = 0; i < fine.width[axis].size(); ++i) coarse.width[axis][i / 2] += fine.width[axis][i];
+    }
+    fine.from[axis] = halved[axis] ? interpolation_of(fine, coarse, axis) : no_interpolation(fine.cells[axis]);
+  }
+  const auto size = static_cast<std::size_t>(coarse.cells[0] * coarse.cells[1] * coarse.cells[2]);
+  for (auto& coupling : coarse.coupling) coupling.assign(size, 0.0);
+  coarse.rest.assign(size, 0.0);
+  for_each_cell(fine.cells,
+                [&](std::size_t number, const GridPlace& cell) { add_cell(fine, coarse, halved, number, cell); });
+  return true;
+}
+
+StencilMatrix matrix_of(const MultigridLevel& level) {
+  StencilMatrix matrix{level.cells, level.periodic, {{0, 0, 0}}, {level.rest}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (level.cells[axis] == 1) continue;
+    std::array<int, 3> offset{};
+    for (const int step : {1, -1}) {
+      offset[axis] = step;
+      matrix.offsets.push_back(offset);
+      std::vector<double> values(level.size(), 0.0);
+      for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+        const std::int64_t other = neighbour(level.cells, level.periodic, cell, axis, step);
+        if (other < 0) return;
+        const double w = level.coupling[axis][step > 0 ? number : static_cast<std::size_t>(other)];
+        values[number] = -w;
+        matrix.values.front()[number] += w;
+      });
+      matrix.values.push_back(std::move(values));
+    }
+  }
+  return matrix;
+}
+
+}  // namespace dpde

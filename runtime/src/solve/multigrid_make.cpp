@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "solve/grid_place.h"
+#include "solve/multigrid.h"
+
+namespace dpde {
+namespace {
+
+constexpr std::size_t most_of_coarsest = 64, most_factored = 20000;
+
+/// Along which axis, and which way; nothing for what is no neighbour.
+std::optional<std::pair<std::size_t, int>> axis_of(const std::array<int, 3>& offset) {
+  std::optional<std::pair<std::size_t, int>> found;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (offset[axis] == 0) continue;
+    if (found || std::abs(offset[axis]) != 1) return std::nullopt;
+    found = {axis, offset[axis]};
+  }
+  return found;
+}
+
+double largest_of(const StencilMatrix& matrix) {
+  double largest = 0;
+  for (const std::vector<double>& column : matrix.values) {
+    for (const double value : column) largest = std::max(largest, std::abs(value));
+  }
+  return largest;
+}
+
+bool is_symmetric_to(const StencilMatrix& matrix, double zero) {
+  const StencilMatrix other = transposed(matrix);
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const auto same = std::ranges::find(other.offsets, matrix.offsets[k]);
+    for (std::size_t i = 0; i < matrix.values[k].size(); ++i) {
+      const double mirrored =
+          same == other.offsets.end() ? 0 : other.values[static_cast<std::size_t>(same - other.offsets.begin())][i];
+      if (std::abs(matrix.values[k][i] - mirrored) > zero) return false;
+    }
+  }
+  return true;
+}
+
+/// Couplings of the symmetric part; `rest` has the diagonal.
+MultigridLevel level_of(const StencilMatrix& matrix) {
+  MultigridLevel level;
+  level.cells = matrix.cells;
+  level.periodic = matrix.periodic;
+  const auto size = static_cast<std::size_t>(matrix.size());
+  level.rest.assign(size, 0.0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (matrix.cells[axis] == 1) level.periodic[axis] = false;
+    level.width[axis].assign(static_cast<std::size_t>(matrix.cells[axis]), 1.0);
+    level.coupling[axis].assign(size, 0.0);
+  }
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const auto axis = axis_of(matrix.offsets[k]);
+    const bool is_diagonal = matrix.offsets[k] == std::array{0, 0, 0};
+    if (!axis && !is_diagonal) continue;
+    for_each_cell(matrix.cells, [&](std::size_t number, const GridPlace& cell) {
+      const double value = matrix.values[k][number];
+      if (value == 0) return;
+      if (is_diagonal || level.cells[axis->first] == 1) {
+        level.rest[number] += value;
+        return;
+      }
+      const std::int64_t other = neighbour(level.cells, level.periodic, cell, axis->first, axis->second);
+      if (other < 0) return;
+      level.coupling[axis->first][axis->second > 0 ? number : static_cast<std::size_t>(other)] -= value / 2;
+    });
+  }
+  return level;
+}
+
+}  // namespace
+
+std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
+                                       bool is_symmetric, std::string& why) {
+  const double zero = 64 * rounding * largest_of(matrix);
+  why = "the operator is not symmetric";
+  if (null_space.is_lopsided() || !is_symmetric_to(matrix, zero)) return std::nullopt;
+  why = "cells are coupled with others than their neighbours along the axes";
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    if (matrix.offsets[k] != std::array{0, 0, 0} && !axis_of(matrix.offsets[k]) &&
+        std::ranges::any_of(matrix.values[k], [&](double value) { return std::abs(value) > zero; }))
+      return std::nullopt;
+  }
+  std::optional<Multigrid> result = of_symmetric_part(matrix, null_space, rounding, why);
+  if (result) result->is_symmetric_ = is_symmetric;
+  return result;
+}
+
+std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
+                                                      double rounding, std::string& why) {
+  why = "around a ring of two cells there are two ways to one neighbour";
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (matrix.periodic[axis] && matrix.cells[axis] == 2) return std::nullopt;
+  }
+  Level level = level_of(matrix);
+  double trace = 0;
+  for (const double value : level.rest) trace += value;
+  const double sign = trace < 0 ? -1 : 1, zero = 8 * rounding * largest_of(matrix);
+  why = "cells are coupled with their neighbours with both signs";
+  for (auto& coupling : level.coupling) {
+    for (double& w : coupling) {
+      w *= sign;
+      if (w < -zero) return std::nullopt;
+      w = std::max(w, 0.0);
+    }
+  }
+  const std::vector<double> diagonal = std::exchange(level.rest, std::vector<double>(level.rest.size()));
+  bool is_dominant = true;
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    double rest = sign * diagonal[number];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      rest -= level.coupling[axis][number];
+      const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
+      if (before >= 0) rest -= level.coupling[axis][static_cast<std::size_t>(before)];
+    }
+    is_dominant = is_dominant && rest > -8 * zero;
+    level.rest[number] = std::max(rest, 0.0);
+  });
+  why = "rows are not dominated by their diagonals";
+  if (!is_dominant) return std::nullopt;
+  for (const auto& part : null_space.parts()) {
+    for (const std::uint32_t cell : part) level.rest[cell] = 0;  // rounding has left no more
+  }
+  return make(std::move(level), sign, why);
+}
+
+std::optional<Multigrid> Multigrid::make(Level finest, double sign, std::string& why) {
+  Multigrid result;
+  result.sign_ = sign;
+  complete(finest);
+  result.levels_.push_back(std::move(finest));
+  while (result.levels_.back().size() > most_of_coarsest) {
+    Level coarse;
+    if (!make_coarser(result.levels_.back(), coarse)) break;
+    complete(coarse);
+    result.levels_.push_back(std::move(coarse));
+  }
+  why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
+  if (result.levels_.back().size() > most_factored) return std::nullopt;
+  result.coarsest_.emplace(matrix_of(result.levels_.back()));
+  why = "the factors of the coarsest grid have a zero in their diagonal";
+  if (!result.coarsest_->is_there()) return std::nullopt;
+  return result;
+}
+
+}  // namespace dpde

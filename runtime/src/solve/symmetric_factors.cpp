@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/symmetric_factors.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+
+namespace dpde {
+
+SymmetricFactors::SymmetricFactors(const StencilMatrix& matrix) : null_space_(matrix, 0x1p-52) {
+  std::vector<int> place(static_cast<std::size_t>(matrix.size()), 0);
+  for (const auto& part : null_space_.parts()) place[part.front()] = -1;
+  std::vector<std::uint32_t> free;
+  for (std::uint32_t cell = 0; cell < place.size(); ++cell) {
+    if (place[cell] < 0) continue;
+    place[cell] = static_cast<int>(free.size());
+    free.push_back(cell);
+  }
+  const auto size = static_cast<Eigen::Index>(free.size());
+  if (size == 0) return;
+  std::vector<Eigen::Triplet<double>> entries;
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+    if (place[row] >= 0 && place[column] >= 0) entries.emplace_back(place[row], place[column], value);
+  });
+  Eigen::SparseMatrix<double> sparse(size, size);
+  sparse.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(sparse);
+  is_there_ = factors.info() == Eigen::Success && (factors.vectorD().array() != 0).all();
+  if (!is_there_) return;
+  lower_ = factors.matrixL().nestedExpression();
+  inverse_.resize(free.size());
+  cells_.resize(free.size());
+  values_.resize(free.size());
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    inverse_[i] = 1 / factors.vectorD()[static_cast<Eigen::Index>(i)];
+    const auto row = static_cast<std::size_t>(factors.permutationP().indices()[static_cast<Eigen::Index>(i)]);
+    cells_[row] = free[i];
+  }
+}
+
+void SymmetricFactors::solve(std::span<double> b, std::span<double> x) {
+  null_space_.remove(b);
+  std::ranges::fill(x, 0.0);
+  const auto size = static_cast<Eigen::Index>(cells_.size());
+  for (std::size_t i = 0; i < cells_.size(); ++i) values_[i] = b[cells_[i]];
+  for (Eigen::Index column = 0; column < size; ++column) {
+    const double value = values_[static_cast<std::size_t>(column)];
+    for (Eigen::SparseMatrix<double>::InnerIterator entry(lower_, column); entry; ++entry) {
+      if (entry.row() > column) values_[static_cast<std::size_t>(entry.row())] -= entry.value() * value;
+    }
+  }
+  for (std::size_t i = 0; i < cells_.size(); ++i) values_[i] *= inverse_[i];
+  for (Eigen::Index column = size; column-- > 0;) {
+    double& value = values_[static_cast<std::size_t>(column)];
+    for (Eigen::SparseMatrix<double>::InnerIterator entry(lower_, column); entry; ++entry) {
+      if (entry.row() > column) value -= entry.value() * values_[static_cast<std::size_t>(entry.row())];
+    }
+  }
+  for (std::size_t i = 0; i < cells_.size(); ++i) x[cells_[i]] = values_[i];
+  null_space_.remove(x);
+}
+
+}  // namespace dpde

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Linear solvers on -lap(x) = b, around rings and between walls: time of an unknown. The time of one multigrid cycle
+// has that of its residual in it.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solve/linear_solver.h"
+
+namespace dpde {
+namespace {
+
+StencilMatrix laplacian(std::int64_t n, int rank, bool is_periodic) {
+  StencilMatrix matrix;
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
+    matrix.cells[axis] = n;
+    matrix.periodic[axis] = is_periodic;
+  }
+  const auto size = static_cast<std::size_t>(matrix.size());
+  matrix.offsets.push_back({0, 0, 0});
+  matrix.values.emplace_back(size, 0.0);
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
+    for (const int step : {1, -1}) {
+      std::array<int, 3> offset{};
+      offset[axis] = step;
+      std::vector<double> values(size, 0.0);
+      for (std::size_t i = 0; i < size; ++i) {
+        const auto number = static_cast<std::int64_t>(i);
+        const std::array<std::int64_t, 3> cell{number % matrix.cells[0], number / matrix.cells[0] % matrix.cells[1],
+                                               number / matrix.cells[0] / matrix.cells[1]};
+        if (column_of(matrix, cell, offset) < 0) continue;
+        values[i] = -1;
+        matrix.values.front()[i] += 1;
+      }
+      matrix.offsets.push_back(offset);
+      matrix.values.push_back(std::move(values));
+    }
+  }
+  return matrix;
+}
+
+void solve(benchmark::State& state, SolverMethod method) {
+  constexpr int cycles = 10;
+  const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
+  const bool is_multigrid = method == SolverMethod::multigrid;
+  LinearSolver solver(matrix, {.method = method, .tolerance = is_multigrid ? 0 : 1e-6, .most_iterations = cycles});
+  std::vector<double> b(static_cast<std::size_t>(matrix.size())), x(b.size());
+  for (std::size_t i = 0; i < b.size(); ++i) b[i] = std::sin(static_cast<double>(i) * 1.7);
+  for (auto _ : state) {
+    std::ranges::fill(x, 0.0);
+    benchmark::DoNotOptimize(solver.solve(b, x));
+  }
+  const double unknowns = static_cast<double>(matrix.size()) * (is_multigrid ? cycles : 1);
+  state.counters["each"] = benchmark::Counter(
+      unknowns, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);  // seconds
+}
+
+void sizes(benchmark::internal::Benchmark* run) {
+  for (const int is_periodic : {1, 0}) run->Args({512, 2, is_periodic})->Args({1024, 2, is_periodic});
+  run->Args({64, 3, 1})->Args({64, 3, 0})->Unit(benchmark::kMillisecond);
+}
+
+BENCHMARK_CAPTURE(solve, multigrid_cycle, SolverMethod::multigrid)->Apply(sizes);
+BENCHMARK_CAPTURE(solve, cg_to_1e_6, SolverMethod::cg)->Apply(sizes);
+BENCHMARK_CAPTURE(solve, fourier, SolverMethod::fourier)->Apply(sizes);
+
+}  // namespace
+}  // namespace dpde
