@@ -13,6 +13,9 @@
 namespace dpde {
 namespace {
 
+/// On so few cells, as certificates use, a method that the scheme names may not fit an operator that it fits otherwise.
+constexpr std::int64_t few_cells = 64;
+constexpr std::int64_t most_of_second_try = 100'000;
 constexpr double rounding_f64 = 0x1p-52, rounding_f32 = 0x1p-23;
 
 /// Periodic where a fill of the operator says so: that of the unknown, or any other.
@@ -111,13 +114,32 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   solver_.reset();  // what fails leaves none that belongs to other coefficients
-  const StencilMatrix matrix = probe(image, cells, periodic_, reach, rounding, name_);
-  SolveOptions options{.method = method_of(solve_.method), .tolerance = solve_.tolerance, .rounding = rounding};
+  matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
+  options_ = {.method = method_of(solve_.method), .tolerance = solve_.tolerance, .rounding = rounding};
+  if (matrix_.size() <= few_cells && !fits(options_.method)) options_.method = SolverMethod::automatic;
+  if (!fits(options_.method)) throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
+}
+
+/// Makes the solver; `why_not_` where the method does not fit the operator.
+bool FieldSolve::fits(SolverMethod method) {
   try {
-    solver_ = std::make_shared<LinearSolver>(matrix, options);
+    SolveOptions options = options_;
+    options.method = method;
+    solver_ = std::make_shared<LinearSolver>(matrix_, options);
+    return true;
   } catch (const Error& error) {
-    throw Error(error.kind(), fmt::format("solve for {}: {}", name_, error.what()));
+    why_not_ = error.what();
+    return false;
   }
+}
+
+/// Where the method that was chosen does not come near enough: by sparse factors, from now on.
+SolveReport FieldSolve::solve_again(const SolveReport& first) {
+  const bool may = options_.method == SolverMethod::automatic && first.iterations > 0 &&
+                   matrix_.size() <= most_of_second_try && fits(SolverMethod::direct);
+  if (!may) return first;
+  std::ranges::fill(solution_, 0.0);
+  return solver_->solve(right_, solution_);
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
@@ -130,7 +152,8 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   if (!std::ranges::all_of(right_, is_finite)) return give_up();
   if (has_changed(fields, params)) make_solver(fields, apply);
   std::ranges::fill(solution_, 0.0);
-  const SolveReport report = solver_->solve(right_, solution_);
+  SolveReport report = solver_->solve(right_, solution_);
+  if (!report.converged) report = solve_again(report);
   if (!std::isfinite(report.residual)) return give_up();
   if (report.is_indefinite)
     throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "

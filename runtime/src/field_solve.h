@@ -30,6 +30,8 @@ class FieldSolve {
  private:
   bool has_changed(void* const* fields, const double* params);
   void make_solver(void* const* fields, const std::function<void()>& apply);
+  bool fits(SolverMethod method);
+  SolveReport solve_again(const SolveReport& first);
   void read(const void* base, std::span<double> values) const;
   void write(void* base, std::span<const double> values) const;
 
@@ -40,6 +42,9 @@ class FieldSolve {
   std::vector<std::vector<double>> coefficients_;  // those that the solver was made for
   std::vector<double> params_;
   std::vector<double> values_, right_, solution_;
+  StencilMatrix matrix_;
+  SolveOptions options_;
+  std::string why_not_;
   std::shared_ptr<LinearSolver> solver_;
 };
 

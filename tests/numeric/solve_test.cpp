@@ -147,6 +147,51 @@ TEST(Vorticity, GradientOfTheEnergyByTheViscosityIsTheClosedForm) {
 }
 
 /// u is p after one step of Euler: the solution between walls of all kinds, with values along them.
+/// A coefficient that the solve fills for itself is filled again behind it: found by a scene of two stages with a wall
+/// value, which the verifier refused.
+TEST(SolvedEquations, StagesFillCoefficientsAnew) {
+  const std::string text = R"(
+model m { field u; coefficient k; solve div(k*grad(psi)) = u for psi; dt(u) = psi }
+scheme s { time = rk2 }
+scene sc : m with s {
+  grid x = 0 .. 1, cells 8
+  k = 1 + x
+  boundary u: all = zero_gradient
+  boundary psi: all = 1
+  initial u = x
+  time 0 .. 0.1, step 0.05
+}
+task t : sc { unknown k; minimise mean(u^2) + mean(psi^2) }
+)";
+  const auto by = [&](const std::string& method) {
+    return task_gradient(text, "t", {{"solve", method}}).gradient.at("k");
+  };
+  const std::vector<double> direct = by("direct"), cg = by("cg");
+  ASSERT_EQ(direct.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(cg[i], direct[i], 1e-9);
+  EXPECT_GT(std::abs(direct[3]), 1e-6);
+}
+
+/// Coefficients that jump by 1e6 are more than cg does in 200 iterations.
+TEST(SolvedEquations, OfJumpsFallBackOnFactors) {
+  const std::string text = R"(
+model m { field u; coefficient k; solve div(k*grad(psi)) = -1 for psi; dt(u) = psi - u }
+scheme s { time = euler }
+scene sc : m with s {
+  grid x = 0 .. 1, cells 64
+  grid y = 0 .. 1, cells 64
+  k = if((x - 0.5)^2 + (y - 0.5)^2 < 0.06, 1e6, 1)
+  boundary u: all = zero_gradient
+  boundary psi: all = 0
+  initial u = 0
+  time 0 .. 1, step 1
+}
+)";
+  const std::vector<double> automatic = run_scene(text, "sc").state.at("u"),
+                            direct = run_scene(text, "sc", {{"solve", "direct"}}).state.at("u");
+  for (std::size_t i = 0; i < automatic.size(); ++i) EXPECT_NEAR(automatic[i], direct[i], 1e-9);
+}
+
 TEST(SolvedEquations, ConvergeBetweenWallsWithValuesAndSlopes) {
   // p = exp(x)*sin(2 y): div(k*grad(p)) with k = 1 + x/2 is k*(1 - 4)*p + p/2.
   const std::string text = R"(

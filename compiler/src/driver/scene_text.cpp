@@ -88,6 +88,9 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
                                  std::holds_alternative<model::Apply>(e->kind);
                         }),
         "the operator in " + quantity.name);
+    add(model::any_part(quantity.value,
+                        [](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }),
+        "what is solved for in " + quantity.name);
   }
   return reasons;
 }

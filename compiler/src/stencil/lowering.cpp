@@ -438,6 +438,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
             solved[solve.unknown] = solve.state;
             const auto fill_now = [&](const std::vector<Signature::Read>& reads) { fill(reads, stage.time, 0); };
             add_solve(solve, stage.time, fill_now, walls, module, program);
+            for (const std::string& field : effects(module, program.body.back()).spoils) filled.erase(field);
           });
     }
     fill(signature(stage.kernel).reads, stage.time, 0);

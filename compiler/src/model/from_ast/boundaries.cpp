@@ -268,7 +268,6 @@ std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name)
     for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
   }
   check_complete(draft, unknown, seen);
-  draft.solved.insert(name);
   return unknown.boundary;
 }
 

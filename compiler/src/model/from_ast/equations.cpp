@@ -19,6 +19,7 @@ void bind_let(Draft& draft, const ast::LetItem& item) {
 /// The name stands for itself in its own equation, and behind that for the field that solves it.
 void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   const std::string& name = item.unknown.name;
+  draft.solved.insert(name);
   if (!declare(draft, item.unknown, Role::let)) return;
   draft.lets[name] = {Typed::Type::number, {field(name, {item.unknown.range})}};
   Expressions expressions(draft, Purpose::equation, name);
@@ -41,6 +42,13 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   if (draft.problem.scheme.derivative_order == spectral || draft.problem.scheme.laplacian_order == spectral) {
     draft.sink.report("solve-does-not-fit", range, {name, "derivatives by Fourier series are in no solve"},
                       "take dx and lap = central(2), ... in the scheme");
+    return;
+  }
+  const bool is_advected = any_part(parts->part, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
+  const Advection advect = draft.problem.scheme.advect;
+  if (is_advected && advect != Advection::central && advect != Advection::upwind) {
+    draft.sink.report("solve-does-not-fit", range, {name, "the scheme's advection is not linear in what is carried"},
+                      "take advect = central(2), upwind(3), ...");
     return;
   }
   Solve solved{name, parts->part, negate(parts->rest), boundary_of_solved(draft, name)};
