@@ -116,8 +116,12 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   solver_.reset();  // what fails leaves none that belongs to other coefficients
   matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
   options_ = {.method = method_of(solve_.method), .tolerance = solve_.tolerance, .rounding = rounding};
-  if (matrix_.size() <= few_cells && !fits(options_.method)) options_.method = SolverMethod::automatic;
-  if (!fits(options_.method)) throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
+  if (fits(options_.method)) return;
+  if (matrix_.size() <= few_cells) {
+    options_.method = SolverMethod::automatic;
+    if (fits(options_.method)) return;
+  }
+  throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
 }
 
 /// Makes the solver; `why_not_` where the method does not fit the operator.
@@ -169,8 +173,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
         ErrorKind::run,
         fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
                     "tolerance {:.3g}",
-                    name_, report.iterations, name_of(report.method), report.residual,
-                    std::max(solve_.tolerance, report.iterations == 0 ? 1e-9 : 0.0)));
+                    name_, report.iterations, name_of(report.method), report.residual, report.bound));
   write(fields[solve_.unknown], solution_);
 }
 

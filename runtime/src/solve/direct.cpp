@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dpde/runtime/error.h"
+#include "solve/held_cells.h"
 
 namespace dpde {
 namespace {
@@ -30,23 +32,11 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
     inverse_.compute(dense);
     return;
   }
-  std::vector<int> place(static_cast<std::size_t>(cells), 0);
-  for (const auto& part : null_space.parts()) place[part.front()] = -1;
-  for (std::uint32_t cell = 0; cell < static_cast<std::uint32_t>(cells); ++cell) {
-    if (place[cell] < 0) continue;
-    place[cell] = static_cast<int>(free_.size());
-    free_.push_back(cell);
-  }
-  std::vector<Eigen::Triplet<double>> entries;
-  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
-    if (place[row] >= 0 && place[column] >= 0) entries.emplace_back(place[row], place[column], value);
-  });
-  const auto size = static_cast<Eigen::Index>(free_.size());
-  right_.resize(size);
-  solution_.resize(size);
-  if (size == 0) return;
-  Sparse sparse(size, size);
-  sparse.setFromTriplets(entries.begin(), entries.end());
+  auto [cells_left, sparse] = without_held_cells(matrix, null_space);
+  free_ = std::move(cells_left);
+  right_.resize(sparse.rows());
+  solution_.resize(sparse.rows());
+  if (free_.empty()) return;
   factors_.compute(sparse);
   if (factors_.info() != Eigen::Success || is_singular(sparse))
     throw Error(ErrorKind::run, "the operator is singular: some right sides have no solution, others many");

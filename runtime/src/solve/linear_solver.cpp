@@ -231,8 +231,8 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   }
   // Factors leave what rounding of the entries makes of x.
   const double by_rounding = size == 0 ? 0 : 8 * options.rounding * largest_row * vector_of(x).norm() / size;
-  const double exact = std::max({options.tolerance, 1e-9, by_rounding});
-  report.converged = has_come && std::isfinite(left) && (iterations || report.residual <= exact);
+  report.bound = iterations ? options.tolerance : std::max({options.tolerance, 1e-9, by_rounding});
+  report.converged = has_come && std::isfinite(left) && (iterations || report.residual <= report.bound);
   report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
 }
 

@@ -26,6 +26,7 @@ struct SolveReport {
   SolverMethod method = SolverMethod::direct;
   int iterations = 0;
   double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches
+  double bound = 0;         // to which it had to come
   double incompatible = 0;  // the part that it does not reach, over |b|
   bool converged = true;
   bool is_indefinite = false;  // found by cg: it went on for no more

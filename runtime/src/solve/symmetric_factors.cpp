@@ -4,25 +4,13 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 
+#include "solve/held_cells.h"
+
 namespace dpde {
 
 SymmetricFactors::SymmetricFactors(const StencilMatrix& matrix) : null_space_(matrix, 0x1p-52) {
-  std::vector<int> place(static_cast<std::size_t>(matrix.size()), 0);
-  for (const auto& part : null_space_.parts()) place[part.front()] = -1;
-  std::vector<std::uint32_t> free;
-  for (std::uint32_t cell = 0; cell < place.size(); ++cell) {
-    if (place[cell] < 0) continue;
-    place[cell] = static_cast<int>(free.size());
-    free.push_back(cell);
-  }
-  const auto size = static_cast<Eigen::Index>(free.size());
-  if (size == 0) return;
-  std::vector<Eigen::Triplet<double>> entries;
-  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
-    if (place[row] >= 0 && place[column] >= 0) entries.emplace_back(place[row], place[column], value);
-  });
-  Eigen::SparseMatrix<double> sparse(size, size);
-  sparse.setFromTriplets(entries.begin(), entries.end());
+  const auto [free, sparse] = without_held_cells(matrix, null_space_);
+  if (free.empty()) return;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(sparse);
   is_there_ = factors.info() == Eigen::Success && (factors.vectorD().array() != 0).all();
   if (!is_there_) return;
