@@ -213,7 +213,7 @@ DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(s
   for (const std::string& value : values) kept_.emplace(value, supply_.fresh(value + suffix_));
 }
 
-const std::string& DerivedNames::of(const std::string& name) {
+std::string DerivedNames::of(const std::string& name) {
   auto found = derived_.find(name);
   if (found != derived_.end()) return found->second;
   const auto kept = kept_.find(name);

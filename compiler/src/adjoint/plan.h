@@ -22,8 +22,8 @@ namespace dpde::adjoint {
 class DerivedNames {
  public:
   DerivedNames(const stencil::Module& module, std::string suffix);
-  /// The derived name of field, parameter or sum `name`.
-  const std::string& of(const std::string& name);
+  /// The derived name of field, parameter or sum `name`, as it stands now: `rebind` changes it.
+  std::string of(const std::string& name);
   /// A free name for a local, beside the names of fields, parameters and sums.
   std::string fresh(const std::string& wish) { return supply_.fresh(wish); }
   std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(without_dots(wish)); }
