@@ -88,6 +88,39 @@ std::vector<ProgramCase> solve_cases() {
            "program p { repeat 3 { run square; solve image = b for phi { fill phi periodic; fill k periodic; run "
            "diffuse }; fill phi periodic; run use; swap u, v } }",
        all},
+      {"passes in a solve", 1,
+       operators_1d +
+           "program p { run square; solve image = b for phi { run take; repeat 2 { fill q periodic; fill k periodic; "
+           "run "
+           "pass; swap q, q_next } to image }; fill phi periodic; run use; swap u, v } "
+           "kernel take(phi: field, out q: field) { q = 2*phi } "
+           "kernel pass(q: field halo 1, k: field halo 1, out q_next: field, c, hx: param) { q_next = q - 0.01*c*(k + "
+           "k[+1])*(q[-1] - 2*q + q[+1])/hx^2 }",
+       all},
+      {"a coefficient that the block makes", 1,
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill k periodic; run soften; fill phi periodic; fill kk "
+           "periodic; run diffuse_softly }; fill phi periodic; run use; swap u, v } "
+           "kernel soften(k: field halo 1, out kk: field) { kk = k + 0.1*k[+1]*k[-1] } "
+           "kernel diffuse_softly(phi, kk: field halo 1, out image: field, c, hx: param) { image = (1 + c)*phi - ((kk "
+           "+ "
+           "kk[+1])/2*(phi[+1] - phi) - (kk[-1] + kk)/2*(phi - phi[-1]))/hx^2 }",
+       all},
+      {"passes in a solve, with a coefficient that they change", 1,
+       operators_1d +
+           "program p { run square; solve image = b for phi { run take; repeat 2 { run "
+           "pass; swap q, q_next; swap r, r_next } to image, r_end }; fill phi periodic; run use; swap u, v } "
+           "kernel take(phi: field, k: field, out q: field, out r: field) { q = 2*phi; r = k } "
+           "kernel pass(q: field, r: field, out q_next: field, out r_next: field) { q_next = q*(1 + 0.1*r*r); r_next = "
+           "0.5*r*r }",
+       all},
+      {"a kernel that makes a coefficient, and of the unknown something else", 1,
+       operators_1d +
+           "program p { run square; solve image = b for phi { fill phi periodic; run both; run join }; "
+           "fill phi periodic; run use; swap u, v } "
+           "kernel both(phi: field halo 1, k: field, out q: field, out kk: field) { q = 3*phi - 0.1*phi[+1]; kk = "
+           "1 + 0.1*k*k } kernel join(q, kk: field, out image: field) { image = kk*q }",
+       all},
       {"solve 2-D, one axis periodic", 2,
        operators_2d +
            "program p { run square; solve image = b for phi { fill k x periodic, y = zero_gradient; fill phi x "

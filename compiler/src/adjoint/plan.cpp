@@ -22,7 +22,7 @@ void add_stacks(const std::vector<Statement>& statements, std::set<std::string>&
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
+        [](const Transform&) {}, [](const Run&) {}, [&](const Solve& solve) { add_stacks(solve.body, names); },
         [&](const Repeat& repeat) {
           for (const Stacked& save : repeat.saves) names.insert(save.stack);
           add_stacks(repeat.body, names);

@@ -32,7 +32,13 @@ std::string Reversal::add_transposed_solve(const Solve& solve, const std::string
   block.restore_seed_names();
   Solve transposed{names_.of(copy.unknown),    seed,     names_.of(copy.image),
                    block.statements(kernels_), solve.by, solve.written};
-  for (const std::string& field : coefficients_of(kernels_, transposed)) needed[field] = index;
+  for (const std::string& field : coefficients_of(kernels_, transposed)) {
+    if (field != copy.unknown) {
+      needed[field] = index;
+    } else {  // a kernel that makes a coefficient makes something of the unknown too, which nobody reads
+      add_store(field, 0.0, "unused", {program_, "_adjoint", names_, kernels_, body});
+    }
+  }
   for (const std::string& field : spoiled_.add(effects(kernels_, transposed))) filled_.erase(field);
   const std::string multiplier = transposed.unknown;
   body.push_back(std::move(transposed));

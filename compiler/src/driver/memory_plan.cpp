@@ -25,7 +25,7 @@ void note_passes(const std::vector<loop::Operation>& operations, std::vector<std
     match(
         operation, [](const loop::Fill&) {}, [](const loop::Fold&) {}, [](const loop::Reduce&) {},
         [](const loop::NetworkCall&) {}, [](const loop::Transform&) {}, [](const loop::Sweep&) {},
-        [](const loop::Solve&) {},
+        [&](const loop::Solve& solve) { note_passes(solve.body, passes); },
         [&](const loop::Repeat& repeat) {
           for (const loop::Stacked& save : repeat.saves) passes[static_cast<std::size_t>(save.stack)] = repeat.count;
           note_passes(repeat.body, passes);

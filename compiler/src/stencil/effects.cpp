@@ -132,7 +132,10 @@ NameList counters_of(std::span<const Statement> statements) {
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
+        [](const Transform&) {}, [](const Run&) {},
+        [&](const Solve& solve) {
+          for (const std::string& inner : counters_of(solve.body)) counters.push_back(inner);
+        },
         [&](const Repeat& repeat) {
           if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
           for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);

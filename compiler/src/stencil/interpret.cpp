@@ -397,11 +397,12 @@ class Interpreter {
     }
     return values;
   }
-  /// With halos, of those that are not spoiled.
-  Values cells_of(const std::vector<std::string>& fields, const std::vector<std::string>& spoiled) const {
+  /// What a block reads from outside, with halos, where it does not spoil them.
+  Values cells_kept_by(const Effects& block) const {
     Values cells;
-    for (const std::string& field : fields) {
-      if (!is_coordinate(field) && !contains(spoiled, field)) cells[field] = state_.cells(field);
+    for (const std::string& field : block.reads) {
+      if (!is_coordinate(field) && !contains(block.spoils, field) && !contains(block.inner, field))
+        cells[field] = state_.cells(field);
     }
     return cells;
   }
@@ -413,7 +414,7 @@ class Interpreter {
   void solve(const Solve& solve, const Program& program) {
     const Program block = operator_of(solve, program);
     const Effects known = effects(module_, solve);
-    const Values seen = values_of(coefficients_of(module_, solve)), whole = cells_of(known.reads, known.spoils);
+    const Values seen = values_of(coefficients_of(module_, solve)), whole = cells_kept_by(known);
     const Image image = [&](const std::vector<double>& x) {
       set(seen);
       state_.set(solve.unknown, x);
@@ -431,8 +432,7 @@ class Interpreter {
   void repeat(const Repeat& repeat, const Program& program) {
     const Program pass = pass_of(repeat, program);
     const Effects known = effects(module_, repeat);
-    Values outside, whole = cells_of(known.reads, known.spoils);  // what passes do not fill keeps its halo outside
-    for (const std::string& field : known.inner) whole.erase(field);
+    Values outside, whole = cells_kept_by(known);
     for (const Carry& carry : repeat.carries) whole.erase(carry.result);
     for (const Stacked& load : repeat.loads) {
       outside[load.field] = state_.get(load.field);
