@@ -208,7 +208,8 @@ scene walls : diffusion {
   k = 1 + x/2
   f = (-3*(1 + x/2) + 0.5 - 2)*exp(x)*sin(2*y)
   boundary u: all = zero_gradient
-  boundary p: x.low = sin(2*y), x.high = gradient(exp(1)*sin(2*y)), y.low = 0, y.high = mixed(1, 2, exp(x)*(sin(2) + 4*cos(2)))
+  boundary p: x.low = sin(2*y), x.high = gradient(exp(1)*sin(2*y)),
+    y.low = 0, y.high = mixed(1, 2, exp(x)*(sin(2) + 4*cos(2)))
   initial u = 0
   exact   u = exp(x)*sin(2*y)
   time 0 .. 1, step 1

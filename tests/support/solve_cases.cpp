@@ -16,7 +16,9 @@ kernel transport(phi: field halo 2, u: field, out image: field, c, hx: param) {
   image = 2*phi + 0.1*c*u*(phi[-2] - 4*phi[-1] + 3*phi)/(2*hx)
 }
 kernel bend(phi: field halo 1, out w: field, hx: param) { w = (phi[-1] - 2*phi + phi[+1])/hx^2 }
-kernel stiff(phi: field, w: field halo 1, out image: field, c, hx: param) { image = phi + 1e-3*c*(w[-1] - 2*w + w[+1])/hx^2 }
+kernel stiff(phi: field, w: field halo 1, out image: field, c, hx: param) {
+  image = phi + 1e-3*c*(w[-1] - 2*w + w[+1])/hx^2
+}
 kernel use(u: field, phi: field halo 1, out v: field, sum e: param, c: param) {
   v = u + 0.2*c*(phi[+1] - phi[-1])*phi
   e += c*phi*phi
@@ -26,7 +28,8 @@ kernel use(u: field, phi: field halo 1, out v: field, sum e: param, c: param) {
 const std::string operators_2d = R"(
 kernel square(u: field, out b: field, c: param) { b = u*u + c*u }
 kernel diffuse(phi: field halo 1, k: field halo 1, out image: field, c, hx, hy: param) {
-  image = (1 + c)*phi - ((k + k[+1, 0])/2*(phi[+1, 0] - phi) - (k[-1, 0] + k)/2*(phi - phi[-1, 0]))/hx^2 - ((k + k[0, +1])/2*(phi[0, +1] - phi) - (k[0, -1] + k)/2*(phi - phi[0, -1]))/hy^2
+  image = (1 + c)*phi - ((k + k[+1, 0])/2*(phi[+1, 0] - phi) - (k[-1, 0] + k)/2*(phi - phi[-1, 0]))/hx^2 - (
+    (k + k[0, +1])/2*(phi[0, +1] - phi) - (k[0, -1] + k)/2*(phi - phi[0, -1]))/hy^2
 }
 kernel poisson(phi: field halo 1, out image: field, hx, hy: param) {
   image = (phi[-1, 0] - 2*phi + phi[+1, 0])/hx^2 + (phi[0, -1] - 2*phi + phi[0, +1])/hy^2
