@@ -57,6 +57,8 @@ struct LinearPart {
 /// Of what is linear in the field, also by derivatives and values of neighbours; else nullopt, and `nonlinear` is where
 /// it is not.
 std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear);
+/// The same with `value` in the place of the field.
+std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear, const Expr& value);
 
 /// rest + factor*field, neither of which reads the field.
 struct Linear {

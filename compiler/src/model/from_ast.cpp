@@ -31,6 +31,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_controls(draft);
   if (draft.model) bind_equations(draft);
   if (draft.model) bind_boundaries(draft);
+  if (draft.model) bind_projections(draft);
   if (draft.program) bind_fills(draft);
   bind_states(draft);
   if (draft.model) add_histories(draft);

@@ -13,14 +13,15 @@ using Wrap = std::function<Expr(const Expr&)>;
 
 class Splitter {
  public:
-  Splitter(const std::string& field, Origin& nonlinear) : field_(field), nonlinear_(nonlinear) {}
+  Splitter(const std::string& field, const Expr* value, Origin& nonlinear)
+      : field_(field), value_(value), nonlinear_(nonlinear) {}
 
   Parts operator()(const Expr& e) {
     if (!reads(e, field_)) return LinearPart{0.0, e};
     return match(
         e->kind,
         [&](const Field&) {
-          return Parts(LinearPart{e, 0.0});
+          return Parts(LinearPart{value_ ? *value_ : e, 0.0});
         },
         [&](const Neg& n) { return wrapped(n.operand, [&](const Expr& x) { return negate(x, e->origin); }); },
         [&](const Binary& b) { return of_binary(b, e); },
@@ -88,13 +89,18 @@ class Splitter {
   }
 
   const std::string& field_;
+  const Expr* value_;  // in its place; null: itself
   Origin& nonlinear_;
 };
 
 }  // namespace
 
 std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear) {
-  return Splitter(field, nonlinear)(e);
+  return Splitter(field, nullptr, nonlinear)(e);
+}
+
+std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear, const Expr& value) {
+  return Splitter(field, &value, nonlinear)(e);
 }
 
 }  // namespace dpde::model

@@ -60,6 +60,11 @@ const Control* Problem::find_control(const std::string& name) const {
   return found == controls.end() ? nullptr : &*found;
 }
 
+const Projection* Problem::find_projection(const std::string& state) const {
+  const auto found = std::ranges::find(projections, state, &Projection::multiplier);
+  return found == projections.end() ? nullptr : &*found;
+}
+
 const network::Network* Problem::find_network(const std::string& name) const {
   const auto found = std::ranges::find(networks, name, &network::Network::name);
   return found == networks.end() ? nullptr : &*found;

@@ -356,6 +356,14 @@ struct Event {
   std::vector<Update> updates;
   Origin origin;
 };
+/// A constraint that is true behind each stage of a step. `potential`, a solve, is what `multiplier` has to be, a state
+/// that stands in the rates of those that are changed, times the time over which that stage took the rates.
+struct Projection {
+  std::string multiplier;
+  Expr potential;
+  std::vector<Event::Update> updates;  // from the states as the stage leaves them
+  Origin origin;
+};
 struct Loss {
   Expr value;  // as of a Quantity
   When when;
@@ -422,6 +430,7 @@ struct Problem {
   std::vector<Quantity> observables;
   std::optional<Accuracy> accuracy;
   std::vector<Output> outputs;
+  std::vector<Projection> projections;
   std::vector<Event> events;           // in the order in which they happen
   std::vector<StatedOrder> operators;  // each as often as it is used in different ways
   double t_begin = 0, step = 0;
@@ -442,6 +451,8 @@ struct Problem {
   const Coefficient* find_coefficient(const std::string& name) const;
   const Control* find_control(const std::string& name) const;
   const network::Network* find_network(const std::string& name) const;
+  /// The constraint that gives the state, or nullptr.
+  const Projection* find_projection(const std::string& state) const;
   /// The unknown of the task that the coefficient is, or nullptr.
   const Unknown* find_unknown(const Coefficient& coefficient) const;
   /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.

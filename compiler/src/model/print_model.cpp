@@ -205,7 +205,12 @@ std::vector<std::string> scene_lines(const Problem& p) {
     lines.push_back(fmt::format("{} = load(\"{}\")", given.network, given.from.file));
   add_solves(p, lines);
   for (const State& state : p.states) {
-    if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
+    const bool has_rate = state.rhs && p.find_projection(state.name) == nullptr;
+    if (has_rate) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
+  }
+  for (const Projection& projection : p.projections) {
+    for (const Event::Update& update : projection.updates)
+      lines.push_back(fmt::format("behind each stage: {} = {}", update.state, print(update.value)));
   }
   const int axes = static_cast<int>(p.axes.size());
   for (const State& state : p.states) {

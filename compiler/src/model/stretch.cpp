@@ -307,6 +307,14 @@ Problem in_uniform_coordinates(Problem problem) {
       update.value = rewriter(update.value);
     }
   }
+  for (Projection& projection : problem.projections) {
+    rewriter.begin({});
+    projection.potential = rewriter(projection.potential);
+    for (Event::Update& update : projection.updates) {
+      rewriter.begin(before.find_state(update.state)->placement);
+      update.value = rewriter(update.value);
+    }
+  }
   for (StatedOrder& stated : problem.operators) {
     for (Expr& part : stated.body) part = rewriter(part);
   }

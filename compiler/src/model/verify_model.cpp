@@ -50,6 +50,7 @@ class Verifier {
     check_rate();
     check_controls();
     check_events();
+    check_projections();
     for (const Coefficient& c : problem_.coefficients)
       check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
     for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
@@ -147,6 +148,19 @@ class Verifier {
       for (const Event::Update& update : event.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("an event changes {}", update.state));
         check(update.value, "event of " + update.state, equation);
+      }
+    }
+  }
+
+  void check_projections() {
+    for (const Projection& projection : problem_.projections) {
+      demand(problem_.find_state(projection.multiplier) != nullptr,
+             fmt::format("a constraint gives {}", projection.multiplier));
+      demand(std::holds_alternative<Solve>(projection.potential->kind), "a constraint without a solve");
+      check(projection.potential, "constraint of " + projection.multiplier, equation);
+      for (const Event::Update& update : projection.updates) {
+        demand(problem_.find_state(update.state) != nullptr, fmt::format("a constraint changes {}", update.state));
+        check(update.value, "constraint of " + projection.multiplier, equation);
       }
     }
   }

@@ -154,6 +154,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0565", "waves-do-not-fit", Severity::error, "{} is made of waves, but {}"},
     {"E0566", "not-linear-in", Severity::error, "the equation for {} is not linear in it"},
     {"E0567", "solve-does-not-fit", Severity::error, "solve for {}: {}"},
+    {"E0568", "constraint-does-not-fit", Severity::error, "the constraint that gives {}: {}"},
     {"E0701", "incomplete-task", Severity::error, "task {} has nothing to {}"},
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},

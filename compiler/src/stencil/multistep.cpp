@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/multistep.h"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/projections.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
@@ -122,7 +125,20 @@ std::vector<Stage> Multistep::stages(Kernel kernel) {
 }  // namespace
 
 std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
-  return Multistep(lowering, advances).stages(lowering.kernel(name));
+  FieldsOfStates into;
+  for (const Advance& advance : advances) into[advance.state] = advance.into;
+  const FieldsOfStates left = before_projection(lowering, into);
+  std::vector<Advance> free;
+  for (Advance advance : advances) {
+    const auto found = left.find(advance.state);
+    if (found == left.end()) continue;
+    advance.into = found->second;
+    free.push_back(std::move(advance));
+  }
+  std::vector<Stage> stages = Multistep(lowering, free).stages(lowering.kernel(name));
+  std::ranges::move(projection_stages(lowering, {name, left, into, param("t") + dt(), dt()}),
+                    std::back_inserter(stages));
+  return stages;
 }
 
 }  // namespace dpde::stencil

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/time_schemes.h"
 
+#include <algorithm>
 #include <array>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <span>
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/projections.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-bool is_at_rest(const Advance& advance) { return model::is_constant(advance.rate, 0); }
 
 /// One stage of an explicit Runge-Kutta method in stage-state form. With U_0 the state where the step begins,
 ///   U = U_base + (sum of U_a - U_b)/divisor + dt*weight/over*F(U_from).
@@ -47,6 +48,15 @@ class Stages {
  public:
   Stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& prefix, const StepPart& part)
       : lowering_(lowering), advances_(advances), prefix_(prefix), part_(part) {}
+
+  /// Neither a rate nor a constraint changes it.
+  bool is_at_rest(const Advance& advance) const {
+    const auto changes_it = [&](const model::Projection& projection) {
+      return std::ranges::find(projection.updates, advance.state, &model::Event::Update::state) !=
+             projection.updates.end();
+    };
+    return model::is_constant(advance.rate, 0) && std::ranges::none_of(lowering_.problem().projections, changes_it);
+  }
 
   /// The fields of stage `number`, in the place of the states.
   std::map<std::string, std::string> fields(int number) {
@@ -92,6 +102,13 @@ class Stages {
   /// How long the part is.
   Expr dt() const { return part_.of == 1 ? param("dt") : param("dt") / static_cast<double>(part_.of); }
 
+  /// weight/over of that.
+  Expr length(double weight, double over) const {
+    const Expr step = weight == 1 ? dt() : weight * dt();
+    return over == 1 ? step : step / over;
+  }
+  Expr time(double fraction) const { return part_.time_at(fraction); }
+
   /// The value of the state where the part begins, and all of the part with its rate.
   Update forward() const {
     return [dt = dt()](const std::string& state, const Expr& rate) { return begin(state) + scaled(dt, rate); };
@@ -105,7 +122,7 @@ class Stages {
 };
 
 /// A single stage is called `name`.
-std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& name) {
+std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, Stages stages, const std::string& name) {
   std::vector<std::map<std::string, std::string>> fields(
       1);  // of each stage; those of the first one stand for themselves
   for (std::size_t i = 1; i < tableau.size(); ++i) fields.push_back(stages.fields(static_cast<int>(i)));
@@ -116,9 +133,7 @@ std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& 
       const auto value = [&](int stage) {
         return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state));
       };
-      Expr step = row.weight == 1 ? stages.dt() : row.weight * stages.dt();
-      if (row.over != 1) step = step / row.over;
-      const Expr change = scaled(step, rate);
+      const Expr change = scaled(stages.length(row.weight, row.over), rate);
       std::optional<Expr> sum;
       for (const auto& [more, less] : row.differences) {
         if (more == less) continue;
@@ -128,9 +143,11 @@ std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& 
       return value(row.base) + (sum ? *sum / row.divisor + change : change);
     };
     const bool is_last = i + 1 == tableau.size();
-    result.push_back(stages.stage(tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1),
-                                  fields[static_cast<std::size_t>(row.from)], row.time,
-                                  is_last ? stages.results() : fields[i + 1], update));
+    const std::string stage_name = tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1);
+    const FieldsOfStates into = is_last ? stages.results() : fields[i + 1], left = before_projection(lowering, into);
+    result.push_back(stages.stage(stage_name, fields[static_cast<std::size_t>(row.from)], row.time, left, update));
+    const Expr end = stages.time(is_last ? 1 : tableau[i + 1].time), length = stages.length(row.weight, row.over);
+    std::ranges::move(projection_stages(lowering, {stage_name, left, into, end, length}), std::back_inserter(result));
   }
   return result;
 }
@@ -182,7 +199,9 @@ Expr StepPart::time_at(double fraction) const {
 
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part) {
-  const auto by = [&](Tableau tableau) { return stages_of(tableau, Stages(lowering, advances, prefix, part), name); };
+  const auto by = [&](Tableau tableau) {
+    return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name);
+  };
   switch (lowering.problem().scheme.time) {
     case model::TimeScheme::euler: return by(euler);
     case model::TimeScheme::rk2: return by(midpoint_rule);

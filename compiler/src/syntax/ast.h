@@ -61,6 +61,10 @@ struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes i
   Expr left, right;
   Identifier unknown;
 };
+struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
+  Expr zero, value;      // the left side, which has to be 0, and the right one
+  Identifier multiplier;
+};
 
 // ---- items inside a scene ------------------------------------------------------------------------------------------
 struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
@@ -355,8 +359,8 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 // gradient TASK and tolerance 1e-3 are OptionItems
 
 using ItemKind =
-    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, GridItem,
-                 ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
+    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
+                 GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
                  ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
                  AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
                  StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,

@@ -22,7 +22,8 @@ concept InPrograms = OneOf<Kind, FillItem, ReduceItem, TransformItem, RunItem, S
                            SolveItem, KeepItem, AxesItem, ApplyItem>;
 /// Of models, beside LetItem.
 template <class Kind>
-concept InModels = OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem>;
+concept InModels =
+    OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem>;
 template <class Kind>
 concept Elsewhere =
     OneOf<Kind, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,

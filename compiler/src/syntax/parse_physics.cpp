@@ -55,7 +55,17 @@ ItemKind parse_solved(Cursor& cursor) {
   return item;
 }
 
-/// What looks like an equation but is none: u = ..., dx(u) = ..., 0 = div(u).
+ItemKind parse_constraint(Cursor& cursor) {
+  ConstraintItem item;
+  item.zero = parse_expression(cursor);
+  cursor.expect(TokenKind::assign);
+  item.value = parse_expression(cursor);
+  cursor.expect_word("gives");
+  item.multiplier = cursor.expect_name("the field that the constraint gives");
+  return item;
+}
+
+/// What looks like an equation but is none: u = ..., dx(u) = ...; or a constraint.
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
@@ -63,7 +73,8 @@ bool begins_no_equation(const Cursor& cursor) {
   return second == TokenKind::assign || (is_name && second == TokenKind::left_paren);
 }
 
-ItemKind refuse_equation(Cursor& cursor) {
+ItemKind parse_constraint_or_refuse(Cursor& cursor) {
+  if (cursor.at(TokenKind::number)) return parse_constraint(cursor);
   const bool is_name = cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
   const std::string name(cursor.peek().spelling.substr(0, 40));
   std::string hint =
@@ -354,7 +365,7 @@ BlockRule model_rule() {
            {"let", parse_let},
            {"dt", parse_equation},
            {"solve", parse_solved}},
-          {begins_no_equation, refuse_equation}};
+          {begins_no_equation, parse_constraint_or_refuse}};
 }
 
 BlockRule scene_rule() {

@@ -255,7 +255,11 @@ std::string print_item(const Item& item) {
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
-      [](const SolvedItem& i) { return print_solved(i); }, [](const GridItem& i) { return print_grid(i); },
+      [](const SolvedItem& i) { return print_solved(i); },
+      [](const ConstraintItem& i) {
+        return fmt::format("{} = {} gives {}", print(i.zero), print(i.value), i.multiplier.name);
+      },
+      [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
         return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");
       },

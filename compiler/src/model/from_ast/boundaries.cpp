@@ -279,6 +279,11 @@ void bind_boundaries(Draft& draft) {
   }
   for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
     if (draft.solved.contains(item.field.name)) continue;
+    if (draft.multipliers.contains(item.field.name)) {
+      draft.sink.report("not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
+                        fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
+      continue;
+    }
     const std::vector<State*> states = find_states(draft, item.field, "a boundary");
     if (!states.empty() && !states.front()->velocity_of.empty()) {
       draft.sink.report("not-allowed-here", item.field.range, {item.field.name, "a boundary"},
@@ -296,7 +301,8 @@ void bind_boundaries(Draft& draft) {
     }
   }
   for (const State& state : draft.problem.states) {
-    if (state.velocity_of.empty()) check_complete(draft, state, seen[state.name]);
+    const bool is_given = state.velocity_of.empty() && !draft.multipliers.contains(state.name);
+    if (is_given) check_complete(draft, state, seen[state.name]);
   }
   derive_velocity_boundaries(draft);
 }

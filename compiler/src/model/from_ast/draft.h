@@ -96,7 +96,8 @@ struct Draft {
   std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
-  std::set<std::string> solved;  // what the model solves for: lets with a boundary
+  std::set<std::string> solved;       // what the model solves for: lets with a boundary
+  std::set<std::string> multipliers;  // fields that constraints give
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

@@ -55,6 +55,17 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 
+/// What constraints give has no rate: it is what it was until a stage of a step finds it anew.
+void bind_multipliers(Draft& draft, std::map<std::string, SourceRange>& seen) {
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) {
+    const std::vector<State*> states = find_states(draft, item.multiplier, "a constraint");
+    if (states.empty() || !is_first(draft, "the constraint", item.multiplier, states, seen)) continue;
+    draft.multipliers.insert(states.front()->name);
+    states.front()->rhs = 0.0;
+    states.front()->origin = {range};
+  }
+}
+
 }  // namespace
 
 void bind_equations(Draft& draft) {
@@ -63,6 +74,7 @@ void bind_equations(Draft& draft) {
     if (const auto* solved = std::get_if<ast::SolvedItem>(&item.kind)) bind_solved(draft, *solved, item.range);
   }
   std::map<std::string, SourceRange> seen;
+  bind_multipliers(draft, seen);
   for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
     const std::string rated = rated_field(item.field.name);
     const ast::Identifier name{rated.empty() ? item.field.name : rated, item.field.range};

@@ -137,6 +137,8 @@ void check_open_places(Draft& draft);
 
 // boundaries.cpp
 void bind_boundaries(Draft& draft);
+// projections.cpp: constraints
+void bind_projections(Draft& draft);
 /// Of a field that the model solves for, which is no state.
 std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name);
 /// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.

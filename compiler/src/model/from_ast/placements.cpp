@@ -189,12 +189,16 @@ void check_placements(Draft& draft) {
       report_misplaced(draft, *mistake, draft.problem.time_origin.range);
     check_no_wall_values(draft, placements, *draft.problem.rate, false, draft.problem.time_origin.range);
   }
+  const auto update = [&](const Event::Update& changed, const Origin& origin) {
+    if (const auto mistake = placements.find_mistake(changed.value, placements.of(changed.state)))
+      report_misplaced(draft, *mistake, origin.range);
+    check_no_wall_values(draft, placements, changed.value, false, origin.range);
+  };
   for (const Event& event : draft.problem.events) {
-    for (const Event::Update& update : event.updates) {
-      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state)))
-        report_misplaced(draft, *mistake, event.origin.range);
-      check_no_wall_values(draft, placements, update.value, false, event.origin.range);
-    }
+    for (const Event::Update& changed : event.updates) update(changed, event.origin);
+  }
+  for (const Projection& projection : draft.problem.projections) {
+    for (const Event::Update& changed : projection.updates) update(changed, projection.origin);
   }
   for (const Quantity& observable : draft.problem.observables) quantity(observable.value, observable.origin);
   check_coupling(draft);

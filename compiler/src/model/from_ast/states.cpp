@@ -138,6 +138,10 @@ void bind_states(Draft& draft) {
       });
   started.merge(started_by_task(draft, true));
   for (const std::string& name : states_not_in(draft, started)) {
+    if (draft.multipliers.contains(name)) {
+      std::ranges::find(draft.problem.states, name, &State::name)->initial.formula = Expr(0.0);
+      continue;
+    }
     const std::string written = written_name(draft, name);
     draft.sink.report("missing-initial", draft.scene->name.range, {written},
                       fmt::format("write initial {} = 0 in scene {}", written, draft.problem.scene));

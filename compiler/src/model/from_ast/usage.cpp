@@ -23,6 +23,9 @@ void for_each_reader(const Problem& problem, const F& f) {
   for (const Event& event : problem.events) {
     for (const Event::Update& update : event.updates) f(update.value);
   }
+  for (const Projection& projection : problem.projections) {
+    for (const Event::Update& update : projection.updates) f(update.value);
+  }
   for (const Quantity& observable : problem.observables) f(observable.value);
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) f(loss.value);

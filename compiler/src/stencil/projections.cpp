@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/projections.h"
+
+#include "stencil/build.h"
+
+namespace dpde::stencil {
+
+FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into) {
+  FieldsOfStates fields = into;
+  for (const model::Projection& projection : lowering.problem().projections) {
+    fields.erase(projection.multiplier);
+    for (const model::Event::Update& update : projection.updates)
+      fields[update.state] = lowering.field_beside(update.state, "star");
+  }
+  return fields;
+}
+
+std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage) {
+  std::vector<Stage> stages;
+  for (const model::Projection& projection : lowering.problem().projections) {
+    Reading reading;
+    reading.fields = stage.from;
+    reading.time = stage.time;
+    Discretiser at_point = lowering.discretiser(reading);
+    Kernel kernel = lowering.kernel(stage.name + "_" + projection.multiplier);
+    for (const model::Event::Update& update : projection.updates) {
+      const Expr value = at_point(update.value, lowering.placement_of(update.state));
+      kernel.stores.push_back({stage.into.at(update.state), false, value, projection.origin});
+    }
+    const auto kept = stage.into.find(projection.multiplier);
+    if (kept != stage.into.end())
+      kernel.stores.push_back({kept->second, false, at_point(projection.potential) / stage.length, projection.origin});
+    stages.push_back(Lowering::stage(std::move(kernel), at_point, stage.time));
+  }
+  return stages;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Constraints of a step: behind each stage the states that it leaves are changed so that they are true.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stencil/lowering.h"
+
+namespace dpde::stencil {
+
+using FieldsOfStates = std::map<std::string, std::string>;
+
+/// What a stage stores into: for states that constraints change a field beside them, for the others that of `into`.
+FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into);
+
+struct ProjectedStage {
+  std::string name;
+  FieldsOfStates from, into;  // of before_projection; what the results go to
+  Expr time, length;          // of the results; over which the stage took the rates
+};
+/// The stages that take what one stage leaves to where the constraints are true. What constraints give is stored where
+/// `into` names it.
+std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage);
+
+}  // namespace dpde::stencil
