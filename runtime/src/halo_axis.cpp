@@ -17,6 +17,10 @@ bool reads_inside(const dpde_side& side, const dpde_ghost_row& row, dpde_ghost_n
   return false;
 }
 
+bool makes_nothing(const dpde_ghost_row& row) {
+  return std::ranges::all_of(row.terms, [](const dpde_ghost_term& term) { return is_zero(term.place); });
+}
+
 const dpde_ghost_row& row_of(const dpde_ghost_rows& rows, int64_t cells) {
   return cells < rows.least ? rows.of_few : rows.row;
 }
@@ -38,7 +42,8 @@ HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, bool is_low, int64_t 
   is_number_ = std::ranges::all_of(side.coefficients, [](int32_t c) { return c < 0; });
   reads_image_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::image);
   reads_behind_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::behind);
-  if (is_number_) ghost_ = computed(nullptr);
+  is_made_ = !makes_nothing(*row_);
+  if (is_number_ && is_made_) ghost_ = computed(nullptr);
   copies_ = is_number_ && !reads_behind_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
 }
 
@@ -68,7 +73,8 @@ HaloAxis::HaloAxis(const dpde_boundary& boundary, int64_t cell_count, int64_t wi
     const bool is_wall = on_walls && k == 0;
     const HaloLayer low(boundary.low, cells, true, k), high(boundary.high, cells, false, k);
     if (k < halo && !is_wall) layers.push_back(low);
-    if (!(is_wall && cells == 1 && high.reads_inside())) layers.push_back(high);
+    const bool stays = is_wall && cells == 1 && high.reads_inside();
+    if (!stays && high.is_made()) layers.push_back(high);
     if (k < halo && is_wall) layers.push_back(low);
   }
 }

@@ -33,6 +33,8 @@ class HaloLayer {
   double value(const double* uniforms) const { return value_ < 0 ? 0.0 : uniforms[value_]; }
   /// The field that holds c, -1 where there is none.
   int field() const { return field_; }
+  /// Else what is there stays.
+  bool is_made() const { return is_made_; }
   bool reads_inside() const { return reads_image_ || reads_behind_; }
   bool reads_behind() const { return reads_behind_; }
 
@@ -43,7 +45,7 @@ class HaloLayer {
   double way_ = 0;
   int coefficients_[DPDE_SIDE_COEFFICIENTS] = {};
   int value_ = -1, field_ = -1;
-  bool is_number_ = true, copies_ = true, reads_image_ = true, reads_behind_ = false;
+  bool is_number_ = true, is_made_ = true, copies_ = true, reads_image_ = true, reads_behind_ = false;
   Ghost ghost_;
 };
 

@@ -190,6 +190,7 @@ std::vector<AxisBoundary> Builder::boundary(const std::string& field, bool for_f
       axis.low = side(field, for_fold, least_grown);
       axis.high = side(field, for_fold, least_grown);
       axis.low.on_wall = axis.high.on_wall = true;
+      if (axis.high.kind == SideKind::linear && lines_.percent(50)) axis.high.kind = SideKind::outflow;
     } else if (topology == Topology::bounded) {
       axis.low = side(field, for_fold, least_grown);
       axis.high = random_.percent(30) ? axis.low : side(field, for_fold, least_grown);
@@ -218,7 +219,7 @@ void Builder::add_refill(Known& field) {
     if (!before || before->field != field.name) continue;
     Fill again = *before;
     AxisBoundary& axis = again.axes[static_cast<std::size_t>(refills_.below(rank()))];
-    if (refills_.percent(50)) std::swap(axis.low, axis.high);
+    if (refills_.percent(50) && axis.high.kind != SideKind::outflow) std::swap(axis.low, axis.high);
     if (refills_.percent(50) && !is_on_walls(axis)) axis.low = Side{SideKind::value, refills_.uniform(-1.0, 2.0)};
     return fill(field, again);
   }

@@ -56,6 +56,19 @@ TEST(Halo, OnWallsSetsTheLastEntryAndTheOddImageAboutTheWall) {
   for (int i = -3; i < 6; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), wanted[i + 3]) << i;
 }
 
+/// The value on an open wall stays, and the line through it goes on.
+TEST(Halo, OutflowKeepsWhatLiesOnTheWall) {
+  for (int n = 2; n < 5; ++n) {
+    State state({1, {n, 1, 1}}, 3);
+    std::vector<double> line;
+    for (int i = 0; i < n; ++i) line.push_back(3 - 2 * i);
+    state.set("u", line);
+    const Side low{SideKind::linear, 0.0, 0.0, 0.0, true}, high{SideKind::outflow, 0.0, 0.0, 0.0, true};
+    apply(state, Fill{"u", {{Topology::bounded, low, high}}}, {});
+    for (int i = 0; i < n + 3; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), 3 - 2 * i) << n << " " << i;
+  }
+}
+
 /// Straight lines go on as they are, on a wall and beyond it too; a single cell has none.
 TEST(Halo, LinearGoesOnStraight) {
   for (const bool is_on_wall : {false, true}) {

@@ -163,6 +163,12 @@ std::vector<ProgramCase> program_cases() {
            "on_wall(mixed(1, 0.4, wc)); run k; fill un x.low = on_wall(wc), x.high = on_wall(linear); swap e, en; swap "
            "u, un }",
        {{"e", "u"}, {"g"}}},
+      {"open walls",
+       1,
+       walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = outflow; fill u x.low = on_wall(linear), x.high = "
+           "on_wall(outflow); run k; fill un x.low = on_wall(wc), x.high = on_wall(outflow); swap e, en; swap u, un }",
+       {{"e", "u"}, {"g"}}},
       {"straight lines on nodes",
        3,
        node_kernels + "program p { run wall grow 1; fill w x.low = on_wall(linear), x.high = on_wall(0.3), y "

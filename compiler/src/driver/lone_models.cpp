@@ -36,7 +36,7 @@ class SceneWriter {
       } else if (const auto* params = std::get_if<ast::ParamItem>(&item.kind)) {
         give_values(scene, params->names);
       } else if (const auto* coefficients = std::get_if<ast::CoefficientItem>(&item.kind)) {
-        give_values(scene, coefficients->names);
+        give_values(scene, coefficients->names, coefficients->mask);
       }
     }
     return {std::move(scene), place(), {}, {}, false};
@@ -50,9 +50,11 @@ class SceneWriter {
   ast::Identifier called(const std::string& name) { return {name, place()}; }
   ast::Expr number(double value) { return ast::Expr(ast::Node{ast::Number{value, fmt::format("{}", value)}, place()}); }
   void add(ast::Scene& scene, ast::ItemKind item) { scene.items.push_back({std::move(item), place(), {}}); }
-  void give_values(ast::Scene& scene, const std::vector<ast::Identifier>& names) {
+  void give_values(ast::Scene& scene, const std::vector<ast::Identifier>& names, bool are_masks = false) {
     for (const ast::Identifier& name : names) {
-      if (given_.insert(name.name).second) add(scene, ast::ValueItem{called(name.name), number(0.5), {}});
+      ast::Expr value = number(0.5);
+      if (are_masks) value = ast::Expr(ast::Node{ast::Binary{BinaryOp::less, number(1), number(0)}, place()});
+      if (given_.insert(name.name).second) add(scene, ast::ValueItem{called(name.name), std::move(value), {}});
     }
   }
 

@@ -245,6 +245,7 @@ struct Coefficient {
   Source value;
   Placement placement{};
   std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
+  bool is_mask = false;                  // 1 where the scene's condition is true, else 0
   int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the
                   // middle of each
   bool is_control() const { return every > 0; }
@@ -356,11 +357,12 @@ struct Event {
   std::vector<Update> updates;
   Origin origin;
 };
-/// A constraint that is true behind each stage of a step. `potential`, a solve, is what `multiplier` has to be, a state
-/// that stands in the rates of those that are changed, times the time over which that stage took the rates.
+/// What is done behind each stage of a step: fields are held inside masks, and a constraint is made true. `potential`,
+/// a solve, is what `multiplier` has to be, a state that stands in the rates of those that are changed, times the time
+/// over which that stage took the rates.
 struct Projection {
-  std::string multiplier;
-  Expr potential;
+  std::string multiplier;  // "", and no potential: there is no constraint
+  std::optional<Expr> potential;
   std::vector<Event::Update> updates;  // from the states as the stage leaves them
   Origin origin;
 };

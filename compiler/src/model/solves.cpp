@@ -22,7 +22,8 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
   for (const State& state : problem.states) {
     if (state.rhs) any_part(*state.rhs, look);
   }
-  for (const Projection& projection : problem.projections) any_part(projection.potential, look);
+  for (const Projection& projection : problem.projections)
+    if (projection.potential) any_part(*projection.potential, look);
   for (const Quantity& observable : problem.observables) any_part(observable.value, look);
   if (!problem.task) return known;
   for (const Loss& loss : problem.task->losses) any_part(loss.value, look);

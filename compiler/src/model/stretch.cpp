@@ -309,7 +309,7 @@ Problem in_uniform_coordinates(Problem problem) {
   }
   for (Projection& projection : problem.projections) {
     rewriter.begin({});
-    projection.potential = rewriter(projection.potential);
+    rewriter.rewrite(projection.potential);
     for (Event::Update& update : projection.updates) {
       rewriter.begin(before.find_state(update.state)->placement);
       update.value = rewriter(update.value);

@@ -154,10 +154,12 @@ class Verifier {
 
   void check_projections() {
     for (const Projection& projection : problem_.projections) {
-      demand(problem_.find_state(projection.multiplier) != nullptr,
-             fmt::format("a constraint gives {}", projection.multiplier));
-      demand(std::holds_alternative<Solve>(projection.potential->kind), "a constraint without a solve");
-      check(projection.potential, "constraint of " + projection.multiplier, equation);
+      if (const std::optional<Expr>& potential = projection.potential) {
+        demand(problem_.find_state(projection.multiplier) != nullptr,
+               fmt::format("a constraint gives {}", projection.multiplier));
+        demand(std::holds_alternative<Solve>((*potential)->kind), "a constraint without a solve");
+        check(*potential, "constraint of " + projection.multiplier, equation);
+      }
       for (const Event::Update& update : projection.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("a constraint changes {}", update.state));
         check(update.value, "constraint of " + projection.multiplier, equation);

@@ -155,6 +155,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0566", "not-linear-in", Severity::error, "the equation for {} is not linear in it"},
     {"E0567", "solve-does-not-fit", Severity::error, "solve for {}: {}"},
     {"E0568", "constraint-does-not-fit", Severity::error, "the constraint that gives {}: {}"},
+    {"E0569", "not-a-mask", Severity::error, "{} is no mask: a field is held inside of one"},
     {"E0701", "incomplete-task", Severity::error, "task {} has nothing to {}"},
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},

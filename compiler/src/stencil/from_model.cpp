@@ -75,6 +75,10 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   for (const model::Event& event : problem.events) {
     for (const model::Event::Update& update : event.updates) check_size(lowering, update.value, event.origin, sink);
   }
+  for (const model::Projection& projection : problem.projections) {
+    for (const model::Event::Update& update : projection.updates)
+      check_size(lowering, update.value, projection.origin, sink);
+  }
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);

@@ -27,9 +27,11 @@ class Readers {
     for (const model::State& state : problem_.states) {
       if (state.rhs) add(state, *state.rhs);
     }
-    for (const model::Event& event : problem_.events) {
-      for (const model::Event::Update& update : event.updates) add(*problem_.find_state(update.state), update.value);
-    }
+    const auto add_all = [&](const std::vector<model::Event::Update>& updates) {
+      for (const model::Event::Update& update : updates) add(*problem_.find_state(update.state), update.value);
+    };
+    for (const model::Event& event : problem_.events) add_all(event.updates);
+    for (const model::Projection& projection : problem_.projections) add_all(projection.updates);
     for (const model::Quantity& observable : problem_.observables) add(observable.value);
     if (!problem_.task) return;
     for (const model::Loss& loss : problem_.task->losses) add(loss.value);
@@ -261,7 +263,8 @@ void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
     return;  // departure points may lie anywhere
   const Readers readers(lowering);
   for (const model::State& state : problem.states) {
-    if (!state.rhs || !state.velocity_of.empty()) continue;
+    const bool is_stated = state.velocity_of.empty() && problem.find_projection(state.name) == nullptr;
+    if (!state.rhs || !is_stated) continue;
     std::vector<SourceRange> told;
     for (int axis = 0; axis < lowering.rank(); ++axis) {
       if (problem.axes[static_cast<std::size_t>(axis)].topology == Topology::periodic ||

@@ -282,7 +282,7 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
     const bool low_side = first != is_wall;
     if (k == width[axis] && low_side) continue;
     const Side& side = low_side ? boundary.low : boundary.high;
-    if (is_wall && !low_side && n == 1 && derives_wall(side, n)) continue;  // stays as it is
+    if (is_wall && (condition_of(side.kind).keeps_wall() || (!low_side && n == 1 && derives_wall(side, n)))) continue;
     const int around = low_side ? -1 - k : n + k;
     const Layer layer =
         periodic ? Layer{around, modulo(around, n)} : bounded_layer(side, low_side, k, n, h, state, params);

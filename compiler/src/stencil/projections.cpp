@@ -22,14 +22,15 @@ std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& s
     reading.fields = stage.from;
     reading.time = stage.time;
     Discretiser at_point = lowering.discretiser(reading);
-    Kernel kernel = lowering.kernel(stage.name + "_" + projection.multiplier);
+    const std::string what = projection.potential ? projection.multiplier : "held";
+    Kernel kernel = lowering.kernel(stage.name + "_" + what);
     for (const model::Event::Update& update : projection.updates) {
       const Expr value = at_point(update.value, lowering.placement_of(update.state));
       kernel.stores.push_back({stage.into.at(update.state), false, value, projection.origin});
     }
     const auto kept = stage.into.find(projection.multiplier);
-    if (kept != stage.into.end())
-      kernel.stores.push_back({kept->second, false, at_point(projection.potential) / stage.length, projection.origin});
+    if (projection.potential && kept != stage.into.end())
+      kernel.stores.push_back({kept->second, false, at_point(*projection.potential) / stage.length, projection.origin});
     stages.push_back(Lowering::stage(std::move(kernel), at_point, stage.time));
   }
   return stages;

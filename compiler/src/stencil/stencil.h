@@ -24,6 +24,8 @@
 //    conditions are as above, about the wall: -1-k from k-1, n-1+k from n-1-k, s = 2k*hx. n-1 is the only interior
 //    place a fill ever changes: such a field is filled before it is read anywhere. What a program leaves at n-1 of a
 //    result is what its kernel stored there, or a fill behind it, or what the fill of the next step sets.
+//    outflow, as on_wall at a high side alone: n-1 is a value of the field like others, which no fill changes; beyond
+//    it and between cells it is as linear.
 //    linear: the straight line goes on, v = (k+2)*u - (k+1)*u', u and u' the first two cells inside; v = u where n = 1.
 //    On walls w = 2u' - u'' (u' where n < 3), and beyond them v = (k+1)*w - k*u'.
 //    So each place gets weight*u + farther*u' + rate*c, u' one cell farther inside than its image u. The rows of

@@ -189,6 +189,8 @@ class ProgramCheck {
       if (axis.topology == Topology::periodic) continue;
       check_side(field, axis.low);
       check_side(field, axis.high);
+      if (axis.low.on_wall && condition_of(axis.low.kind).keeps_wall())
+        violation("has {} as outflow at a low wall, where no value of it is stored", field);
       if (axis.low.on_wall != axis.high.on_wall) violation("has {} on the wall at one side of an axis only", field);
     }
     if (topologies != program_.axes) violation("has other axes than the boundaries of {}", field);

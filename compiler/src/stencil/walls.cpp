@@ -58,7 +58,8 @@ Expr with_wall_value(const model::State& state, const model::Problem& problem, c
 
 bool is_derived_on_wall(const model::State& state, const model::Problem& problem) {
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
-    if (is_on_walls(state, problem, axis) && !condition_of(state.boundary[axis].high.kind).gives_value()) return true;
+    const SideCondition& high = condition_of(state.boundary[axis].high.kind);
+    if (is_on_walls(state, problem, axis) && !high.gives_value() && !high.keeps_wall()) return true;
   }
   return false;
 }

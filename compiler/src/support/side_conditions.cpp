@@ -40,18 +40,26 @@ constexpr GhostRule continued_on_walls{
              .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}},
     .beyond = {{.terms = {{{}, {.place = {2}, .image = {-2, -1}, .behind = {0, 1}}}}, .first = -1}}};
 
+/// The line beyond the wall as above; the point on it is moved by what moves the field.
+constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = continued_on_walls.beyond};
+
 using enum SideCondition::Part;
 
-constexpr std::array<SideCondition, 5> conditions{
+constexpr std::array<SideCondition, 6> conditions{
     {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
      {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
      {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
       "gradient(g), the derivative along the outward normal"},
      {SideKind::mixed, "mixed", given, given, given, &mirrored, &mirrored_on_walls,
       "mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal"},
-     {SideKind::linear, "linear", zero, one, zero, &continued, &continued_on_walls, "linear"}}};
+     {SideKind::linear, "linear", zero, one, zero, &continued, &continued_on_walls, "linear"},
+     {SideKind::outflow, "outflow", zero, one, zero, &continued, &open_on_walls, "outflow"}}};
 
 }  // namespace
+
+bool makes_nothing(const GhostRow& row) {
+  return std::ranges::all_of(row.terms, [](const GhostRow::Term& term) { return term.place == GhostNumber{}; });
+}
 
 GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way) {
   double place = 0, image = 0, behind = 0;

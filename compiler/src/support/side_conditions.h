@@ -12,7 +12,7 @@
 
 namespace dpde {
 
-enum class SideKind { value, zero_gradient, gradient, mixed, linear };
+enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow };
 
 /// fixed + by_way*m, for a place m cells away from its mirror image.
 struct GhostNumber {
@@ -46,7 +46,7 @@ struct GhostRows {
   bool operator==(const GhostRows&) const = default;
 };
 /// Place -1-k of the low side and n+k of the high one are layer k, m = 2k+1. On walls, -1 and n-1 are layer 0, on the
-/// walls, made by `wall`, and those beyond have m = 2k.
+/// walls, made by `wall`, and those beyond have m = 2k. A row without a place makes nothing: what is there stays.
 struct GhostRule {
   bool on_walls = false;
   GhostRows wall, beyond;
@@ -57,6 +57,7 @@ struct GhostRule {
 struct GhostWeights {
   double weight = 0, farther = 0, rate = 0;
 };
+bool makes_nothing(const GhostRow& row);
 GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way);
 
 /// a*u + b*du/dn = c and how much of it a person writes: WORD(a, b, c), of these what is given.
@@ -78,6 +79,8 @@ struct SideCondition {
   bool gives_slope() const { return a == Part::zero && b == Part::one && c == Part::given; }
   /// Where all else is 0, the spacing is no part of it.
   bool has_spacing() const { return b != Part::zero && (a != Part::zero || c != Part::zero); }
+  /// The values on a wall are those of the field itself. Those on a low wall are not stored.
+  bool keeps_wall() const { return makes_nothing(on_walls->wall.row); }
   const GhostRule& rule(bool on_wall) const { return on_wall ? *on_walls : *between_cells; }
 };
 std::span<const SideCondition> side_condition_table();

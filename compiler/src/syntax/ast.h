@@ -41,6 +41,7 @@ struct CoefficientItem {
   bool vector = false;
   std::optional<Identifier> on;
   bool control = false;
+  bool mask = false;  // mask solid: where a condition of the scene is true
 };
 struct ParamItem {  // param nu, c
   std::vector<Identifier> names;
@@ -64,6 +65,11 @@ struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes i
 struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
   Expr zero, value;      // the left side, which has to be 0, and the right one
   Identifier multiplier;
+};
+struct HeldItem {  // u = 0 inside solid
+  Identifier field;
+  Expr value;
+  Identifier mask;
 };
 
 // ---- items inside a scene ------------------------------------------------------------------------------------------
@@ -360,9 +366,9 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 
 using ItemKind =
     std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
-                 GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
-                 ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
-                 AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
+                 HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
+                 SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem,
+                 TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
                  StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
                  StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
                  ReferenceItem, ChoicesItem, ErrorItem>;

@@ -34,7 +34,8 @@ std::set<std::string> calls_of(const Model& model) {
           add_calls(solved.left, names);
           add_calls(solved.right, names);
         },
-        [&](const ConstraintItem& constraint) { add_calls(constraint.value, names); }, [](const FieldItem&) {},
+        [&](const ConstraintItem& constraint) { add_calls(constraint.value, names); },
+        [&](const HeldItem& held) { add_calls(held.value, names); }, [](const FieldItem&) {},
         [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
         [](const OutsideModels auto&) {});
   }

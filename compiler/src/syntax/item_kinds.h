@@ -23,7 +23,7 @@ concept InPrograms = OneOf<Kind, FillItem, ReduceItem, TransformItem, RunItem, S
 /// Of models, beside LetItem.
 template <class Kind>
 concept InModels =
-    OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem>;
+    OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem, HeldItem>;
 template <class Kind>
 concept Elsewhere =
     OneOf<Kind, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,

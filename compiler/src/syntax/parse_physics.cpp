@@ -25,6 +25,10 @@ ItemKind parse_coefficient(Cursor& cursor) {
   return CoefficientItem{std::move(names), vector, parse_placement(cursor)};
 }
 
+ItemKind parse_mask(Cursor& cursor) {
+  return CoefficientItem{parse_names(cursor, "the name of a mask"), false, {}, false, true};
+}
+
 ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
 
 /// What stands between ( and ) after dt.
@@ -65,7 +69,7 @@ ItemKind parse_constraint(Cursor& cursor) {
   return item;
 }
 
-/// What looks like an equation but is none: u = ..., dx(u) = ...; or a constraint.
+/// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., 0 = div(u).
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
@@ -73,14 +77,27 @@ bool begins_no_equation(const Cursor& cursor) {
   return second == TokenKind::assign || (is_name && second == TokenKind::left_paren);
 }
 
-ItemKind parse_constraint_or_refuse(Cursor& cursor) {
+/// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
+ItemKind parse_no_equation(Cursor& cursor) {
   if (cursor.at(TokenKind::number)) return parse_constraint(cursor);
-  const bool is_name = cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
-  const std::string name(cursor.peek().spelling.substr(0, 40));
-  std::string hint =
-      is_name ? fmt::format("write dt({0}) = ... for a field, or let {0} = ... for a shorthand", name) : "";
-  cursor.fail("not-an-equation", cursor.peek().range, {describe(cursor.peek())}, std::move(hint));
-  return {};
+  const Token first = cursor.peek();
+  const auto refuse = [&](std::string hint) {
+    cursor.fail("not-an-equation", first.range, {describe(first)}, std::move(hint));
+    return ItemKind{};
+  };
+  if (!cursor.at(TokenKind::identifier) || cursor.peek_second().kind != TokenKind::assign) return refuse("");
+  const std::string name(first.spelling.substr(0, 40));
+  HeldItem item;
+  item.field = cursor.expect_component("a field");
+  cursor.take();
+  item.value = parse_expression(cursor);
+  if (!cursor.accept_word("inside"))
+    return refuse(
+        fmt::format("write dt({0}) = ... for a field, let {0} = ... for a shorthand, or {0} = ... inside "
+                    "a mask",
+                    name));
+  item.mask = cursor.expect_name("the name of a mask");
+  return item;
 }
 
 // ---- scene ---------------------------------------------------------------------------------------------------------
@@ -360,12 +377,13 @@ BlockRule model_rule() {
           {{"field", parse_field},
            {"vector", parse_vector},
            {"coefficient", parse_coefficient},
+           {"mask", parse_mask},
            {"param", parse_param},
            {"control", parse_control},
            {"let", parse_let},
            {"dt", parse_equation},
            {"solve", parse_solved}},
-          {begins_no_equation, parse_constraint_or_refuse}};
+          {begins_no_equation, parse_no_equation}};
 }
 
 BlockRule scene_rule() {

@@ -246,9 +246,10 @@ std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return print_field(i); },
       [](const CoefficientItem& i) {
-        const char* word = i.control  ? (i.vector ? "control vector " : "control field ")
-                           : i.vector ? "coefficient vector "
-                                      : "coefficient ";
+        const char* word = i.mask      ? "mask "
+                           : i.control ? (i.vector ? "control vector " : "control field ")
+                           : i.vector  ? "coefficient vector "
+                                       : "coefficient ";
         return word + print_names(i.names) + print_placement(i.on);
       },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
@@ -259,6 +260,7 @@ std::string print_item(const Item& item) {
       [](const ConstraintItem& i) {
         return fmt::format("{} = {} gives {}", print(i.zero), print(i.value), i.multiplier.name);
       },
+      [](const HeldItem& i) { return fmt::format("{} = {} inside {}", i.field.name, print(i.value), i.mask.name); },
       [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
         return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");

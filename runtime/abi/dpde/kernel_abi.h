@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 16
+#define DPDE_ABI_VERSION 17
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -102,7 +102,8 @@ typedef struct dpde_ghost_rows {
 } dpde_ghost_rows;
 /* on_walls 0: layer k is the cell -1-k or cells+k, from `beyond` with m = 2k+1. 1, at both sides of an axis or at none:
  * cells -1 and cells-1 are layer 0, on the walls, from `wall`, the others from `beyond` with m = 2k. There a cell that
- * is `first` cells inside lies beside the wall. One cell: a high wall that reads inside stays as it is. */
+ * is `first` cells inside lies beside the wall. One cell: a high wall that reads inside stays as it is.
+ * A row in which no term has a place makes nothing: a high wall with it stays as it is. */
 typedef struct dpde_rule {
   int32_t on_walls;
   dpde_ghost_rows wall, beyond;

@@ -178,6 +178,18 @@ bool reads_around(const Problem& problem, const std::string& field) {
   });
 }
 
+/// Nothing holds what lies on a low wall.
+void check_open_walls(Draft& draft, const State& state) {
+  for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
+    const Axis& along = draft.problem.axes[axis];
+    const SideCondition& low = condition_of(state.boundary[axis].low.kind);
+    if (along.topology == Topology::periodic || !state.placement[axis] || !low.keeps_wall()) continue;
+    draft.sink.report("not-allowed-here", state.origin.range,
+                      {"outflow", fmt::format("the low wall of {}, which lies on it", state.name)},
+                      fmt::format("let it flow out at {}.high", along.name));
+  }
+}
+
 /// dt(u) stays 0 where u keeps a value, and has no slope where u has none. Where the walls of u move, nothing may ask.
 void derive_velocity_boundaries(Draft& draft) {
   Problem& problem = draft.problem;
@@ -303,6 +315,7 @@ void bind_boundaries(Draft& draft) {
   for (const State& state : draft.problem.states) {
     const bool is_given = state.velocity_of.empty() && !draft.multipliers.contains(state.name);
     if (is_given) check_complete(draft, state, seen[state.name]);
+    check_open_walls(draft, state);
   }
   derive_velocity_boundaries(draft);
 }

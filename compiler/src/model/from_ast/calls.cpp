@@ -16,8 +16,9 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx", "dy",   "dz",  "d",        "lap",    "grad",   "div",         "advect",       "dot",           "curl", "norm",
-    "if", "mean", "sum", "integral", "inject", "sample", "interpolate", "random_field", "random_signal", "noise"};
+    "dx",    "dy",   "dz",   "d",   "lap",      "grad",   "div",    "advect",      "dot",          "curl",
+    "norm",  "if",   "mean", "sum", "integral", "inject", "sample", "interpolate", "random_field", "random_signal",
+    "noise", "force"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -65,12 +66,30 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "interpolate") return interpolation(e, range);
   if (name == "if") return choice(e, range);
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
+  if (name == "force") return force(e, range);
   if (name == "sample") return sampling(e, range);
   if (name == "inject") return injection(e, range);
   if (name == "random_field" || name == "random_signal") return random_waves(e, range);
   if (name == "noise") return white_noise(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
   return unknown_call(e);
+}
+
+/// What a mask takes of a field that it holds, in a unit of time: the integral of its rate over the points inside.
+Typed Expressions::force(const ast::Call& e, SourceRange range) {
+  if (purpose_ != Purpose::quantity) return refuse("force", e.callee_range);
+  if (!takes(e, 1)) return {};
+  const auto* written = std::get_if<ast::Name>(&e.arguments[0].value->kind);
+  Typed result{Typed::Type::vector, {}};
+  for (const std::string& state : components_of(draft_, written ? written->name : "")) {
+    const auto found = draft_.forces.find(state);
+    if (found != draft_.forces.end()) result.parts.push_back(reduce(Reduce::Kind::integral, found->second, {range}));
+  }
+  if (result.parts.size() == 1) result.type = Typed::Type::number;
+  if (!result.parts.empty()) return result;
+  draft_.sink.report("not-allowed-here", e.arguments[0].value.range(), {"what no mask holds", "force"},
+                     "in the model, write u = 0 inside solid; then force(u)");
+  return {};
 }
 
 /// dt(u) of a field whose equation is dt(dt(u)) = ...: its velocity.

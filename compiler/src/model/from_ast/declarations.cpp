@@ -99,6 +99,7 @@ void bind_fields(Draft& draft) {
           Coefficient& coefficient = draft.problem.coefficients.emplace_back();
           coefficient.name = component;
           coefficient.placement = placement_of(draft, given->on, number++);
+          coefficient.is_mask = given->mask;
           if (given->control) coefficient.every = 1;  // a step, unless the scene says another interval
         }
       });

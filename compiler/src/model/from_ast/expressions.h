@@ -85,6 +85,7 @@ class Expressions {
   Typed call(const ast::Call& e, SourceRange range);
   Typed unknown_call(const ast::Call& e);
   Typed rate(const ast::Call& e, SourceRange range);
+  Typed force(const ast::Call& e, SourceRange range);
   Typed elementary(Fn fn, const ast::Call& e, SourceRange range);
   Typed choice(const ast::Call& e, SourceRange range);
   Typed along(int axis, const ast::Call& e, SourceRange range);

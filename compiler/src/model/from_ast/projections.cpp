@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// 0 = div(u) gives p: the field p in the rates of u is what keeps div(u) at 0. A stage of a step takes the rates
-// without p and then u + G(phi), where G(p) is what stood in the rate and C(u + G(phi)) = 0 for the constraint C: phi
-// is p times the time over which the rates were taken (Chorin 1968; of the order of the Runge-Kutta method where each
-// stage does it, Sanderse and Koren 2012).
+// What is done behind each stage of a step.
+//
+// 0 = div(u) gives p: the field p in the rate of u is what keeps div(u) at 0. A stage takes the rates without p and
+// then u + G(phi), where G(p) is what stood in the rate and C(u + G(phi)) = 0 for the constraint C: phi is p times the
+// time over which the rates were taken (Chorin 1968; of the order of the Runge-Kutta method where each stage does it,
+// Sanderse and Koren 2012).
+//
+// u = v inside solid: points on faces are inside where one of their cells is. What a stage finds there is replaced by
+// v, and the constraint changes nothing there: G is 0 and u is v in it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,10 +22,35 @@ namespace dpde::model {
 
 namespace {
 
+/// What a state is held at, and where.
+struct Held {
+  Expr inside, value;
+};
+using HeldStates = std::map<std::string, Held>;
+
+/// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
+/// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
+Expr inside_at(const State& state, const std::string& mask, Origin origin) {
+  const Expr cell = field(mask, origin);
+  const Expr here = state.placement == Placement{} ? cell : interpolate(cell, origin);
+  return binary(BinaryOp::greater, here, 0.25, origin);
+}
+
+/// `free`, but where it is held.
+Expr with_held(const HeldStates& held, const std::string& state, const Expr& free) {
+  const auto found = held.find(state);
+  return found == held.end() ? free : select(found->second.inside, found->second.value, free);
+}
+/// What moves a state; 0 where it is held.
+Expr without_held(const HeldStates& held, const std::string& state, const Expr& push) {
+  const auto found = held.find(state);
+  return found == held.end() ? push : select(found->second.inside, 0.0, push);
+}
+
 class Binder {
  public:
-  Binder(Draft& draft, const ast::ConstraintItem& item, SourceRange range)
-      : draft_(draft), item_(item), range_(range), name_(item.multiplier.name) {}
+  Binder(Draft& draft, const HeldStates& held, const ast::ConstraintItem& item, SourceRange range)
+      : draft_(draft), held_(held), item_(item), range_(range), name_(item.multiplier.name) {}
 
   void bind() {
     const auto value = Expressions(draft_, Purpose::equation, name_).number(item_.value);
@@ -43,15 +73,19 @@ class Binder {
   void refuse(SourceRange at, std::string why, std::string hint) {
     draft_.sink.report("constraint-does-not-fit", at, {name_, std::move(why)}, std::move(hint));
   }
+  void refuse_nonlinear(const Origin& nonlinear, SourceRange otherwise, const std::string& in, std::string hint) {
+    draft_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : otherwise, {in},
+                       std::move(hint));
+  }
 
   bool fits(const State& multiplier) {
     const Scheme& scheme = draft_.problem.scheme;
     if (multiplier.placement != Placement{}) {
       refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
     } else if (is_exponential(scheme.time) || scheme.time == TimeScheme::verlet ||
-               scheme.time == TimeScheme::leapfrog || follows_flow(scheme.advect)) {
+               scheme.time == TimeScheme::leapfrog) {
       draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a constraint"},
-                         "take time = rk4, ssp_rk3 or ab2, and advect = central(2) or upwind(3)");
+                         "take time = rk4, ssp_rk3 or ab2");
     } else if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral) {
       refuse(range_, "derivatives by Fourier series are in no solve", "take dx and lap = central(2) in the scheme");
     } else {
@@ -67,8 +101,8 @@ class Binder {
       Origin nonlinear;
       const std::optional<LinearPart> parts = linear_part(*state.rhs, name_, nonlinear);
       if (!parts || !state.velocity_of.empty()) {
-        draft_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : state.origin.range, {name_},
-                           fmt::format("the rates hold {} by terms like -grad({})", name_, name_));
+        refuse_nonlinear(nonlinear, state.origin.range, name_,
+                         fmt::format("the rates hold {0} in terms like -grad({0})", name_));
         return false;
       }
       changed_.push_back({&state, parts->part});
@@ -79,33 +113,41 @@ class Binder {
     return !changed_.empty();
   }
 
+  /// The constraint of `e` in the place of the state: what is linear in that, and the rest.
+  std::optional<LinearPart> put_in(const Expr& constraint, const std::string& state, const Expr& e) {
+    Origin nonlinear;
+    const auto parts = linear_part(constraint, state, nonlinear, e);
+    if (!parts) refuse_nonlinear(nonlinear, range_, state, "a constraint is linear in the fields that it binds");
+    return parts;
+  }
+
   void add(const Expr& value, State& multiplier) {
-    std::optional<Expr> operation;
+    Expr operation = 0.0, found = value;  // of the multiplier; what the constraint gives before it is true
     for (const Changed& changed : changed_) {
-      if (!reads(value, changed.state->name)) continue;
-      Origin nonlinear;
-      const std::optional<LinearPart> part = linear_part(value, changed.state->name, nonlinear, changed.push);
-      if (!part) {
-        draft_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : range_,
-                           {changed.state->name}, "a constraint is linear in the fields that it binds");
-        return;
-      }
-      operation = operation ? binary(BinaryOp::add, *operation, part->part) : part->part;
+      const std::string& state = changed.state->name;
+      if (!reads(value, state)) continue;
+      const auto moved = put_in(value, state, without_held(held_, state, changed.push));
+      const auto held = put_in(found, state, with_held(held_, state, field(state)));
+      if (!moved || !held) return;
+      operation = binary(BinaryOp::add, operation, moved->part);
+      found = binary(BinaryOp::add, held->part, held->rest);
     }
-    if (!operation) return refuse(item_.value.range(), "the constraint holds no field whose rate it stands in", "");
+    if (is_constant(operation, 0))
+      return refuse(item_.value.range(), "it binds no field whose rate holds the pressure", "");
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
     multiplier.boundary = *boundary;
-    Projection made{name_, solve({name_, *operation, negate(value), *boundary}, {range_}), {}, {range_}};
+    Projection made{name_, solve({name_, operation, negate(found), *boundary}, {range_}), {}, {range_}};
     for (const Changed& changed : changed_) {
       Origin none;
-      const Expr push = linear_part(changed.push, name_, none, made.potential)->part;
-      made.updates.push_back({changed.state->name, binary(BinaryOp::add, field(changed.state->name), push)});
+      const std::string& state = changed.state->name;
+      const Expr push = linear_part(changed.push, name_, none, *made.potential)->part;
+      made.updates.push_back({state, with_held(held_, state, binary(BinaryOp::add, field(state), push))});
     }
     draft_.problem.projections.push_back(std::move(made));
   }
 
-  /// Where what lies on a wall has a value there, the multiplier does not change it.
+  /// Where what lies on a wall has a value there, the multiplier does not change it; where it flows out, that is 0.
   std::optional<std::vector<AxisSides>> derived_boundary(const Expr& value) {
     std::vector<AxisSides> boundary(draft_.problem.axes.size());
     for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
@@ -122,31 +164,64 @@ class Binder {
       }
       if (along.topology == Topology::periodic) continue;
       for (const auto side : {&AxisSides::low, &AxisSides::high}) {
-        if (!condition_of((across->boundary[axis].*side).kind).gives_value()) {
-          refuse(range_,
-                 fmt::format("{} has no value at {}.{}", across->name, along.name,
-                             side == &AxisSides::low ? "low" : "high"),
-                 fmt::format("write boundary {}: {}.{} = 0", across->name, along.name,
-                             side == &AxisSides::low ? "low" : "high"));
+        const SideCondition& wall = condition_of((across->boundary[axis].*side).kind);
+        const std::string place = along.name + (side == &AxisSides::low ? ".low" : ".high");
+        if (!wall.gives_value() && !wall.keeps_wall()) {
+          refuse(range_, fmt::format("{} has no value at {}", across->name, place),
+                 fmt::format("write boundary {}: {} = 0, or = outflow", across->name, place));
           return std::nullopt;
         }
-        boundary[axis].*side = Side{SideKind::zero_gradient};
+        boundary[axis].*side = Side{wall.keeps_wall() ? SideKind::value : SideKind::zero_gradient};
       }
     }
     return boundary;
   }
 
   Draft& draft_;
+  const HeldStates& held_;
   const ast::ConstraintItem& item_;
   SourceRange range_;
   std::string name_;
   std::vector<Changed> changed_;
 };
 
+HeldStates bind_held(Draft& draft) {
+  HeldStates held;
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<ast::HeldItem>(draft.model->items)) {
+    const Coefficient* mask = draft.problem.find_coefficient(item.mask.name);
+    if (!mask || !mask->is_mask) {
+      draft.sink.report("not-a-mask", item.mask.range, {item.mask.name}, "declare it with mask " + item.mask.name);
+      continue;
+    }
+    const std::vector<State*> states = find_states(draft, item.field, "a value inside a mask");
+    if (states.empty() || !is_first(draft, "the value inside a mask", item.field, states, seen)) continue;
+    draft.used.insert(item.mask.name);
+    const auto values = Expressions(draft, Purpose::equation, item.field.name).components(item.value, item.field.name);
+    for (std::size_t i = 0; values && i < states.size(); ++i) {
+      const Expr inside = inside_at(*states[i], item.mask.name, {item.mask.range});
+      held.emplace(states[i]->name, Held{inside, (*values)[i]});
+      if (states[i]->rhs) draft.forces.emplace(states[i]->name, select(inside, *states[i]->rhs, 0.0));
+    }
+  }
+  return held;
+}
+
 }  // namespace
 
 void bind_projections(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) Binder(draft, item, range).bind();
+  const HeldStates held = bind_held(draft);
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items))
+    Binder(draft, held, item, range).bind();
+  Projection alone;
+  for (const auto& [state, value] : held) {
+    const auto has_it = [&](const Projection& made) {
+      return std::ranges::find(made.updates, state, &Event::Update::state) != made.updates.end();
+    };
+    if (std::ranges::any_of(draft.problem.projections, has_it)) continue;
+    alone.updates.push_back({state, with_held(held, state, field(state))});
+  }
+  if (!alone.updates.empty()) draft.problem.projections.push_back(std::move(alone));
 }
 
 }  // namespace dpde::model

@@ -2,6 +2,7 @@
 // Second derivatives that losses, tests and observables take beside walls that have values. There the value u_0 of the
 // first cell is mirrored, 2a - u_0, with which equations are of order 2 as a whole. That image errs by h^2 u''/4, so
 // that (u_1 - 2 u_0 + image)/h^2 in the first cell is 3/4 of u'' on the finest grid too.
+#include <algorithm>
 #include <variant>
 
 #include "model/build.h"
@@ -24,13 +25,21 @@ std::string walls_with_values(const Problem& problem, const State& state) {
   return walls;
 }
 
+/// Outside of forces on masks: these take the rates as the step has them.
+bool holds_second(const Draft& draft, const Expr& e, const std::string& state) {
+  const auto* reduce = std::get_if<Reduce>(&e->kind);
+  const auto is_it = [&](const auto& force) { return force.second == reduce->operand; };
+  if (reduce && std::ranges::any_of(draft.forces, is_it)) return false;
+  if (std::holds_alternative<Derivative>(e->kind) && reads(e, state) && nested_order(e) >= 2) return true;
+  bool found = false;
+  for_each_part(e, [&](const Expr& part) { found = found || holds_second(draft, part, state); });
+  return found;
+}
+
 void check(Draft& draft, const Expr& value, const Origin& origin) {
   for (const State& state : draft.problem.states) {
     const std::string walls = walls_with_values(draft.problem, state);
-    const auto is_second = [&](const Expr& part) {
-      return std::holds_alternative<Derivative>(part->kind) && reads(part, state.name) && nested_order(part) >= 2;
-    };
-    if (walls.empty() || !any_part(value, is_second)) continue;
+    if (walls.empty() || !holds_second(draft, value, state.name)) continue;
     draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls},
                       "where that matters, weight the cells beside the wall by 0");
   }
