@@ -114,20 +114,21 @@ std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, doub
 
 FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<double>& row,
                              const std::array<Sides, 3>& sides, bool is_singular)
-    : sides_(sides), waves_(matrix.cells, sides), inverse_symbol_(static_cast<std::size_t>(waves_.size()), 0.0) {
+    : sides_(sides), waves_(matrix.cells, sides) {
   double size = 0;
   for (const double value : row) size += std::abs(value);
   const double zero = 64 * 0x1p-52 * size;  // rows of singular operators are balanced: what is less is of this sum
   std::array<bool, 3> rings{};
   for (std::size_t axis = 0; axis < 3; ++axis) rings[axis] = sides[axis] == Sides::periodic;
   have_phases_ = waves_.are_complex() && !is_even(matrix, row, rings, 4 * 0x1p-52 * size);
+  inverse_symbol_.assign(static_cast<std::size_t>(waves_.size() * (have_phases_ ? 2 : 1)), 0.0);
   std::vector<double> dropped(inverse_symbol_.size(), 0.0);
   bool drops_some = false;
-  const auto set = [&](std::vector<double>& factors, std::size_t place, Complex value) {
-    factors[place] = value.real();
-    if (waves_.are_complex()) factors[place + 1] = have_phases_ ? value.imag() : value.real();
+  const auto set = [&](std::vector<double>& factors, std::size_t number, Complex value) {
+    factors[have_phases_ ? 2 * number : number] = value.real();
+    if (have_phases_) factors[2 * number + 1] = value.imag();
   };
-  waves_.for_each([&](std::size_t place, const std::array<std::int64_t, 3>& turns) {
+  waves_.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
     Complex symbol = 0;
     for (std::size_t k = 0; k < row.size(); ++k) {
       double angle = 0, cosines = 1;
@@ -145,9 +146,9 @@ FourierSolver::FourierSolver(const StencilMatrix& matrix, const std::vector<doub
     if (!have_phases_) symbol = symbol.real();
     const bool is_mean = is_singular && turns == std::array<std::int64_t, 3>{};
     if (std::abs(symbol) > zero && !is_mean) {
-      set(inverse_symbol_, place, 1.0 / (symbol * waves_.scale()));
+      set(inverse_symbol_, number, 1.0 / (symbol * waves_.scale()));
     } else if (!is_mean) {
-      set(dropped, place, 1 / waves_.scale());
+      set(dropped, number, 1 / waves_.scale());
       drops_some = true;
     }
   });

@@ -18,18 +18,18 @@ class GridWaves {
  public:
   GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides);
 
-  /// Of factors: doubles, two side by side for each wave where waves are complex, with gaps between rows. Two waves of
-  /// periodic axes are one, the other being its conjugate.
-  std::int64_t size() const { return rows_ * row_; }
+  /// How many factors there are, of which some are of no wave. Two waves of periodic axes are one, the other being its
+  /// conjugate.
+  std::int64_t size() const { return are_complex_ ? size_ / 2 : size_; }
   bool are_complex() const { return are_complex_; }
   /// What there and back multiplies by.
   double scale() const { return scale_; }
-  /// `f`(where its factor begins, by which angle it turns from cell to cell along each axis, as turns of 2*pi/period).
-  void for_each(const std::function<void(std::size_t place, const std::array<std::int64_t, 3>& turns)>& f) const;
+  /// `f`(number of its factor, by which angle a wave turns from cell to cell along each axis, in turns of
+  /// 2*pi/period).
+  void for_each(const std::function<void(std::size_t number, const std::array<std::int64_t, 3>& turns)>& f) const;
   std::int64_t period(std::size_t axis) const;
 
-  /// Nothing is allocated. `have_phases`: complex factors; otherwise each double is multiplied by the one in its place.
-  /// Arrays are aligned as `new` aligns them.
+  /// Nothing is allocated. `have_phases`: the factors are complex. Arrays are aligned as `new` aligns them.
   void multiply(std::span<const double> field, const double* factors, bool have_phases, std::span<double> product);
 
  private:
@@ -38,13 +38,17 @@ class GridWaves {
     std::size_t axis;
     LineWaves lines;
     std::int64_t outer, inner;
-    double *from, *to;
+    double *from = nullptr, *to = nullptr;
+    std::int64_t from_plane = 0, to_plane = 0;  // doubles from one of `outer` to the next
   };
 
+  std::size_t number_of(std::int64_t row, std::int64_t along) const;
   void make_first(std::size_t axis, std::int64_t cells, Sides sides);
   void make_stage(std::size_t axis, std::int64_t cells, Sides sides, bool is_last);
   void first_forward(const double* field);
   void first_backward(double* product);
+  static void read(Stage& stage, double* from);
+  static void write(const Stage& stage, double* to);
   static void forward(Stage& stage);
   static void backward(Stage& stage);
   void multiply_last(Stage& stage, const double* factors, bool have_phases) const;
@@ -52,11 +56,12 @@ class GridWaves {
 
   std::array<std::int64_t, 3> cells_, modes_{1, 1, 1};
   std::size_t first_axis_ = 0;
-  std::int64_t lines_ = 1, first_row_ = 0;  // along the first axis; doubles of a row of its waves with the gap
+  std::int64_t lines_ = 1, planes_ = 1;     // along the first axis, in each of so many planes
+  std::int64_t first_row_ = 0, plane_ = 0;  // doubles of a row and of a plane of its waves, with gaps
   std::optional<RealFft> ring_;             // the first axis is periodic
   std::optional<LineWaves> images_;         // or bounded
   std::vector<Stage> stages_;
-  std::int64_t row_ = 0, rows_ = 1;  // doubles of a row of waves with its gap; rows of all waves
+  std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
   bool are_complex_ = false;
   double scale_ = 1;
   AlignedValues first_, second_;  // waves along the first axis; those behind an axis where real ones become complex

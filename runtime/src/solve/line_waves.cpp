@@ -51,6 +51,14 @@ void multiply_row(double* row, double factor) {
   for (std::int64_t i = 0; i < width; ++i) row[i] *= factor;
 }
 
+void multiply_complex(double* row, const double* factors, std::int64_t doubles) {
+  for (std::int64_t i = 0; i < doubles; i += 2) {
+    const double real = row[i] * factors[i] - row[i + 1] * factors[i + 1];
+    row[i + 1] = row[i] * factors[i + 1] + row[i + 1] * factors[i];
+    row[i] = real;
+  }
+}
+
 void copy_in(const double* from, std::int64_t apart, std::int64_t count, double sign, double* row) {
   if (apart == 1 && count == width) {
     for (std::int64_t i = 0; i < width; ++i) row[i] = sign * from[i];
@@ -76,11 +84,19 @@ AlignedValues aligned_values(std::int64_t count) {
   return AlignedValues(reinterpret_cast<double*>(allocate_bytes(count * static_cast<std::int64_t>(sizeof(double)))));
 }
 
-LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex)
-    : cells_(cells), modes_(cells), sides_(sides), values_(aligned_values(cells * width)) {
+LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int64_t step, std::int64_t block)
+    : cells_(cells), modes_(cells), sides_(sides), have_complex_waves_(are_complex || sides == Sides::periodic) {
+  if (sides == Sides::periodic && are_complex) {
+    step_ = step;
+    block_ = block;
+    complex_.emplace(cells, block / 2, step / 2, 1);
+    return;
+  }
+  values_ = aligned_values(cells * width);
+  begin_ = values_.get();
   make_sources();
   make_turns();
-  if (sides == Sides::periodic && !are_complex) {
+  if (sides == Sides::periodic) {
     modes_ = cells / 2 + 1;
     other_ = aligned_values(2 * modes_ * width);
     real_.emplace(RealLines{cells, width, width, 1, width, 1});
@@ -167,18 +183,19 @@ void LineWaves::write_waves(double* to, std::int64_t step, std::int64_t apart, s
   for (std::int64_t k = 0; k < modes_; ++k) copy_out(values_.get() + width * k, 1, to + k * step, apart, count);
 }
 
-void LineWaves::multiply(const double* factors, std::int64_t step, bool are_complex) {
-  double* row = real_ ? other_.get() : values_.get();
-  const std::int64_t size = growth() * width;
-  for (std::int64_t k = 0; k < modes_; ++k, row += size, factors += step) {
-    if (!are_complex) {
+void LineWaves::multiply(const double* factors, bool have_phases) {
+  const std::int64_t size = growth() * block_, step = real_ ? size : step_;
+  double* row = real_ ? other_.get() : begin_;
+  for (std::int64_t k = 0; k < modes_; ++k, row += step) {
+    if (have_phases) {
+      multiply_complex(row, factors, size);
+      factors += size;
+    } else if (have_complex_waves_) {
+      for (std::int64_t i = 0; i < size / 2; ++i) row[2 * i] *= factors[i], row[2 * i + 1] *= factors[i];
+      factors += size / 2;
+    } else {
       for (std::int64_t i = 0; i < size; ++i) row[i] *= factors[i];
-      continue;
-    }
-    for (std::int64_t i = 0; i < size; i += 2) {
-      const double real = row[i] * factors[i] - row[i + 1] * factors[i + 1];
-      row[i + 1] = row[i] * factors[i + 1] + row[i + 1] * factors[i];
-      row[i] = real;
+      factors += size;
     }
   }
 }
@@ -234,7 +251,7 @@ void LineWaves::cosines_of_any_length() {
 void LineWaves::forward() {
   if (real_) return real_->forward(values_.get(), complex(other_.get()));
   if (!is_mixed()) {
-    complex_->forward(complex(values_.get()));
+    complex_->forward(complex(begin_));
     if (sides_ != Sides::periodic) join_all();
     return;
   }
@@ -254,7 +271,7 @@ void LineWaves::backward() {
       split(rows + width * k, rows + width * (cells_ - k), after_[static_cast<std::size_t>(k)]);
     if (cells_ % 2 == 0) multiply_row(rows + width * (cells_ / 2), std::numbers::sqrt2);
   }
-  complex_->backward(complex(values_.get()));
+  complex_->backward(complex(begin_));
 }
 
 }  // namespace dpde

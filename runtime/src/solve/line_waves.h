@@ -30,8 +30,9 @@ class LineWaves {
  public:
   static constexpr std::int64_t width = 8;  // doubles side by side: a line of the cache
 
-  /// `are_complex`: the lines, which are half as many.
-  LineWaves(std::int64_t cells, Sides sides, bool are_complex);
+  /// `are_complex`: the lines, which are half as many. Such ones on periodic axes are transformed where they are, in
+  /// arrays with `step` doubles from cell to cell, and `block` doubles side by side at once.
+  LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int64_t step, std::int64_t block);
 
   std::int64_t cells() const { return cells_; }
   std::int64_t modes() const { return modes_; }
@@ -43,15 +44,20 @@ class LineWaves {
   /// What there and back multiplies by.
   double scale() const { return static_cast<double>(sides_ == Sides::periodic ? cells_ : 2 * cells_); }
 
-  /// `step` from cell to cell, `apart` from double to double side by side; what is beyond `count` of these is 0.
+  /// Doubles side by side of cells.
+  std::int64_t block() const { return block_; }
+  bool are_in_place() const { return values_ == nullptr; }
+  void place(double* begin) { begin_ = begin; }
+  /// Of lines that are not in place. `step` from cell to cell, `apart` from double to double side by side; what is
+  /// beyond `count` of these is 0.
   void read(const double* from, std::int64_t step, std::int64_t apart, std::int64_t count);
   void write(double* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
   void forward();
   void backward();
   void read_waves(const double* from, std::int64_t step, std::int64_t apart, std::int64_t count);
   void write_waves(double* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
-  /// `factors`: like waves, `step` from mode to mode. `are_complex`: the factors.
-  void multiply(const double* factors, std::int64_t step, bool are_complex);
+  /// By factors of all waves side by side, mode after mode; with `have_phases` complex ones.
+  void multiply(const double* factors, bool have_phases);
 
  private:
   struct Source {
@@ -69,6 +75,9 @@ class LineWaves {
 
   std::int64_t cells_, modes_;
   Sides sides_;
+  bool have_complex_waves_;
+  double* begin_ = nullptr;  // rows to be transformed: `values_`, or in the array of who called
+  std::int64_t step_ = width, block_ = width;
   std::vector<Source> sources_;                       // of the rows that are transformed
   std::vector<std::complex<double>> before_, after_;  // factors of rows, before and behind the transform
   AlignedValues values_, other_;                      // rows of `width`; what else is needed
