@@ -8,7 +8,6 @@
 namespace dpde {
 namespace {
 
-/// Runs both ways once, so that Eigen has made its tables.
 struct Line {
   using Fft = Eigen::FFT<double>;
   Fft fft{Fft::impl_type(), static_cast<Fft::Flag>(Fft::HalfSpectrum | Fft::Unscaled)};
@@ -75,6 +74,7 @@ struct RealFft::Plans {
   RealLines lines;
 };
 
+// Both constructors run both ways once, so that Eigen has made its tables.
 RealFft::RealFft(const RealLines& lines) : plans_(new Plans{Line(lines.length), lines}) {
   for (const bool is_forward : {true, false}) plans_->line.run_real(is_forward);
 }
