@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -44,7 +46,7 @@ void expect_right(const StencilMatrix& matrix, const std::string& name) {
   EXPECT_LT(error_of(matrix, b, x), 1e-11) << name;
 }
 
-/// Two cells at least between walls: an image of the neighbour's neighbour is none of a single one.
+/// The images of a neighbour are within one length of the wall.
 bool fits(const Cells& cells, const std::array<Pair, 3>& walls) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (walls[axis].first != Wall::periodic && cells[axis] < 3) return false;
@@ -97,7 +99,7 @@ TEST(FourierSolvers, AllPairsOfSidesInSpace) {
   }
 }
 
-/// Flow along the periodic axes, which has a complex symbol, and different sizes of steps.
+/// Flow along the periodic axes, which has a complex symbol, and other coefficients along each axis.
 TEST(FourierSolvers, OperatorsThatAreNotEven) {
   for (const Pair& wall : every_pair) {
     for (const Cells& cells : {Cells{7, 6, 5}, Cells{4, 9, 3}}) {
@@ -112,6 +114,25 @@ TEST(FourierSolvers, OperatorsThatAreNotEven) {
         }
         expect_right(matrix, name_of(matrix, walls));
       }
+    }
+  }
+}
+
+/// -lap(x) - lambda*x with an eigenvalue lambda: its waves are taken out of the right side.
+TEST(FourierSolvers, WavesAtAnEigenvalueAreDropped) {
+  for (const Pair& x : every_pair) {
+    for (const Pair& y : every_pair) {
+      const Cells cells{9, 8, 1};
+      const std::array<Pair, 3> walls{x, y, every_pair[0]};
+      const Eigen::VectorXd values =
+          dense_of(diffusion(cells, walls, 0, constant_one)).selfadjointView<Eigen::Lower>().eigenvalues();
+      const StencilMatrix matrix = diffusion(cells, walls, -values[5], constant_one);
+      const std::vector<double> b = arbitrary_values(matrix.size(), 3);
+      std::vector<double> solution(b.size(), 0.0);
+      const SolveReport report = LinearSolver(matrix, {.method = SolverMethod::fourier}).solve(b, solution);
+      EXPECT_TRUE(report.converged) << name_of(matrix, walls);
+      EXPECT_GT(report.incompatible, 1e-3) << name_of(matrix, walls);
+      EXPECT_LT(error_of(matrix, b, solution), 1e-9) << name_of(matrix, walls);
     }
   }
 }

@@ -19,7 +19,7 @@ std::int64_t with_gap(std::int64_t doubles) {
 }
 
 /// The same for planes, all of whose rows are used.
-std::int64_t plane_with_gap(std::int64_t doubles) { return doubles % (8 * width) == 0 ? doubles + width : doubles; }
+std::int64_t plane_with_gap(std::int64_t doubles) { return doubles % (8 * width) == 0 ? doubles + 2 * width : doubles; }
 
 std::complex<double>* complex(double* values) { return reinterpret_cast<std::complex<double>*>(values); }
 
