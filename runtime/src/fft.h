@@ -28,7 +28,7 @@ class ComplexFft {
 };
 
 struct RealLines {
-  std::int64_t length, lines;
+  std::int64_t length, lines;          // length: 2 or more
   std::int64_t step, apart;            // of real values
   std::int64_t wave_step, wave_apart;  // of the length/2 + 1 waves
 };

@@ -17,8 +17,11 @@ struct Line {
 
   explicit Line(std::int64_t n)
       : length(n), from(static_cast<std::size_t>(n)), to(from.size()), real(from.size(), 0.0) {}
+  /// One value stays as it is: Eigen breaks down on it.
   void run_complex(bool is_forward) {
-    if (is_forward) {
+    if (length == 1) {
+      to[0] = from[0];
+    } else if (is_forward) {
       fft.fwd(to.data(), from.data(), length);
     } else {
       fft.inv(to.data(), from.data(), length);
