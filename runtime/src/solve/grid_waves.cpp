@@ -33,7 +33,8 @@ GridWaves::GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<
   if (axes.empty()) axes.push_back(0);
   if (axes.size() > 1) lines_ = cells[axes[1]];
   if (axes.size() > 2) planes_ = cells[axes[2]];
-  make_first(axes.front(), cells[axes.front()], sides[axes.front()]);
+  const Sides first = cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // of one cell: its mean
+  make_first(axes.front(), cells[axes.front()], first);
   for (std::size_t i = 1; i < axes.size(); ++i)
     make_stage(axes[i], cells[axes[i]], sides[axes[i]], i + 1 == axes.size());
 }
