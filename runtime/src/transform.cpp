@@ -4,33 +4,42 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
+#include <optional>
 #include <utility>
 
 #include "dpde/phi.h"
 #include "dpde/runtime/layout.h"
+#include "fft.h"
 #include "real.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t least_cells_of_team = 16 * 1024;
+constexpr int64_t least_cells_of_team = 16 * 1024, lines_at_once = 8;
 
 int64_t signed_mode(int64_t m, int64_t n) { return 2 * m <= n ? m : m - n; }
+
+std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
+  return {1, lengths[0], lengths[0] * lengths[1]};
+}
 
 }  // namespace
 
 struct FieldTransform::Lines {
-  Eigen::FFT<double> fft;
   std::vector<double> real;
-  std::vector<Complex> from, to;
+  std::optional<RealFft> first;                          // between `real` and a line of the array of waves
+  std::array<std::optional<ComplexFft>, 3> block, last;  // of lines side by side, in place
 
-  explicit Lines(int64_t longest)
-      : fft(Eigen::FFT<double>::impl_type(),
-            static_cast<Eigen::FFT<double>::Flag>(Eigen::FFT<double>::HalfSpectrum | Eigen::FFT<double>::Unscaled)),
-        real(static_cast<std::size_t>(longest)),
-        from(real.size()),
-        to(real.size()) {}
+  explicit Lines(const FieldTransform& of) : real(static_cast<std::size_t>(of.cells_[of.first_])) {
+    const std::array<int64_t, 3> strides = dense_strides(of.modes_);
+    const int64_t n = of.cells_[of.first_], width = of.modes_[0];
+    if (of.goes_along(of.first_)) first.emplace(RealLines{n, 1, 1, n, strides[of.first_], 1});
+    for (std::size_t axis = of.first_ + 1; axis < 3; ++axis) {
+      if (!of.goes_along(axis)) continue;
+      if (width >= lines_at_once) block[axis].emplace(of.modes_[axis], lines_at_once, strides[axis], 1);
+      if (width % lines_at_once != 0) last[axis].emplace(of.modes_[axis], width % lines_at_once, strides[axis], 1);
+    }
+  }
 };
 
 FieldTransform::FieldTransform() = default;
@@ -62,7 +71,7 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
   for (Operand& operand : operands_) operand.multipliers.assign(size, 0.0);
   waves_.assign(size, 0.0);
   sum_.assign(size, 0.0);
-  for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*std::ranges::max_element(cells_));
+  for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
 }
 
 void FieldTransform::note_uniforms(const dpde_symbol& symbol) {
@@ -157,19 +166,11 @@ struct FieldTransform::LineBegins {
   int64_t begin(int64_t line) const { return line % counts[0] * strides[0] + line / counts[0] * strides[1]; }
 };
 
-namespace {
-
-std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
-  return {1, lengths[0], lengths[0] * lengths[1]};
-}
-
-}  // namespace
-
 template <class Real>
 void FieldTransform::forward(const Real* from) {
   const std::array<int64_t, 3> strides = dense_strides(modes_);
   const LineBegins source(cells_, stride_, first_), target(modes_, strides, first_);
-  const int64_t n = cells_[first_], half = modes_[first_];
+  const int64_t n = cells_[first_];
   team_.run(source.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
     const Real* const begin = from + source.begin(line);
@@ -179,8 +180,7 @@ void FieldTransform::forward(const Real* from) {
       for (int64_t i = 0; i < n; ++i) to[i * strides[first_]] = own.real[static_cast<std::size_t>(i)];
       return;
     }
-    own.fft.fwd(own.to.data(), own.real.data(), n);
-    for (int64_t i = 0; i < half; ++i) to[i * strides[first_]] = own.to[static_cast<std::size_t>(i)];
+    own.first->forward(own.real.data(), to);
   });
   along_others(waves_, true);
 }
@@ -190,18 +190,16 @@ void FieldTransform::backward(Real* to) {
   along_others(sum_, false);
   const std::array<int64_t, 3> strides = dense_strides(modes_);
   const LineBegins source(modes_, strides, first_), target(cells_, stride_, first_);
-  const int64_t n = cells_[first_], half = modes_[first_];
+  const int64_t n = cells_[first_];
   team_.run(source.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
-    const Complex* const begin = sum_.data() + source.begin(line);
+    Complex* const begin = sum_.data() + source.begin(line);
     Real* const end = to + target.begin(line);
-    for (int64_t i = 0; i < half; ++i) own.from[static_cast<std::size_t>(i)] = begin[i * strides[first_]];
     if (!goes_along(first_)) {
-      for (int64_t i = 0; i < n; ++i)
-        end[i * stride_[first_]] = static_cast<Real>(own.from[static_cast<std::size_t>(i)].real());
+      for (int64_t i = 0; i < n; ++i) end[i * stride_[first_]] = static_cast<Real>(begin[i * strides[first_]].real());
       return;
     }
-    own.fft.inv(own.real.data(), own.from.data(), n);
+    own.first->backward(begin, own.real.data());
     for (int64_t i = 0; i < n; ++i) end[i * stride_[first_]] = static_cast<Real>(own.real[static_cast<std::size_t>(i)]);
   });
 }
@@ -212,20 +210,20 @@ void FieldTransform::along_others(std::vector<Complex>& waves, bool is_forward) 
   }
 }
 
+/// The lines of a block are side by side along the first axis of the array.
 void FieldTransform::along(std::vector<Complex>& waves, std::size_t axis, bool is_forward) {
-  const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LineBegins lines(modes_, strides, axis);
-  const int64_t n = modes_[axis], stride = strides[axis];
-  team_.run(lines.count(), [&](int64_t line, int thread) {
+  const LineBegins lines(modes_, dense_strides(modes_), axis);
+  const int64_t blocks = (lines.counts[0] + lines_at_once - 1) / lines_at_once;
+  team_.run(blocks * lines.counts[1], [&](int64_t block, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
-    Complex* const begin = waves.data() + lines.begin(line);
-    for (int64_t i = 0; i < n; ++i) own.from[static_cast<std::size_t>(i)] = begin[i * stride];
+    const int64_t line = block % blocks * lines_at_once;
+    Complex* const begin = waves.data() + line + block / blocks * lines.strides[1];
+    ComplexFft& fft = lines.counts[0] - line < lines_at_once ? *own.last[axis] : *own.block[axis];
     if (is_forward) {
-      own.fft.fwd(own.to.data(), own.from.data(), n);
+      fft.forward(begin);
     } else {
-      own.fft.inv(own.to.data(), own.from.data(), n);
+      fft.backward(begin);
     }
-    for (int64_t i = 0; i < n; ++i) begin[i * stride] = own.to[static_cast<std::size_t>(i)];
   });
 }
 

@@ -3,8 +3,8 @@
 // operators (dpde_transform of kernel_abi.h).
 //
 // Each field is transformed once, real values along the first axis of waves to a half spectrum, then complex ones along
-// the others, by the FFT of Eigen; the sum over the terms is transformed back. All of it is done in f64, and by each
-// line alone, so that results do not depend on the number of threads.
+// the others; the sum over the terms is transformed back. All of it is done in f64, and in the same blocks of lines by
+// any number of threads, so that results do not depend on it.
 #pragma once
 
 #include <array>

@@ -5,7 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 
+#include "bare_transform.h"
+#include "solve/fourier.h"
 #include "solve/linear_solver.h"
 
 namespace dpde {
@@ -40,6 +44,11 @@ StencilMatrix laplacian(std::int64_t n, int rank, bool is_periodic) {
   return matrix;
 }
 
+void count_unknowns(benchmark::State& state, double unknowns) {
+  state.counters["each"] = benchmark::Counter(
+      unknowns, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);  // seconds
+}
+
 void solve(benchmark::State& state, SolverMethod method) {
   constexpr int cycles = 10;
   const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
@@ -51,9 +60,7 @@ void solve(benchmark::State& state, SolverMethod method) {
     std::ranges::fill(x, 0.0);
     benchmark::DoNotOptimize(solver.solve(b, x));
   }
-  const double unknowns = static_cast<double>(matrix.size()) * (is_multigrid ? cycles : 1);
-  state.counters["each"] = benchmark::Counter(
-      unknowns, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);  // seconds
+  count_unknowns(state, static_cast<double>(matrix.size()) * (is_multigrid ? cycles : 1));
 }
 
 void sizes(benchmark::internal::Benchmark* run) {
@@ -61,9 +68,38 @@ void sizes(benchmark::internal::Benchmark* run) {
   run->Args({64, 3, 1})->Args({64, 3, 0})->Unit(benchmark::kMillisecond);
 }
 
+/// Without the residual that a solve ends with.
+void fourier_alone(benchmark::State& state) {
+  const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
+  std::optional<FourierSolver> solver = FourierSolver::of(matrix, 0x1p-52, true);
+  std::vector<double> b(static_cast<std::size_t>(matrix.size())), x(b.size());
+  for (std::size_t i = 0; i < b.size(); ++i) b[i] = std::sin(static_cast<double>(i) * 1.7);
+  for (auto _ : state) benchmark::DoNotOptimize(solver->solve(b, x));
+  count_unknowns(state, static_cast<double>(matrix.size()));
+}
+
+/// There and back over the whole grid by plans of FFTW itself.
+void fftw_alone(benchmark::State& state) {
+  const std::unique_ptr<BareTransform> transform =
+      bare_transform(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
+  if (!transform) return state.SkipWithError("FFTW is not there");
+  for (auto _ : state) transform->there_and_back();
+  count_unknowns(state, std::pow(static_cast<double>(state.range(0)), static_cast<double>(state.range(1))));
+}
+
 BENCHMARK_CAPTURE(solve, multigrid_cycle, SolverMethod::multigrid)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, cg_to_1e_6, SolverMethod::cg)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, fourier, SolverMethod::fourier)->Apply(sizes);
+
+void sizes_of_transforms(benchmark::internal::Benchmark* run) {
+  for (const int is_periodic : {1, 0}) {
+    for (const int n : {256, 500, 512, 1024}) run->Args({n, 2, is_periodic});
+    run->Args({64, 3, is_periodic});
+  }
+  run->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(fourier_alone)->Apply(sizes_of_transforms);
+BENCHMARK(fftw_alone)->Apply(sizes_of_transforms);
 
 }  // namespace
 }  // namespace dpde

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/null_space.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -86,6 +87,12 @@ StencilMatrix NullSpace::balanced(StencilMatrix matrix) const {
 
 double NullSpace::remove(std::span<double> values) const {
   if (parts_.empty()) return 0;
+  if (parts_.front().size() == values.size()) {
+    Eigen::Map<Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
+    const double whole = all.matrix().norm(), mean = all.mean();
+    all -= mean;
+    return whole == 0 ? 0 : std::abs(mean) * std::sqrt(static_cast<double>(values.size())) / whole;
+  }
   double whole = 0, removed = 0;
   for (const double value : values) whole += value * value;
   for (const std::vector<std::uint32_t>& part : parts_) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fourier transforms of many lines of one length: by FFTW (fft_fftw.cpp), or by Eigen's FFT where FFTW was not found
+// when the build was configured (fft_eigen.cpp). What is transformed there and back is multiplied by the length. Arrays
+// are aligned as `new` aligns them. Nothing is allocated by a transform; each object is for one thread at a time.
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <memory>
+
+namespace dpde {
+
+/// Complex lines, in place.
+class ComplexFft {
+ public:
+  /// `step` from value to value, `apart` from line to line.
+  ComplexFft(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart);
+  ComplexFft(ComplexFft&&) noexcept;
+  ComplexFft& operator=(ComplexFft&&) noexcept;
+  ~ComplexFft();
+
+  void forward(std::complex<double>* values);
+  void backward(std::complex<double>* values);
+
+ private:
+  struct Plans;
+  std::unique_ptr<Plans> plans_;
+};
+
+struct RealLines {
+  std::int64_t length, lines;          // length: 2 or more
+  std::int64_t step, apart;            // of real values
+  std::int64_t wave_step, wave_apart;  // of the length/2 + 1 waves
+};
+
+/// Real lines, and the half of their waves that has all there is to know.
+class RealFft {
+ public:
+  explicit RealFft(const RealLines& lines);
+  RealFft(RealFft&&) noexcept;
+  RealFft& operator=(RealFft&&) noexcept;
+  ~RealFft();
+
+  void forward(const double* values, std::complex<double>* waves);
+  /// The waves are lost.
+  void backward(std::complex<double>* waves, double* values);
+
+ private:
+  struct Plans;
+  std::unique_ptr<Plans> plans_;
+};
+
+}  // namespace dpde

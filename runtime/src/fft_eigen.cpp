@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Line by line, for builds without FFTW.
+#include <unsupported/Eigen/FFT>
+#include <vector>
+
+#include "fft.h"
+
+namespace dpde {
+namespace {
+
+struct Line {
+  using Fft = Eigen::FFT<double>;
+  Fft fft{Fft::impl_type(), static_cast<Fft::Flag>(Fft::HalfSpectrum | Fft::Unscaled)};
+  std::int64_t length;
+  std::vector<std::complex<double>> from, to;
+  std::vector<double> real;
+
+  explicit Line(std::int64_t n)
+      : length(n), from(static_cast<std::size_t>(n)), to(from.size()), real(from.size(), 0.0) {}
+  /// One value stays as it is: Eigen breaks down on it.
+  void run_complex(bool is_forward) {
+    if (length == 1) {
+      to[0] = from[0];
+    } else if (is_forward) {
+      fft.fwd(to.data(), from.data(), length);
+    } else {
+      fft.inv(to.data(), from.data(), length);
+    }
+  }
+  void run_real(bool is_forward) {
+    if (is_forward) {
+      fft.fwd(to.data(), real.data(), length);
+    } else {
+      fft.inv(real.data(), from.data(), length);
+    }
+  }
+};
+
+/// Between values that are `step` apart and values side by side.
+template <class Value>
+void gather(const Value* from, std::int64_t step, std::int64_t count, Value* to) {
+  for (std::int64_t i = 0; i < count; ++i) to[i] = from[i * step];
+}
+template <class Value>
+void scatter(const Value* from, std::int64_t count, Value* to, std::int64_t step) {
+  for (std::int64_t i = 0; i < count; ++i) to[i * step] = from[i];
+}
+
+}  // namespace
+
+struct ComplexFft::Plans {
+  Line line;
+  std::int64_t lines, step, apart;
+
+  void run(std::complex<double>* values, bool is_forward) {
+    for (std::int64_t i = 0; i < lines; ++i, values += apart) {
+      gather(values, step, line.length, line.from.data());
+      line.run_complex(is_forward);
+      scatter(line.to.data(), line.length, values, step);
+    }
+  }
+};
+
+ComplexFft::ComplexFft(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart)
+    : plans_(new Plans{Line(length), lines, step, apart}) {
+  for (const bool is_forward : {true, false}) plans_->line.run_complex(is_forward);
+}
+ComplexFft::ComplexFft(ComplexFft&&) noexcept = default;
+ComplexFft& ComplexFft::operator=(ComplexFft&&) noexcept = default;
+ComplexFft::~ComplexFft() = default;
+
+void ComplexFft::forward(std::complex<double>* values) { plans_->run(values, true); }
+void ComplexFft::backward(std::complex<double>* values) { plans_->run(values, false); }
+
+struct RealFft::Plans {
+  Line line;
+  RealLines lines;
+};
+
+// Both constructors run both ways once, so that Eigen has made its tables.
+RealFft::RealFft(const RealLines& lines) : plans_(new Plans{Line(lines.length), lines}) {
+  for (const bool is_forward : {true, false}) plans_->line.run_real(is_forward);
+}
+RealFft::RealFft(RealFft&&) noexcept = default;
+RealFft& RealFft::operator=(RealFft&&) noexcept = default;
+RealFft::~RealFft() = default;
+
+void RealFft::forward(const double* values, std::complex<double>* waves) {
+  const RealLines& lines = plans_->lines;
+  Line& line = plans_->line;
+  for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
+    gather(values, lines.step, lines.length, line.real.data());
+    line.run_real(true);
+    scatter(line.to.data(), lines.length / 2 + 1, waves, lines.wave_step);
+  }
+}
+
+void RealFft::backward(std::complex<double>* waves, double* values) {
+  const RealLines& lines = plans_->lines;
+  Line& line = plans_->line;
+  for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
+    gather(waves, lines.wave_step, lines.length / 2 + 1, line.from.data());
+    line.run_real(false);
+    scatter(line.real.data(), lines.length, values, lines.step);
+  }
+}
+
+}  // namespace dpde

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Multiplies the waves of a field on a grid, in one thread: axis after axis there and back, the last one in blocks of
+// columns that stay in the cache between there and back.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solve/line_waves.h"
+
+namespace dpde {
+
+class GridWaves {
+ public:
+  GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides);
+
+  /// How many factors there are, of which some are of no wave. Two waves of periodic axes are one, the other being its
+  /// conjugate.
+  std::int64_t size() const { return are_complex_ ? size_ / 2 : size_; }
+  bool are_complex() const { return are_complex_; }
+  /// What there and back multiplies by.
+  double scale() const { return scale_; }
+  /// `f`(number of its factor, by which angle a wave turns from cell to cell along each axis, in turns of
+  /// 2*pi/period).
+  void for_each(const std::function<void(std::size_t number, const std::array<std::int64_t, 3>& turns)>& f) const;
+  std::int64_t period(std::size_t axis) const;
+
+  /// Nothing is allocated. `have_phases`: the factors are complex. Arrays are aligned as `new` aligns them.
+  void multiply(std::span<const double> field, const double* factors, bool have_phases, std::span<double> product);
+
+ private:
+  /// An axis behind the first, of arrays with rows of `inner` doubles side by side.
+  struct Stage {
+    std::size_t axis;
+    LineWaves lines;
+    std::int64_t outer, inner;
+    double *from = nullptr, *to = nullptr;
+    std::int64_t from_plane = 0, to_plane = 0;  // doubles from one of `outer` to the next
+  };
+
+  std::size_t number_of(std::int64_t row, std::int64_t along) const;
+  void make_first(std::size_t axis, std::int64_t cells, Sides sides);
+  void make_stage(std::size_t axis, std::int64_t cells, Sides sides, bool is_last);
+  void first_forward(const double* field);
+  void first_backward(double* product);
+  static void read(Stage& stage, double* from);
+  static void write(const Stage& stage, double* to);
+  static void forward(Stage& stage);
+  static void backward(Stage& stage);
+  void multiply_last(Stage& stage, const double* factors, bool have_phases) const;
+  void multiply_line(const double* field, const double* factors, bool have_phases, double* product);
+
+  std::array<std::int64_t, 3> cells_, modes_{1, 1, 1};
+  std::size_t first_axis_ = 0;
+  std::int64_t lines_ = 1, planes_ = 1;     // along the first axis, in each of so many planes
+  std::int64_t first_row_ = 0, plane_ = 0;  // doubles of a row and of a plane of its waves, with gaps
+  std::optional<RealFft> ring_;             // the first axis is periodic
+  std::optional<LineWaves> images_;         // or bounded
+  std::vector<Stage> stages_;
+  std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
+  bool are_complex_ = false;
+  double scale_ = 1;
+  AlignedValues first_, second_;  // waves along the first axis; those behind an axis where real ones become complex
+};
+
+}  // namespace dpde
