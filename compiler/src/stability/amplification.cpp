@@ -65,6 +65,7 @@ Amplification::Amplification(const Response& response, int rank)
   for (const Form& row : rows) note_reach(row);
   for (const WaveSum& sum : response.waves) {
     for (const WaveSum::Term& term : sum.terms) note_reach(term.form);
+    note_reach(sum.divisor);
   }
   if (!response.waves.empty()) {
     response_ = response;
@@ -137,8 +138,9 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
     return row;
   };
   for (Eigen::Index i = 0; i < count; ++i) {
-    for (const WaveSum::Term& term : response_.waves[static_cast<std::size_t>(i)].terms)
-      waves.row(i) += term.by.at(angles) * row_of(term.form);
+    const WaveSum& sum = response_.waves[static_cast<std::size_t>(i)];
+    for (const WaveSum::Term& term : sum.terms) waves.row(i) += term.by.at(angles) * row_of(term.form);
+    if (!sum.divisor.is_zero()) waves.row(i) /= row_of(sum.divisor)(0);
   }
   Eigen::MatrixXcd result(size_, size_);
   for (int i = 0; i < size_; ++i) result.row(i) = row_of(response_.rows[static_cast<std::size_t>(i)]);

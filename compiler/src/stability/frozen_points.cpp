@@ -182,7 +182,7 @@ bool is_equal(const Response& a, const Response& b) {
   };
   return std::ranges::equal(a.rows, b.rows, is_same) &&
          std::ranges::equal(a.waves, b.waves, [&](const WaveSum& left, const WaveSum& right) {
-           return std::ranges::equal(left.terms, right.terms, is_same_wave);
+           return std::ranges::equal(left.terms, right.terms, is_same_wave) && is_same(left.divisor, right.divisor);
          });
 }
 
@@ -206,6 +206,7 @@ double weight_of(const std::optional<Response>& response) {
   }
   if (!response) return sum;
   for (const WaveSum& wave : response->waves) {
+    for (const Form::Term& term : wave.divisor.terms()) sum += std::abs(term.coefficient);
     for (const WaveSum::Term& part : wave.terms) {
       for (const Form::Term& term : part.form.terms()) sum += std::abs(term.coefficient);
     }

@@ -73,6 +73,10 @@ Positivity positivity_of(driver::Session& session, double step) {
     found.why = "its clamp is not linear";
     return found;
   }
+  if (linear->solves()) {
+    found.why = "a solve reaches all cells, with weights that are not looked at";
+    return found;
+  }
   std::vector<FrozenPoint> points;
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, *linear)) {

@@ -17,7 +17,8 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   made.state.name = solve.name;
   made.state.boundary = solve.boundary;
   made.method = scheme_.solve;
-  made.unknown = names_.fresh(solve.name);
+  // a state may be solved for: it is another field then
+  made.unknown = names_.fresh(names_.is_used(solve.name) ? solve.name + "_solved" : solve.name);
   made.image = names_.fresh(solve.name + "_image");
   Reading reading = reading_;
   reading.fields[solve.name] = made.unknown;

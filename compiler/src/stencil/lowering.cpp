@@ -161,7 +161,7 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
               *field = names[*field] = taken.fresh(*field);
             rename(solve.kernel);
             solve.kernel.stores.front().field = solve.image;
-            solve.kernel.name = stage.kernel.name + "_" + solve.image;
+            solve.kernel.name = stage.kernel.name + "_" + without_dots(solve.image);
           });
     }
     rename(stage.kernel);
