@@ -60,11 +60,6 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
             "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
             "verlet");
-  std::string on_faces = heat;
-  on_faces.replace(on_faces.find("field u"), 7, "field u on faces.x");
-  EXPECT_EQ(refusal_of(on_faces, {{"time", "ars222"}}),
-            "time = ars222 does not go with second derivatives of u, which does not lie at the cell centres: E0555 "
-            "take time = rk2 or ssp_rk3");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace {
 const std::string exact_in_space = R"(
 function rate(nu, k, h) = 4*nu/h^2*sin(k*h/2)^2
 model heat { field u; param nu, k, h; dt(u) = nu*lap(u) }
+model heat_on_faces { field u on faces.x; param nu, k, h; dt(u) = nu*lap(u) }
 model heated { field u; param nu; dt(u) = nu*lap(u) + cos(t)*x + t*sin(t) }
 model carry { field u; param nu, h; dt(u) = -advect(1, u) + nu*lap(u) }
 model burgers { vector u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
@@ -26,6 +27,14 @@ scene rod : heat with s {
   nu = 0.1; k = 3; h = 1/6
   boundary u: x.low = exp(-rate(nu, k, h)*t)*sin(0.7)*cos(k*h/2)
   boundary u: x.high = exp(-rate(nu, k, h)*t)*sin(k + 0.7)*cos(k*h/2)
+  initial u = sin(k*x + 0.7)
+  exact u = exp(-rate(nu, k, h)*t)*sin(k*x + 0.7)
+  time 0 .. 1, step 1/8
+}
+scene rod_of_faces : heat_on_faces with s {
+  grid x = 0 .. 1, cells 6
+  nu = 0.1; k = 3; h = 1/6
+  boundary u: x.low = exp(-rate(nu, k, h)*t)*sin(0.7), x.high = exp(-rate(nu, k, h)*t)*sin(k + 0.7)
   initial u = sin(k*x + 0.7)
   exact u = exp(-rate(nu, k, h)*t)*sin(k*x + 0.7)
   time 0 .. 1, step 1/8
@@ -84,6 +93,13 @@ TEST(ImplicitOrder, OfHeatBetweenWallsThatVaryInTime) {
   expect_order_in_time("rod", "crank_nicolson", 2, 1e-4);
   expect_order_in_time("rod", "ars222", 2, 1e-4);
   expect_order_in_time("rod", "ars443", 3, 1e-6);
+}
+
+TEST(ImplicitOrder, OfHeatOnFacesOfWhichTheLastLiesOnAWall) {
+  expect_order_in_time("rod_of_faces", "backward_euler", 1, 1e-2);
+  expect_order_in_time("rod_of_faces", "crank_nicolson", 2, 1e-4);
+  expect_order_in_time("rod_of_faces", "ars222", 2, 1e-4);
+  expect_order_in_time("rod_of_faces", "ars443", 3, 1e-6);
 }
 
 TEST(ImplicitOrder, OfHeatWithASource) {
@@ -212,6 +228,41 @@ std::string implicit_task(const std::string& time, int rank, bool periodic) {
          "  initial q = 0.5 + 0.4*cos(4*pi*x + 1)\n  time 0 .. 0.05, step 0.01\n}\n"
          "task t : s {\n  unknown c\n  unknown k\n  unknown initial u\n  unknown initial q\n"
          "  minimise mean(dot(u, u) + q^2)\n}\n";
+}
+
+/// Walls with values and slopes that move, a component each, along them and across.
+std::string staggered_task(const std::string& time, const std::string& cells) {
+  return "model m { vector u on faces; field w on nodes; coefficient k; param c\n"
+         "  dt(u) = -advect(u, u) + c*lap(u) - grad(dot(interpolate(u), interpolate(u)))\n"
+         "  dt(w) = c*lap(w) + dx(u.y) }\n"
+         "scheme p { time = " +
+         time +
+         " }\nscene s : m with p {\n  c = 0.03\n  k = 0.05 + 0.01*x\n"
+         "  grid x = 0 .. 1, cells " +
+         cells + "\n  grid y = 0 .. 1, cells " + cells +
+         "\n"
+         "  boundary u.x: x.low = 0.2*cos(t)*y, x.high = zero_gradient, y = 0.1\n"
+         "  boundary u.y: x.low = 0.3, x.high = gradient(t), y.low = c*x, y.high = 0\n"
+         "  boundary w: x = 0, y.low = zero_gradient, y.high = sin(t)\n"
+         "  initial u = (0.2*y + 0.3*x*sin(4*y), 0.2*sin(3*x)*y)\n  initial w = x*y\n"
+         "  time 0 .. 0.25, step 0.05\n}\n"
+         "task t : s {\n  unknown c\n  unknown initial u\n  unknown initial w\n"
+         "  minimise mean(dot(interpolate(u), interpolate(u)) + interpolate(w)^2)\n}\n";
+}
+
+TEST(ImplicitSchemes, SolveForWhatLiesOnWalls) {
+  const std::string text = staggered_task("ars222", "5");
+  const SceneResult exact = run_scene(text, "s", {{"time", "rk4"}, {"step", "1/400"}});
+  const SceneResult found = run_scene(text, "s", {{"time", "ars443"}, {"step", "1/400"}});
+  const SceneResult interpreted =
+      run_scene(text, "s", {{"time", "ars443"}, {"step", "1/400"}}, driver::Backend::interpreter);
+  for (const char* field : {"u.x", "u.y", "w"}) {
+    for (std::size_t i = 0; i < 25; ++i) {
+      EXPECT_NEAR(found.state.at(field)[i], exact.state.at(field)[i], 1e-6) << field << i;
+      EXPECT_NEAR(interpreted.state.at(field)[i], found.state.at(field)[i], 1e-12) << field << i;
+    }
+  }
+  for (const char* time : {"imex_euler", "ars222"}) expect_certified(staggered_task(time, "4"), false);
 }
 
 TEST(ImplicitCertificate, OfAllSchemes) {

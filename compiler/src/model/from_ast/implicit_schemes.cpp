@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Implicit time schemes: what they solve for lies at the cell centres and is made of differences.
+// Implicit time schemes: what they solve for is made of differences, and there is something to solve for.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,9 +32,6 @@ bool holds_state(const Problem& problem, const Expr& e) {
 
 /// What of an equation stands in the way. `part` is what is solved for.
 std::optional<Obstacle> obstacle(const Problem& problem, const State& state, const LinearPart& parts) {
-  if (!is_constant(parts.part, 0) && state.placement != Placement{})
-    return Obstacle{fmt::format("second derivatives of {}, which does not lie at the cell centres", state.name),
-                    "take time = rk2 or ssp_rk3"};
   if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, parts.rest))
     return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
                     "take time = ars222, which takes other terms explicitly"};
