@@ -312,7 +312,8 @@ scene s : burgers {
   for (const char* set : {"--set advect=central6 --set dx=central8 --set lap=central6 --set time=ssp_rk3",
                           "--set advect=upwind3 --set dx=central6 --set lap=central8 --set time=rk2",
                           "--set advect=central8 --set time=euler", "--set advect=semi_lagrangian_cubic",
-                          "--set advect=maccormack", "--set time=ab2", "--set time=leapfrog --set lap=central8"}) {
+                          "--set advect=maccormack", "--set time=ab2", "--set time=imex_euler", "--set time=ars222",
+                          "--set time=ars443 --set lap=central4", "--set time=leapfrog --set lap=central8"}) {
     const Outcome verified = dpde(std::string("verify burgers.dpde --json ") + set);
     EXPECT_EQ(verified.status, 0) << set << verified.out << verified.err;
   }

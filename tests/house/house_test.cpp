@@ -145,8 +145,8 @@ const std::vector<Level> levels{
     {"stencil",
      {"syntax/", "model/"},
      {"apply", "discretise", "discretise_solve", "discretise_upwind", "discretise_waves", "events", "exponential",
-      "idle_walls", "lowering", "lowering_solves", "multistep", "operator_order", "quantities", "semi_lagrangian",
-      "subcycles", "time_schemes", "walls", "waves"}},
+      "idle_walls", "implicit_schemes", "lowering", "lowering_solves", "multistep", "operator_order", "quantities",
+      "semi_lagrangian", "subcycles", "time_schemes", "walls", "waves"}},
     {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 

@@ -22,6 +22,7 @@ struct Scheme {
   bool along_flow = false;    // semi-Lagrangian or MacCormack
   bool second_order = false;  // made for dt(dt(u))
   bool remembers = false;     // ab2, ab3, leapfrog
+  bool solves = false;        // implicit: the first field diffuses
 };
 
 class Builder {
@@ -57,6 +58,7 @@ class Builder {
   void choose_scheme();
   void declare(Part& model);
   void declare_rated(Part& model);
+  bool is_solved(int rated) const { return scheme_.solves && rated == 0; }
   void declare_given(Part& model);
   Part functions();
   void equations(Part& model);
@@ -123,8 +125,10 @@ void Builder::choose_axes() {
 }
 
 void Builder::choose_scheme() {
-  const std::vector<std::string> times = {"euler", "rk2", "ab2", "ab3", "leapfrog", "verlet", "ssp_rk3", "rk4"};
-  scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 2, 2, 2, 3, 2, 3}))];
+  const std::vector<std::string> times = {"euler",   "rk2", "ab2",        "ab3",    "leapfrog", "verlet",
+                                          "ssp_rk3", "rk4", "imex_euler", "ars222", "ars443"};
+  scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 2, 2, 2, 3, 2, 3, 1, 2, 1}))];
+  scheme_.solves = scheme_.time[0] == 'i' || scheme_.time.starts_with("ars");
   const std::vector<std::string> ways = {
       "central(2)",    "central(4)",      "central(6)", "central(8)",      "upwind(1)",
       "upwind(3)",     "upwind(5)",       "upwind(7)",  "weno(3)",         "weno(5)",
@@ -132,7 +136,7 @@ void Builder::choose_scheme() {
       "maccormack"};
   scheme_.second_order = scheme_.time == "verlet" || (scheme_.time == "leapfrog" && random_.percent(50));
   scheme_.remembers = scheme_.time == "ab2" || scheme_.time == "ab3" || scheme_.time == "leapfrog";
-  const bool may_flow = scheme_.time != "verlet" && !scheme_.remembers;
+  const bool may_flow = scheme_.time != "verlet" && !scheme_.remembers && !scheme_.solves;
   scheme_.advect = ways[static_cast<std::size_t>(
       random_.weighted({4, 3, 1, 1, 3, 2, 1, 1, 1, 1, 1, 1, 1, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
   scheme_.along_flow = scheme_.advect[0] == 's' || scheme_.advect == "maccormack";
@@ -155,7 +159,7 @@ void Builder::declare_rated(Part& model) {
   for (int i = 0, count = 1 + random_.weighted({4, 4, 2}); i < count; ++i) {
     Quantity q{names[static_cast<std::size_t>(i)]};
     q.is_rated = true;
-    q.is_vector = random_.percent(25);
+    q.is_vector = random_.percent(25) && !is_solved(i);
     std::string on;
     if (staggers && random_.percent(70)) {
       const int kind = random_.weighted({3, 1, q.is_vector ? 0 : 3});
@@ -169,7 +173,7 @@ void Builder::declare_rated(Part& model) {
     }
     const bool second = (scheme_.second_order && (i == 0 || random_.percent(50))) ||
                         (!scheme_.along_flow && scheme_.time != "leapfrog" && random_.percent(8));
-    rated_.push_back({q, second && !q.is_vector});
+    rated_.push_back({q, second && !q.is_vector && !is_solved(i)});
     if (scheme_.time == "verlet" && i == 0) rated_.back().is_second = true, rated_.back().quantity.is_vector = false;
     if (!rated_.back().quantity.is_vector && rated_.back().quantity.on == Quantity::On::faces)
       rated_.back().quantity.on = Quantity::On::one_place, on = "";
@@ -268,6 +272,8 @@ Part Builder::sum_of(std::vector<Part> terms) {
 Part Builder::right_side(const Rated& rated) {
   const Quantity& q = rated.quantity;
   std::vector<Part> terms;
+  if (scheme_.solves && q.name == rated_.front().quantity.name)
+    terms.push_back(expression("@*lap(@)", {expressions_.number(0.05, 0.4), expression(q.name)}));
   if (rated.is_second) {
     terms.push_back(expression("@*lap(@)", {expressions_.uniform(), expression(q.name)}));
     if (random_.percent(50)) terms.push_back(expression("@*dt(@)", {expressions_.uniform(), expression(q.name)}));
@@ -419,7 +425,7 @@ void Builder::duration(Part& scene) {
   std::string line = fmt::format("time 0 .. @*{0}, step {0}", step);
   if (!scheme_.remembers && random_.percent(8)) line += ", courant 0.05, speed 2 + sin(t)";
   add(scene, item(line, {expression(fmt::format("{}", steps_))}));
-  if (rated_.size() > 1 && !scheme_.remembers && !scheme_.along_flow && random_.percent(15)) {
+  if (rated_.size() > 1 && !scheme_.remembers && !scheme_.along_flow && !scheme_.solves && random_.percent(15)) {
     add(scene, item(fmt::format("subcycle {} in {}", rated_.back().quantity.name, 2 + random_.below(2))));
   }
 }

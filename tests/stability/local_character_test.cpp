@@ -97,6 +97,8 @@ TEST(Positivity, LimitsAreThoseOfClosedForms) {
       {"lap(u)", "time = euler; lap = central(4)", 0},
       {"-advect(1, u)", "time = euler; advect = semi_lagrangian", infinite},
       {"-u", "time = euler", 1},
+      {"lap(u)", "time = backward_euler", infinite},
+      {"lap(u)", "time = crank_nicolson", 1.5},  // 2/sqrt(1 + 2r) - 1
   };
   for (const Case& c : cases) {
     const Positivity found = positivity_of(*line(c.rate, c.scheme, 0.2), 0.2);

@@ -87,5 +87,32 @@ TEST(Verdict, DoesNotForgiveDifferencesThatGrow) {
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
 }
 
+/// Of advection by central differences and forward Euler, diffusion solved for: |1 - i*v*dt/h*sin a| stays below
+/// 1 + 4*k*dt/h^2*sin(a/2)^2 for all a up to dt = 2*k/v^2.
+TEST(Verdict, OfImplicitSchemesIsThatOfWhatIsExplicit) {
+  for (const char* scheme : {"backward_euler", "crank_nicolson", "imex_euler", "ars222", "ars443"}) {
+    const Verdict verdict = verdict_on("dt(u) = (2 + sin(2*pi*x/64))*lap(u)", run, std::string("time = ") + scheme);
+    EXPECT_TRUE(verdict.is_analysed()) << scheme;
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << scheme;
+  }
+  for (const int rank : {1, 2}) {
+    const std::string speed = rank == 1 ? "2" : "(2, 0)";
+    const Verdict verdict = verdict_on("dt(u) = -advect(" + speed + ", u) + 0.5*lap(u)", run,
+                                       "advect = central(2); time = imex_euler", "sin(2*pi*x/64)", rank);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+    EXPECT_TRUE(verdict.is_exact);
+    EXPECT_NEAR(verdict.limit.step, 0.25, 1e-3);
+  }
+}
+
+/// A stream function is known up to a constant, and its slopes at a point are not those of the vorticity there.
+TEST(Verdict, IsNoneOfFlowsThatAreSolvedFor) {
+  const Verdict verdict =
+      verdict_on("solve lap(psi) = -u for psi; dt(u) = -advect((dy(psi), -dx(psi)), u) + 0.1*lap(u)", run,
+                 "time = ars222", "sin(2*pi*x/64)*cos(2*pi*y/64)", 2);
+  EXPECT_FALSE(verdict.is_analysed());
+  EXPECT_EQ(verdict.why, "a solve is in it");
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -118,7 +118,11 @@ bool is_exact_part(const model::Scheme& scheme, const model::Expr& term) {
 
 int time_order(model::TimeScheme time) {
   switch (time) {
+    case model::TimeScheme::backward_euler:
+    case model::TimeScheme::imex_euler:
     case model::TimeScheme::euler: return 1;
+    case model::TimeScheme::crank_nicolson:
+    case model::TimeScheme::ars222:
     case model::TimeScheme::verlet:
     case model::TimeScheme::ab2:
     case model::TimeScheme::leapfrog:
@@ -126,6 +130,7 @@ int time_order(model::TimeScheme time) {
     case model::TimeScheme::rk2: return 2;
     case model::TimeScheme::etdrk4:
     case model::TimeScheme::rk4: return 4;
+    case model::TimeScheme::ars443:
     case model::TimeScheme::ab3:
     case model::TimeScheme::ssp_rk3: return 3;
   }

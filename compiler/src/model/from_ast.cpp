@@ -50,6 +50,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_settings(draft);
   check_histories(draft);
   check_waves(draft);
+  check_implicit(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_uniform_coordinates(std::move(draft.problem));

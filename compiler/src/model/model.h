@@ -280,12 +280,30 @@ enum class Limiter { minmod, van_leer, mc };
 constexpr bool follows_flow(Advection advect) {
   return advect == Advection::semi_lagrangian || advect == Advection::maccormack;
 }
-enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, ab3, leapfrog, etdrk2, etdrk4 };
+enum class TimeScheme {
+  euler,
+  rk2,
+  rk4,
+  ssp_rk3,
+  verlet,
+  ab2,
+  ab3,
+  leapfrog,
+  etdrk2,
+  etdrk4,
+  backward_euler,
+  crank_nicolson,
+  imex_euler,
+  ars222,
+  ars443
+};
 /// Adams-Bashforth: it remembers the rates of the steps before.
 constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
 constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
 /// It treats the linear part exactly, as multipliers of waves.
 constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
+/// It solves for the terms of model/implicit_part.h.
+constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
 constexpr int spectral = 0;  // in place of an order: by Fourier series
 struct Scheme {
   std::string name = "default";

@@ -431,6 +431,11 @@ std::string print(TimeScheme time) {
     case TimeScheme::leapfrog: return "leapfrog";
     case TimeScheme::etdrk2: return "etdrk2";
     case TimeScheme::etdrk4: return "etdrk4";
+    case TimeScheme::backward_euler: return "backward_euler";
+    case TimeScheme::crank_nicolson: return "crank_nicolson";
+    case TimeScheme::imex_euler: return "imex_euler";
+    case TimeScheme::ars222: return "ars222";
+    case TimeScheme::ars443: return "ars443";
   }
   unreachable("time scheme");
 }

@@ -51,6 +51,13 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
 }
 
+Amplification::Readings Amplification::readings_of(const Form& form) {
+  Readings readings;
+  for (const Form::Term& term : form.terms())
+    readings.push_back({Form::offset_of(term.key), Form::component_of(term.key), term.coefficient});
+  return readings;
+}
+
 void Amplification::note_reach(const Form& form) {
   for (const Form::Term& term : form.terms()) {
     const stencil::Offset offset = Form::offset_of(term.key);
@@ -65,9 +72,14 @@ Amplification::Amplification(const Response& response, int rank)
   for (const Form& row : rows) note_reach(row);
   for (const WaveSum& sum : response.waves) {
     for (const WaveSum::Term& term : sum.terms) note_reach(term.form);
+    note_reach(sum.divisor);
   }
   if (!response.waves.empty()) {
-    response_ = response;
+    for (const Form& row : rows) rows_.push_back(readings_of(row));
+    for (const WaveSum& sum : response.waves) {
+      Wave& wave = waves_.emplace_back(Wave{{}, readings_of(sum.divisor)});
+      for (const WaveSum::Term& term : sum.terms) wave.terms.emplace_back(readings_of(term.form), term.by);
+    }
     return;
   }
   std::map<std::int64_t, std::size_t> places;
@@ -105,7 +117,7 @@ std::complex<double> Amplification::phase(const Phases& phases, const stencil::O
 }
 
 Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
-  if (!response_.waves.empty()) return with_waves(angles);
+  if (!waves_.empty()) return with_waves(angles);
   const Phases phases = phases_of(angles);
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
   for (const Place& place : places_) {
@@ -121,28 +133,27 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   Angles angles = given;
   for (double& angle : angles) angle = std::remainder(angle, 2 * pi);
   const Phases phases = phases_of(angles);
-  const auto count = static_cast<Eigen::Index>(response_.waves.size());
-  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(count, size_);
-  const auto row_of = [&](const Form& form) {
-    Eigen::RowVectorXcd row = Eigen::RowVectorXcd::Zero(size_);
-    for (const Form::Term& term : form.terms()) {
-      const std::complex<double> weight = term.coefficient * phase(phases, Form::offset_of(term.key));
-      const int component = Form::component_of(term.key);
-      if (component >= most_states) {
-        row += weight * waves.row(component - most_states);
+  const auto count = static_cast<Eigen::Index>(waves_.size());
+  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(size_, count), result = Eigen::MatrixXcd::Zero(size_, size_);
+  const auto add = [&](const Readings& readings, const std::complex<double>& factor, auto&& to) {
+    for (const Reading& reading : readings) {
+      const std::complex<double> weight = factor * (reading.coefficient * phase(phases, reading.offset));
+      if (reading.component >= most_states) {
+        to += weight * waves.col(reading.component - most_states);
       } else {
-        row(component) += weight;
+        to(reading.component) += weight;
       }
     }
-    return row;
   };
   for (Eigen::Index i = 0; i < count; ++i) {
-    for (const WaveSum::Term& term : response_.waves[static_cast<std::size_t>(i)].terms)
-      waves.row(i) += term.by.at(angles) * row_of(term.form);
+    const Wave& wave = waves_[static_cast<std::size_t>(i)];
+    for (const auto& [readings, by] : wave.terms) add(readings, by.at(angles), waves.col(i));
+    std::complex<double> divisor = 0;
+    for (const Reading& reading : wave.divisor) divisor += reading.coefficient * phase(phases, reading.offset);
+    if (!wave.divisor.empty()) waves.col(i) /= divisor;
   }
-  Eigen::MatrixXcd result(size_, size_);
-  for (int i = 0; i < size_; ++i) result.row(i) = row_of(response_.rows[static_cast<std::size_t>(i)]);
-  return result;
+  for (int i = 0; i < size_; ++i) add(rows_[static_cast<std::size_t>(i)], 1, result.col(i));
+  return result.transpose();
 }
 
 Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }

@@ -8,6 +8,7 @@
 #include <array>
 #include <complex>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "stability/linear_step.h"
@@ -31,6 +32,14 @@ class Amplification {
   void note_reach(const Form& form);
   Phases phases_of(const Angles& angles) const;
   std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
+  /// A form without keys, which take divisions to read.
+  struct Reading {
+    stencil::Offset offset;
+    int component;
+    double coefficient;
+  };
+  using Readings = std::vector<Reading>;
+  static Readings readings_of(const Form& form);
   Eigen::MatrixXcd with_waves(const Angles& angles) const;
 
   struct Place {
@@ -41,7 +50,12 @@ class Amplification {
   int rank_;
   std::vector<Place> places_;
   std::array<int, 3> reach_{};  // the farthest offset along each axis
-  Response response_;           // where transforms make sums of waves
+  struct Wave {
+    std::vector<std::pair<Readings, WaveMultiplier>> terms;
+    Readings divisor;
+  };
+  std::vector<Wave> waves_;  // where transforms or solves make some
+  std::vector<Readings> rows_;
 };
 
 /// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.

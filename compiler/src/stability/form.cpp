@@ -2,6 +2,7 @@
 #include "stability/form.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dpde::stability {
 
@@ -41,6 +42,10 @@ Form Form::shifted(const Offset& offset) const {
   const std::int64_t way = key_of(offset);
   for (Term& term : result.terms_) term.key += way;
   return result;
+}
+
+bool Form::is_finite() const {
+  return std::ranges::all_of(terms_, [](const Term& term) { return std::isfinite(term.coefficient); });
 }
 
 Form Form::times(double factor) const {

@@ -26,6 +26,7 @@ class Form {
 
   const std::vector<Term>& terms() const { return terms_; }
   bool is_zero() const { return terms_.empty(); }
+  bool is_finite() const;
   Form shifted(const stencil::Offset& offset) const;
   Form times(double factor) const;
   Form plus(const Form& other) const;

@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t places_between = 6;
 constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;  // at responses, which take some 10 us each
 constexpr std::size_t heaviest = 4, most_points = 10;             // that are analysed
+constexpr std::size_t most_points_with_solves = 4;                // whose waves take ten times as long
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 std::map<std::string, double> numbers_of(const driver::Session& session) {
@@ -182,7 +183,7 @@ bool is_equal(const Response& a, const Response& b) {
   };
   return std::ranges::equal(a.rows, b.rows, is_same) &&
          std::ranges::equal(a.waves, b.waves, [&](const WaveSum& left, const WaveSum& right) {
-           return std::ranges::equal(left.terms, right.terms, is_same_wave);
+           return std::ranges::equal(left.terms, right.terms, is_same_wave) && is_same(left.divisor, right.divisor);
          });
 }
 
@@ -206,6 +207,7 @@ double weight_of(const std::optional<Response>& response) {
   }
   if (!response) return sum;
   for (const WaveSum& wave : response->waves) {
+    for (const Form::Term& term : wave.divisor.terms()) sum += std::abs(term.coefficient);
     for (const WaveSum::Term& part : wave.terms) {
       for (const Form::Term& term : part.form.terms()) sum += std::abs(term.coefficient);
     }
@@ -213,14 +215,16 @@ double weight_of(const std::optional<Response>& response) {
   return sum;
 }
 
-/// So many of them, from light to heavy: where the flow is followed each analysis takes long.
+/// So many of them, from light to heavy: where the flow is followed, or something is solved for, each analysis takes
+/// long.
 std::vector<ScenePoint> thinned(std::vector<ScenePoint> points, const driver::Session& session,
                                 const LinearStep& linear) {
-  if (points.size() <= most_points) return points;
+  const std::size_t most = linear.solves() ? most_points_with_solves : most_points;
+  if (points.size() <= most) return points;
   const auto weight = [&](const ScenePoint& p) { return weight_of(linear.response(p.point, session.problem().step)); };
   std::ranges::stable_sort(points, std::greater(), weight);
   std::vector<ScenePoint> result;
-  for (std::size_t i = 0; i < most_points; ++i) result.push_back(points[i * (points.size() - 1) / (most_points - 1)]);
+  for (std::size_t i = 0; i < most; ++i) result.push_back(points[i * (points.size() - 1) / (most - 1)]);
   return result;
 }
 
@@ -278,7 +282,7 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
       }
     }
   }
-  return linear.follows_flow() ? thinned(std::move(result), session, linear) : result;
+  return linear.follows_flow() || linear.solves() ? thinned(std::move(result), session, linear) : result;
 }
 
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point) {

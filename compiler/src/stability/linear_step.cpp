@@ -21,6 +21,7 @@ using namespace stencil;
 namespace {
 
 constexpr std::size_t most_terms = 50'000;
+constexpr double rounding = 1e-12;  // of sums of weights
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The value at the point, its change from cell to cell, and how it is perturbed.
@@ -83,6 +84,9 @@ class Evaluation {
   void reduce(const Reduce& reduce);
   std::vector<NumberMonomial> numbers_of(const Expr& symbol);
   void transform(const Transform& transform);
+  void add_waves(Value& to, WaveSum waves);
+  Value image_of_one(const Solve& solve);
+  void solve(const Solve& solve);
   void repeat(const Repeat& repeat);
 
   const Module& module_;
@@ -302,12 +306,54 @@ void Evaluation::transform(const Transform& transform) {
     }
   }
   dt_ = step;
-  if (!waves.terms.empty()) {
-    result.form = result.form.plus(Form(most_states + static_cast<int>(waves_.size())));
-    waves_.push_back(std::move(waves));
-    is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
-  }
+  if (!waves.terms.empty()) add_waves(result, std::move(waves));
   fields_[transform.result] = std::move(result);
+}
+
+void Evaluation::add_waves(Value& to, WaveSum waves) {
+  to.form = to.form.plus(Form(most_states + static_cast<int>(waves_.size())));
+  waves_.push_back(std::move(waves));
+  is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
+}
+
+/// What the block makes of a perturbation of its unknown; nothing in it is a stage of the states.
+Value Evaluation::image_of_one(const Solve& solve) {
+  fields_[solve.unknown] = {0, Form(0)};
+  for (const Statement& statement : solve.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (run == nullptr) continue;
+    const Kernel& kernel = kernel_of(module_, *run);
+    const std::vector<Value> values = stored_values(kernel);
+    for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
+  }
+  return field_value(solve.image);
+}
+
+/// A wave of the right side is divided by what the block makes of it. What is not perturbed is a straight line about
+/// the point, as that of transforms: a block with an image of 0 leaves it open.
+void Evaluation::solve(const Solve& solve) {
+  const bool is_state = varied_.contains(solve.unknown);
+  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  const Form image = image_of_one(solve).form;
+  dt_ = step;
+  double of_constant = 0, of_all = 0;
+  std::array<double, 3> of_slopes{};
+  for (const Form::Term& term : image.terms()) {
+    of_constant += term.coefficient;
+    of_all += std::abs(term.coefficient);
+    const Offset offset = Form::offset_of(term.key);
+    for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) of_slopes[axis] += term.coefficient * offset[axis];
+  }
+  if (std::abs(of_constant) < rounding * of_all) of_constant = 0;
+  const Value& right = field_value(solve.right);
+  Value result{right.number / of_constant, {}, right.slope};
+  for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
+    result.slope[axis] /= of_constant;
+    result.number -= of_slopes[axis] * result.slope[axis] / of_constant;
+  }
+  if (!right.form.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
+  fields_[solve.unknown] = std::move(result);
+  fields_[solve.image] = right;
 }
 
 /// Outside, what it carries keeps its value.
@@ -331,7 +377,7 @@ void Evaluation::run(const std::vector<Statement>& body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
         [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
-        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [](const Solve&) {},
+        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Solve& s) { solve(s); },
         [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
   }
@@ -340,7 +386,7 @@ void Evaluation::run(const std::vector<Statement>& body) {
 /// What of a program a linear step cannot hold, or "".
 struct Survey {
   std::string why;
-  bool follows_flow = false, reduces = false;
+  bool follows_flow = false, reduces = false, solves = false;
 };
 
 bool holds_interp(const Expr& e) {
@@ -362,7 +408,13 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
           for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
           for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
         },
-        [&](const Solve&) { result.why = "a solve is in it"; },
+        [&](const Solve& solve) {
+          result.solves = true;
+          const auto is_run = [](const Statement& s) {
+            return std::holds_alternative<Run>(s) || std::holds_alternative<Fill>(s);
+          };
+          if (!std::ranges::all_of(solve.body, is_run)) result.why = "a solve of more than kernels is in it";
+        },
         [&](const Repeat& repeat) {
           if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
           survey(module, repeat.body, result);
@@ -408,6 +460,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   survey(result.module_, result.program().body, found);
   result.follows_flow_ = found.follows_flow;
   result.reduces_ = found.reduces;
+  result.solves_ = found.solves;
   for (const std::string& input : interface_of(result.module_, result.program()).inputs) {
     if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
   }
@@ -428,14 +481,12 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
   evaluation.run(program().body);
   if (evaluation.is_too_far()) return std::nullopt;
   Response response;
-  for (const std::string& result : results_) {
+  for (const std::string& result : results_)
     response.rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
-    for (const Form::Term& term : response.rows.back().terms()) {
-      if (!std::isfinite(term.coefficient)) return std::nullopt;
-    }
-  }
   response.waves = evaluation.take_waves();
-  return response;
+  const bool is_finite =
+      std::ranges::all_of(response.rows, &Form::is_finite) && std::ranges::all_of(response.waves, &WaveSum::is_finite);
+  return is_finite ? std::optional(std::move(response)) : std::nullopt;
 }
 
 }  // namespace dpde::stability

@@ -61,12 +61,14 @@ class LinearStep {
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
   bool follows_flow() const { return follows_flow_; }
   bool reduces() const { return reduces_; }
+  /// It solves equations: the response of one point reaches all others.
+  bool solves() const { return solves_; }
 
  private:
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
   std::vector<std::string> states_, perturbations_, results_, inputs_;
   std::set<std::string> varied_;  // fields that depend on the states
-  bool follows_flow_ = false, reduces_ = false;
+  bool follows_flow_ = false, reduces_ = false, solves_ = false;
 };
 
 }  // namespace dpde::stability

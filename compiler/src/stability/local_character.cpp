@@ -19,8 +19,9 @@ using Complex = std::complex<double>;
 
 constexpr double every_step = std::numeric_limits<double>::infinity();
 constexpr double negative = -1e-12;  // of the largest weight: rounding
-constexpr double shortest_try = 1e-6, first_positive_try = 1e-3, last_positive_try = 1e4,
-                 step_factor = 1.1;  // in units of 1 / largest rate
+constexpr double negative_of_sums = -1e-11;
+constexpr double shortest_try = 1e-6, first_positive_try = 1e-3, last_positive_try = 1e4, step_factor = 1.1,
+                 step_factor_with_solves = 2;  // in units of 1 / largest rate
 constexpr double step_precision = 1e-7;
 
 bool is_positive(const Response& response) {
@@ -34,8 +35,66 @@ bool is_positive(const Response& response) {
   return smallest >= negative * largest;
 }
 
+/// Sums of waves, along one axis after the other: values of the waves become those of the cells of a ring.
+void add_up_waves(std::vector<Complex>& values, int along, int rank) {
+  std::size_t stride = 1;
+  const auto count = static_cast<std::size_t>(along);
+  std::vector<Complex> line(count);
+  for (int axis = 0; axis < rank; ++axis, stride *= count) {
+    for (std::size_t first = 0; first < values.size(); ++first) {
+      if (first / stride % count != 0) continue;
+      for (std::size_t k = 0; k < count; ++k) {
+        line[k] = 0;
+        for (std::size_t wave = 0; wave < count; ++wave)
+          line[k] += values[first + wave * stride] *
+                     std::polar(1.0 / along, 2 * std::numbers::pi * static_cast<double>(wave * k % count) / along);
+      }
+      for (std::size_t k = 0; k < count; ++k) values[first + k * stride] = line[k];
+    }
+  }
+}
+
+/// The same of a step that solves: its weights reach all cells, here of a small ring.
+bool is_positive(const Amplification& step, int rank) {
+  constexpr int cells_along[] = {64, 16, 8};
+  const int along = cells_along[rank - 1];
+  const auto count = static_cast<std::size_t>(std::lround(std::pow(along, rank)));
+  std::vector<Eigen::MatrixXcd> waves;
+  for (std::size_t i = 0; i < count; ++i) {
+    Angles angles{};
+    std::size_t rest = i;
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis, rest /= static_cast<std::size_t>(along))
+      angles[axis] = 2 * std::numbers::pi * static_cast<double>(rest % static_cast<std::size_t>(along)) / along;
+    waves.push_back(step.at(angles));
+  }
+  double smallest = 0, largest = 0;
+  std::vector<Complex> weights(count);
+  for (Eigen::Index entry = 0; entry < waves.front().size(); ++entry) {
+    for (std::size_t i = 0; i < count; ++i) weights[i] = waves[i].data()[entry];
+    add_up_waves(weights, along, rank);
+    for (const Complex& weight : weights) {
+      smallest = std::min(smallest, weight.real());
+      largest = std::max(largest, std::abs(weight.real()));
+    }
+  }
+  return smallest >= negative_of_sums * largest;
+}
+
+/// The largest rate of a step that solves, by a short one.
+double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
+  const double dt = shortest_try * step;
+  const std::optional<Response> rows = linear.response(point, dt);
+  if (!rows) return 0;
+  const Amplification short_step(*rows, rank);
+  const auto change = [&](const Angles& angles) {
+    const Eigen::MatrixXcd at = short_step.at(angles);
+    return (at - Eigen::MatrixXcd::Identity(at.rows(), at.cols())).cwiseAbs().maxCoeff();
+  };
+  return largest_over_waves(rank, change).value / dt;
+}
+
 /// The largest step up to which `holds` does, for rates of at most `rate`.
-double largest_step_where(double rate, const std::function<bool(double)>& holds) {
+double largest_step_where(double rate, double factor, const std::function<bool(double)>& holds) {
   if (rate == 0) return every_step;
   if (!holds(shortest_try / rate)) return 0;
   double low = first_positive_try / rate;
@@ -44,7 +103,7 @@ double largest_step_where(double rate, const std::function<bool(double)>& holds)
   while (holds(high)) {
     low = high;
     if (high > last_positive_try / rate) return every_step;
-    high *= step_factor;
+    high *= factor;
   }
   while (high - low > step_precision * high) {
     const double middle = 0.5 * (low + high);
@@ -73,12 +132,17 @@ Positivity positivity_of(driver::Session& session, double step) {
     found.why = "its clamp is not linear";
     return found;
   }
+  const int rank = static_cast<int>(session.axes().size());
   std::vector<FrozenPoint> points;
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, *linear)) {
     points.push_back(flat(at.point));
     const std::optional<Response> rows = linear->response(points.back(), step);
     if (!rows) continue;
+    if (linear->solves()) {
+      rate = std::max(rate, rate_of(*linear, points.back(), rank, step));
+      continue;
+    }
     if (!rows->waves.empty()) {
       found.why = "a Fourier series reaches all cells, with weights of both signs";
       return found;
@@ -88,14 +152,19 @@ Positivity positivity_of(driver::Session& session, double step) {
       change.rows.push_back(rows->rows[row].plus(Form(static_cast<int>(row)).times(-1)));
     rate = std::max(rate, magnitude_of(change) / step);
   }
+  if (linear->solves() && rate == 0) {
+    found.why = "a solve is in it";
+    return found;
+  }
   const auto holds = [&](double dt) {
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
       const std::optional<Response> rows = linear->response(point, dt);
+      if (rows && linear->solves()) return is_positive(Amplification(*rows, rank), rank);
       return rows ? is_positive(*rows) : linear->follows_flow();  // where it goes too far to be followed
     });
   };
   found.is_kept = holds(step);
-  found.largest_step = largest_step_where(rate, holds);
+  found.largest_step = largest_step_where(rate, linear->solves() ? step_factor_with_solves : step_factor, holds);
   return found;
 }
 

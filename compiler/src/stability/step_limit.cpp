@@ -14,6 +14,7 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
 constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
+constexpr double factor_with_solves = 2;                      // they are slow to look at, and often have no limit
 constexpr double rounding_of_mean = 1e-6;                     // see is_too_long() of waves
 constexpr double precision = 5e-5;                            // of limits, relative
 constexpr double unresolved = 0.5;   // growth of the equations in a step that no step of this size can be judged by
@@ -199,7 +200,9 @@ StepLimit FrozenAnalysis::limit() const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (excess(step).value > tolerance()) return descend(step);
-  const double factor = linear_->follows_flow() ? factor_along_flow : factor_up;
+  const double factor = linear_->follows_flow() ? factor_along_flow
+                        : linear_->solves()     ? factor_with_solves
+                                                : factor_up;
   for (; step < last_try / rate_; step *= factor) {
     if (excess(step * factor).value > tolerance()) return bisect(step, step * factor);
   }

@@ -177,7 +177,7 @@ Verdict verdict_of(driver::Session& session) {
   verdict.parts = parts_of(session);
   verdict.step = session.problem().step / verdict.parts;
   if (!Examination(session, *linear, verdict).run()) {
-    verdict.why = "the step's tangent is not finite at the initial state";
+    verdict.why = linear->solves() ? "a solve is in it" : "the step's tangent is not finite at the initial state";
     return verdict;
   }
   verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;

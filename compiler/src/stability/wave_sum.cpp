@@ -65,4 +65,8 @@ std::array<double, 3> WaveMultiplier::of_slopes() const {
   return slopes;
 }
 
+bool WaveSum::is_finite() const {
+  return divisor.is_finite() && std::ranges::all_of(terms, [](const Term& term) { return term.form.is_finite(); });
+}
+
 }  // namespace dpde::stability

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a transform makes of perturbations: sums of displaced ones whose waves are multiplied. It is a component of its
-// own in other sums, as its numbers are different for each wave.
+// What a transform makes of perturbations: sums of displaced ones whose waves are multiplied; what a solve makes of
+// them: a sum whose waves are divided. It is a component of its own in other sums, as its numbers are different for
+// each wave.
 #pragma once
 
 #include <array>
@@ -24,6 +25,7 @@ struct WaveMultiplier {
   bool within_two_thirds = false;
 
   std::complex<double> at(const std::array<double, 3>& angles) const;
+  static WaveMultiplier one() { return {-1, {}, {{1, {}}}, false}; }
   /// The same for all waves.
   bool is_constant() const;
   /// Of what is the same everywhere, and for each axis of what grows by 1 a cell along it.
@@ -31,13 +33,16 @@ struct WaveMultiplier {
   std::array<double, 3> of_slopes() const;
 };
 
-/// What a transform gives.
+/// What a transform or a solve gives.
 struct WaveSum {
   struct Term {
     Form form;
     WaveMultiplier by;
   };
   std::vector<Term> terms;
+  Form divisor = {};  // of component 0: by what this makes of a wave of amplitude 1; none where it is zero
+
+  bool is_finite() const;
 };
 
 }  // namespace dpde::stability

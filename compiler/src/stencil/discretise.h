@@ -64,10 +64,11 @@ struct Reading {
 
 /// A field that solves an equation: `kernel` makes `image` of `unknown`, `right` is what it shall be. `state` is no
 /// state of the problem, but has the boundary of the unknown. The other fields are of use where that has values:
-/// `at_rest` is 0 inside, `of_walls` its image, `total` what is left for the right side.
+/// `at_rest` is 0 inside, `of_walls` its image, `total` what is left for the right side. `between_walls` is the unknown
+/// of what lies on walls, with what it has there.
 struct PreparedSolve {
   model::State state;
-  std::string unknown, image, right, at_rest, of_walls, total;
+  std::string unknown, image, right, at_rest, of_walls, total, between_walls;
   Kernel kernel;
   SolveMethod method = SolveMethod::automatic;
 };

@@ -13,11 +13,15 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   }
   const auto& solve = std::get<model::Solve>(e->kind);
   PreparedSolve made;
-  made.right = stored_operand(solve.right, {});
   made.state.name = solve.name;
+  made.state.placement = placements_.of(solve.name);
+  Place place{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) place[axis] = made.state.placement[axis] ? 1 : 0;
+  made.right = stored_operand(solve.right, place);
   made.state.boundary = solve.boundary;
   made.method = scheme_.solve;
-  made.unknown = names_.fresh(solve.name);
+  // a state may be solved for: it is another field then
+  made.unknown = names_.fresh(names_.is_used(solve.name) ? solve.name + "_solved" : solve.name);
   made.image = names_.fresh(solve.name + "_image");
   Reading reading = reading_;
   reading.fields[solve.name] = made.unknown;
@@ -25,12 +29,13 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   body.parts_ = parts_;
   body.preparations_ = preparations_;
   body.operands_ = operands_;
-  const Expr image = body.at(solve.operation, {}).value();
+  const Expr image = body.at(solve.operation, place).value();
   parts_ = body.parts_;
   preparations_ = body.preparations_;
   operands_ = body.operands_;
   names_ = body.names_;
   for (auto* field : {&made.at_rest, &made.of_walls, &made.total}) *field = names_.fresh(solve.name + "_walls");
+  made.between_walls = names_.fresh(solve.name + "_between_walls");
   made.kernel = Kernel{"", rank_, body.lets_, {{made.image, false, image, e->origin}}, {}, {}};
   preparations_.emplace_back(std::move(made));
   operands_.push_back({e, {}, std::get<PreparedSolve>(preparations_.back()).unknown});

@@ -12,6 +12,7 @@
 #include "stencil/events.h"
 #include "stencil/exponential.h"
 #include "stencil/idle_walls.h"
+#include "stencil/implicit_schemes.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
 #include "stencil/operator_order.h"
@@ -219,6 +220,7 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
     const model::TimeScheme time = problem.scheme.time;
     stages = model::has_memory(time)       ? multistep_stages(lowering, advances, name)
              : model::is_exponential(time) ? exponential_stages(lowering, advances, problem.scene)
+             : model::is_implicit(time)    ? implicit_stages(lowering, advances, name)
                                            : subcycled_stages(lowering, advances, name);
   }
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));

@@ -157,11 +157,12 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
           },
           [&](PreparedSolve& solve) {
             solve.right = renamed(solve.right);
-            for (std::string* field : {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total})
+            for (std::string* field :
+                 {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
               *field = names[*field] = taken.fresh(*field);
             rename(solve.kernel);
             solve.kernel.stores.front().field = solve.image;
-            solve.kernel.name = stage.kernel.name + "_" + solve.image;
+            solve.kernel.name = stage.kernel.name + "_" + without_dots(solve.image);
           });
     }
     rename(stage.kernel);

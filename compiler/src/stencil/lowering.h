@@ -69,6 +69,7 @@ class Lowering {
   using FillReads = std::function<void(const std::vector<Signature::Read>&)>;
   void add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
                  Program& program) const;
+  std::string keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const;
   void add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
                     Module& module, Program& program) const;
   const model::State* state_on_walls(const std::string& field) const;

@@ -48,16 +48,38 @@ void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary
   solve.right = solve.total;
 }
 
+/// What lies on a high wall is no unknown: its row is 1, and the rest knows what the boundary has there. What the
+/// operator reads in place of the unknown.
+std::string Lowering::keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const {
+  std::vector<Offset> beyond_walls;
+  for (std::size_t axis = 0; axis < problem_.axes.size(); ++axis) {
+    if (!solve.state.placement[axis] || problem_.axes[axis].topology == Topology::periodic) continue;
+    beyond_walls.emplace_back()[axis] = 1;
+  }
+  if (beyond_walls.empty()) return solve.unknown;
+  solve.kernel = map_kernel(solve.kernel, [&](const Expr& e) {
+    return rename_fields(
+        e, [&](const std::string& field) { return field == solve.unknown ? solve.between_walls : field; });
+  });
+  Expr& image = solve.kernel.stores.front().value;
+  for (const Offset& next : beyond_walls) image = select(inside(next, 0), image, access(solve.unknown));
+  Kernel copy = kernel(solve.kernel.name + "_between");
+  copy.stores.push_back({solve.between_walls, false, access(solve.unknown), {}});
+  block.body.push_back(Run{add_kernel(module, std::move(copy))});
+  return solve.between_walls;
+}
+
 void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
                          Program& program) const {
   const std::vector<AxisBoundary> boundary = walls.boundary(solve.state, time, module, program);
   if (has_values(boundary)) add_walls_of(solve, boundary, fill, module, program);
   Program block{program.name, program.axes, {}, {}, {}};
   Walls::Stored outer = walls.forget();
+  const std::string inner = keep_wall_values(solve, module, block);
   for (const Signature::Read& read : signature(solve.kernel).reads) {
     const model::State* state = state_beyond_walls(read.field);
     if (!needs_fill(read)) continue;
-    if (read.field == solve.unknown) {
+    if (read.field == inner) {
       block.body.push_back(Fill{read.field, walls.boundary(homogeneous(solve.state), time, module, block)});
     } else {
       block.body.push_back(

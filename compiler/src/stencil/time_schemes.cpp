@@ -213,6 +213,11 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::leapfrog: break;
     case model::TimeScheme::etdrk2:
     case model::TimeScheme::etdrk4: break;
+    case model::TimeScheme::backward_euler:
+    case model::TimeScheme::crank_nicolson:
+    case model::TimeScheme::imex_euler:
+    case model::TimeScheme::ars222:
+    case model::TimeScheme::ars443: break;
   }
   unreachable("time scheme");
 }

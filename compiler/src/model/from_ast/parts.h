@@ -72,6 +72,10 @@ const std::vector<std::string>& scheme_keys();
 /// Whether a scheme made of waves fits the axes and the equations.
 void check_waves(Draft& draft);
 
+// implicit_schemes.cpp
+/// Whether an implicit time scheme fits the equations.
+void check_implicit(Draft& draft);
+
 // settings.cpp
 /// The number set for `key`; nullopt when none is or after a diagnostic.
 std::optional<double> number_setting(Draft& draft, const std::string& key);

@@ -24,11 +24,11 @@ int parts_of(Draft& draft, const ast::Expr& written) {
   return 1;
 }
 
-/// Schemes that remember the step before know nothing of its parts; semi-Lagrangian advection has no limit that parts
-/// would help.
+/// Schemes that remember the step before know nothing of its parts, those that solve need none; semi-Lagrangian
+/// advection has no limit that parts would help.
 bool fits(Draft& draft, SourceRange range) {
   const Scheme& scheme = draft.problem.scheme;
-  if (has_memory(scheme.time)) {
+  if (has_memory(scheme.time) || is_implicit(scheme.time)) {
     draft.sink.report("schemes-do-not-fit", range,
                       {print(scheme.time), "equations that make several steps within each"},
                       "take time = rk2 or verlet");

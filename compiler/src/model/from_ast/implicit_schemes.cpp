@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Implicit time schemes: what they solve for is made of differences, and there is something to solve for.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+#include "model/implicit_part.h"
+#include "model/print_model.h"
+
+namespace dpde::model {
+
+namespace {
+
+struct Obstacle {
+  std::string what, hint;
+};
+
+/// What of the scheme stands in the way.
+std::optional<Obstacle> obstacle(const Scheme& scheme) {
+  if (follows_flow(scheme.advect)) return Obstacle{"advection along the flow", "take advect = upwind(3) or central(4)"};
+  if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral)
+    return Obstacle{"derivatives by Fourier series", "take dx and lap = central(4), or time = etdrk4"};
+  if (scheme.dealias) return Obstacle{"dealias = two_thirds", "take time = etdrk4"};
+  return std::nullopt;
+}
+
+bool holds_state(const Problem& problem, const Expr& e) {
+  return std::ranges::any_of(problem.states, [&](const State& state) { return reads(e, state.name); });
+}
+
+/// What of an equation stands in the way. `part` is what is solved for.
+std::optional<Obstacle> obstacle(const Problem& problem, const State& state, const LinearPart& parts) {
+  if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, parts.rest))
+    return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
+                    "take time = ars222, which takes other terms explicitly"};
+  return std::nullopt;
+}
+
+}  // namespace
+
+void check_implicit(Draft& draft) {
+  const Problem& problem = draft.problem;
+  if (!draft.model || !is_implicit(problem.scheme.time) || problem.states.empty()) return;
+  const auto report = [&](SourceRange range, const Obstacle& found) {
+    draft.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);
+  };
+  const SourceRange begin = problem.states.front().origin.range;
+  if (const auto found = obstacle(problem.scheme)) return report(begin, *found);
+  bool solves = false;
+  for (const State& state : problem.states) {
+    if (!state.rhs) continue;
+    const LinearPart parts = implicit_part(problem, state.name, *state.rhs);
+    solves = solves || !is_constant(parts.part, 0);
+    if (const auto found = obstacle(problem, state, parts)) return report(state.origin.range, *found);
+  }
+  if (!solves) {
+    report(begin, {"equations in which it finds nothing to solve for",
+                   "it takes terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; "
+                   "take time = rk2"});
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/implicit_part.h"
+
+#include <algorithm>
+
+namespace dpde::model {
+
+namespace {
+
+/// The largest order of derivatives of the field itself, inside one another; -1 where it is not read.
+int order_of(const Expr& e, const std::string& field) {
+  if (const auto* read = std::get_if<Field>(&e->kind)) return read->name == field ? 0 : -1;
+  int inside = -1;
+  for_each_part(e, [&](const Expr& part) { inside = std::max(inside, order_of(part, field)); });
+  const auto* derivative = std::get_if<Derivative>(&e->kind);
+  return inside >= 0 && derivative ? inside + derivative->order : inside;
+}
+
+bool is_solved_for(const Problem& problem, const std::string& state, const Expr& linear) {
+  const bool holds_more = any_part(linear, [&](const Expr& part) {
+    const auto* read = std::get_if<Field>(&part->kind);
+    const bool is_other = read && read->name != state && problem.find_state(read->name) != nullptr;
+    return is_other || std::holds_alternative<Advect>(part->kind);
+  });
+  return !holds_more && order_of(linear, state) >= 2;
+}
+
+}  // namespace
+
+LinearPart implicit_part(const Problem& problem, const std::string& state, const Expr& rate) {
+  LinearPart result;
+  for (const Term& term : terms_of(rate)) {
+    const auto add = [&](Expr& sum, const Expr& value) {
+      sum = binary(term.negative ? BinaryOp::subtract : BinaryOp::add, sum, value, value->origin);
+    };
+    Origin nonlinear;
+    const std::optional<LinearPart> parts = linear_part(term.value, state, nonlinear);
+    if (parts && is_solved_for(problem, state, parts->part)) {
+      add(result.part, parts->part);
+      add(result.rest, parts->rest);
+    } else {
+      add(result.rest, term.value);
+    }
+  }
+  return result;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/implicit_schemes.h"
+
+#include <array>
+#include <map>
+#include <span>
+#include <utility>
+
+#include "model/build.h"
+#include "model/implicit_part.h"
+#include "stencil/build.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+constexpr std::size_t most_stages = 4;
+using Weight = long double;  // rounded once, when all is added up
+
+struct Row {
+  Weight time;                                     // of the stage, in steps
+  std::array<Weight, most_stages> of_rest;         // a_ij, j = 0, 1, ..., i - 1
+  std::array<Weight, most_stages> of_solved = {};  // b_ij, j = 1, 2, ..., i - 1
+};
+struct Tableau {
+  Weight own;  // g
+  std::span<const Row> rows;
+};
+
+constexpr Row ars111[] = {{1, {1}}};
+/// (2.6): L-stable of order 2 with g = 1 - 1/sqrt(2), and d = 1 - 1/(2*g) = -1/sqrt(2).
+constexpr Weight root = 0.707106781186547524400844L;
+constexpr Row ars222[] = {{1 - root, {1 - root}}, {1, {-root, 1 + root}, {root}}};
+/// (2.8): L-stable of order 3.
+constexpr Row ars443[] = {{1.L / 2, {1.L / 2}},
+                          {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
+                          {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
+                          {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
+
+Tableau tableau_of(model::TimeScheme time) {
+  switch (time) {
+    case model::TimeScheme::backward_euler:
+    case model::TimeScheme::imex_euler: return {1, ars111};
+    case model::TimeScheme::ars222: return {1 - root, ars222};
+    case model::TimeScheme::ars443: return {1.L / 2, ars443};
+    default: break;
+  }
+  unreachable("implicit time scheme");
+}
+
+/// Weights of what stages keep: of R_k - u and of U_k - R_k, k = 1, 2, ...
+struct Changes {
+  std::array<Weight, most_stages> of_right{}, of_solution{};
+
+  void add(Weight weight, const Changes& other) {
+    for (std::size_t k = 0; k < most_stages; ++k) {
+      of_right[k] += weight * other.of_right[k];
+      of_solution[k] += weight * other.of_solution[k];
+    }
+  }
+};
+
+/// R_i = u + h*(sum of b_ij*L U_j) + h*(sum of a_ij*N(U_j), j < i - 1) + h*of_rest*N(U_(i-1)).
+struct RightSide {
+  Changes of_solved, known;  // the first sum; the first two
+  Weight of_rest;            // a_i(i-1)
+};
+
+/// Of each stage. Later ones know h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
+std::vector<RightSide> right_sides(const Tableau& tableau) {
+  std::vector<RightSide> result;
+  std::vector<Changes> rests;  // h*N(U_j)
+  for (std::size_t i = 0; i < tableau.rows.size(); ++i) {
+    const Row& row = tableau.rows[i];
+    RightSide right{{}, {}, row.of_rest[i]};
+    for (std::size_t j = 0; j < i; ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
+    right.known = right.of_solved;
+    for (std::size_t j = 0; j < i; ++j) right.known.add(row.of_rest[j], rests[j]);
+    Changes rest;
+    rest.of_right[i] = 1 / right.of_rest;
+    rest.add(-1 / right.of_rest, right.known);
+    rests.push_back(rest);
+    result.push_back(right);
+  }
+  return result;
+}
+
+Expr weighted(Weight weight, const Expr& value) { return weight == 1 ? value : static_cast<double>(weight) * value; }
+Expr plus(const Expr& sum, Weight weight, const Expr& value) {
+  if (weight == 0) return sum;
+  return weight < 0 ? sum - weighted(-weight, value) : sum + weighted(weight, value);
+}
+
+Expr time_after(Weight steps) {
+  if (steps == 0) return param("t");
+  if (steps == 0.5) return param("t") + param("dt") / 2.0;
+  return param("t") + weighted(steps, param("dt"));
+}
+
+struct Equation {
+  const Advance& advance;
+  model::LinearPart parts;
+  std::vector<std::string> rights = {};  // R_1, R_2, ...; of a state that is not solved for U_1, ...
+  std::vector<std::string> values = {};  // U_1, U_2, ...
+
+  bool is_solved() const { return !model::is_constant(parts.part, 0); }
+  bool has_rest() const { return !model::is_constant(parts.rest, 0); }
+  bool is_at_rest() const { return !is_solved() && !has_rest(); }
+};
+
+class ImplicitScheme {
+ public:
+  ImplicitScheme(Lowering& lowering, const std::vector<Advance>& advances, std::string name)
+      : lowering_(lowering), name_(std::move(name)) {
+    for (const Advance& advance : advances)
+      equations_.push_back({advance, model::implicit_part(lowering.problem(), advance.state, advance.rate)});
+  }
+
+  std::vector<Stage> by(const Tableau& tableau) {
+    std::vector<Stage> stages;
+    const std::vector<RightSide> sides = right_sides(tableau);
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      name_values(i + 1 == sides.size());
+      Stage right = right_side(sides[i], i == 0 ? 0 : tableau.rows[i - 1].time);
+      if (!right.kernel.stores.empty()) stages.push_back(std::move(right));
+      stages.push_back(solution(tableau.own, tableau.rows[i].time, 0));
+    }
+    return stages;
+  }
+
+  /// R = u + h/2*(L u + N at t), (1 - h/2*L) U = R + h/2*N at t + h.
+  std::vector<Stage> trapezoidal() {
+    name_values(true);
+    Discretiser at_point = lowering_.discretiser();
+    Kernel kernel = lowering_.kernel(kernel_name("right"));
+    for (Equation& equation : equations_) {
+      if (equation.is_at_rest()) continue;
+      const std::string& state = equation.advance.state;
+      equation.rights.push_back(lowering_.fresh_field(state + "_right1"));
+      const Expr rate = at_point(equation.advance.rate, lowering_.placement_of(state));
+      const Expr value = access(state) + scaled(param("dt") / 2.0, rate);
+      kernel.stores.push_back({equation.rights.back(), false, value, equation.advance.origin});
+    }
+    Stage right = Lowering::stage(std::move(kernel), at_point);
+    return {std::move(right), solution(0.5, 1, 0.5)};
+  }
+
+ private:
+  std::size_t number() const { return equations_.front().values.size(); }
+  std::string kernel_name(const char* kind) const { return name_ + "_" + kind + std::to_string(number()); }
+
+  /// The fields of the next stage.
+  void name_values(bool is_last) {
+    const std::string suffix = std::to_string(number() + 1);
+    for (Equation& equation : equations_) {
+      const Advance& advance = equation.advance;
+      equation.values.push_back(is_last                 ? advance.into
+                                : equation.is_at_rest() ? advance.state
+                                                        : lowering_.field_beside(advance.state, suffix));
+    }
+  }
+
+  static Expr right_value(const Equation& equation, const RightSide& side) {
+    const Changes& known = equation.has_rest() ? side.known : side.of_solved;
+    const Expr begin = access(equation.advance.state);
+    Expr sum = begin;
+    for (std::size_t k = 0; k < equation.rights.size(); ++k) {
+      const Expr right = access(equation.rights[k]);
+      sum = plus(sum, known.of_right[k], right - begin);
+      if (equation.is_solved()) sum = plus(sum, known.of_solution[k], access(equation.values[k]) - right);
+    }
+    return sum;
+  }
+
+  /// R of all states, from the stage before, which is that of `time`. Where nothing is solved for it is U.
+  Stage right_side(const RightSide& side, Weight time) {
+    Reading reading;
+    reading.time = time_after(time);
+    for (const Equation& equation : equations_) {
+      if (number() > 1) reading.fields[equation.advance.state] = equation.values[number() - 2];
+    }
+    Discretiser at_point = lowering_.discretiser(reading);
+    Kernel kernel = lowering_.kernel(kernel_name("right"));
+    for (Equation& equation : equations_) {
+      if (equation.is_at_rest()) continue;
+      const std::string& state = equation.advance.state;
+      Expr value = right_value(equation, side);
+      if (equation.has_rest()) {
+        const Expr rest = at_point(equation.parts.rest, lowering_.placement_of(state));
+        value = side.of_rest < 0 ? value - scaled(weighted(-side.of_rest, param("dt")), rest)
+                                 : value + scaled(weighted(side.of_rest, param("dt")), rest);
+      }
+      const bool is_begin = equation.is_solved() && value == access(state);
+      equation.rights.push_back(is_begin               ? state
+                                : equation.is_solved() ? lowering_.fresh_field(state + "_right" + suffix())
+                                                       : equation.values.back());
+      if (!is_begin) kernel.stores.push_back({equation.rights.back(), false, value, equation.advance.origin});
+    }
+    return Lowering::stage(std::move(kernel), at_point, reading.time);
+  }
+
+  std::string suffix() const { return std::to_string(number()); }
+
+  /// U of all states that are not there yet, of R + h*of_rest*N at `time`.
+  Stage solution(Weight own, Weight time, Weight of_rest) {
+    Reading reading;
+    reading.time = time_after(time);
+    Discretiser at_point = lowering_.discretiser(reading);
+    Kernel kernel = lowering_.kernel(kernel_name("stage"));
+    for (const Equation& equation : equations_) {
+      const Advance& advance = equation.advance;
+      const std::string& into = equation.values.back();
+      if (into == advance.state || (!equation.is_at_rest() && into == equation.rights.back())) continue;
+      model::Expr value = model::field(equation.is_at_rest() ? advance.state : equation.rights.back(), advance.origin);
+      if (of_rest != 0) value = model::binary(BinaryOp::add, value, times_step(of_rest, equation.parts.rest));
+      if (equation.is_solved()) value = solved(equation, own, value);
+      kernel.stores.push_back({into, false, at_point(value, lowering_.placement_of(advance.state)), advance.origin});
+    }
+    return Lowering::stage(std::move(kernel), at_point, reading.time);
+  }
+
+  static model::Expr times_step(Weight weight, const model::Expr& e) {
+    const model::Expr factor = static_cast<double>(weight);
+    return model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, factor, model::param("dt")), e);
+  }
+
+  /// The field with the boundary of the state for which U - h*own*L U is `right`.
+  model::Expr solved(const Equation& equation, Weight own, const model::Expr& right) const {
+    const std::string& state = equation.advance.state;
+    const model::Expr operation =
+        model::binary(BinaryOp::subtract, model::field(state), times_step(own, equation.parts.part));
+    return model::solve({state, operation, right, lowering_.problem().find_state(state)->boundary},
+                        equation.advance.origin);
+  }
+
+  Lowering& lowering_;
+  std::string name_;
+  std::vector<Equation> equations_;
+};
+
+}  // namespace
+
+std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
+  ImplicitScheme scheme(lowering, advances, name);
+  const model::TimeScheme time = lowering.problem().scheme.time;
+  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal() : scheme.by(tableau_of(time));
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What implicit time schemes solve for, and what they do not go with.
+#include "model/implicit_part.h"
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+/// "part | rest" of the equation of u.
+std::string split(const std::string& rhs, int axes = 1, const std::string& model_lines = "") {
+  const Problem problem =
+      problem_of(text_with(rhs, axes, "  initial v = 0\n", "  field v\n  dt(v) = 0\n" + model_lines));
+  const LinearPart parts = implicit_part(problem, "u", *problem.find_state("u")->rhs);
+  return print(parts.part) + " | " + print(parts.rest);
+}
+
+TEST(ImplicitPart, HoldsTermsWithSecondDerivativesOfTheFieldItself) {
+  EXPECT_EQ(split("k*lap(u) - advect(c, u)"), "k*d(u, x, 2) | -advect(c, u)");
+  EXPECT_EQ(split("div(w*grad(u)) - u^3 + t"), "dx(w*dx(u)) | -u^3 + t");
+  EXPECT_EQ(split("-(u - k*lap(u))"), "k*d(u, x, 2) | -u");
+  EXPECT_EQ(split("k*(lap(u) + v)"), "k*d(u, x, 2) | k*v");
+  EXPECT_EQ(split("-k*lap(lap(u)) - sin(t)*dx(u)"), "-k*d(d(u, x, 2), x, 2) | -(sin(t)*dx(u))");
+  EXPECT_EQ(split("lap(u)/(1 + w^2) + mean(u)", 2), "(d(u, x, 2) + d(u, y, 2))/(1 + w^2) | mean(u)");
+}
+
+TEST(ImplicitPart, LeavesWhatIsNotLinearOrHoldsOtherFields) {
+  for (const char* rhs : {"u*lap(u)", "lap(u^2)", "v*lap(u)", "lap(v)", "lap(w)*u", "div(u*grad(u))", "mean(v)*lap(u)",
+                          "lap(advect(c, u))", "if(u > 0, 1, 2)*lap(u)"}) {
+    const std::string parts = split(rhs);
+    EXPECT_EQ(parts.substr(0, 4), "0 | ") << rhs << ": " << parts;
+  }
+}
+
+/// Code, message and hint of the only diagnostic.
+std::string refusal_of(const std::string& text, const std::map<std::string, std::string>& settings) {
+  Selection selection;
+  selection.overrides = settings;
+  const Outcome outcome = outcome_of(text, selection);
+  return outcome.problem ? "" : outcome.diagnostics.front().message + ": " + outcome.code_and_hint();
+}
+
+TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
+  const std::string heat = text_with("k*lap(u) - u");
+  EXPECT_EQ(refusal_of(heat, {{"time", "ars222"}}), "");
+  EXPECT_EQ(refusal_of(heat, {{"time", "backward_euler"}}), "");
+  EXPECT_EQ(refusal_of(heat, {{"time", "crank_nicolson"}}),
+            "time = crank_nicolson does not go with an equation for u with more of the fields in it than is solved "
+            "for: E0555 take time = ars222, which takes other terms explicitly");
+  EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"lap", "spectral"}}),
+            "time = ars443 does not go with derivatives by Fourier series: E0555 take dx and lap = central(4), or time "
+            "= etdrk4");
+  EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"dealias", "two_thirds"}}),
+            "time = ars443 does not go with dealias = two_thirds: E0555 take time = etdrk4");
+  EXPECT_EQ(refusal_of(text_with("-advect(c, u) + lap(u)"), {{"time", "imex_euler"}, {"advect", "maccormack"}}),
+            "time = imex_euler does not go with advection along the flow: E0555 take advect = upwind(3) or central(4)");
+  EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}}),
+            "time = backward_euler does not go with equations in which it finds nothing to solve for: E0555 it takes "
+            "terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; take time = "
+            "rk2");
+  EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
+            "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
+            "verlet");
+}
+
+}  // namespace
+}  // namespace dpde::model
