@@ -65,6 +65,12 @@ const Projection* Problem::find_projection(const std::string& state) const {
   return found == projections.end() ? nullptr : &*found;
 }
 
+bool Problem::is_projected(const std::string& state) const {
+  return std::ranges::any_of(projections, [&](const Projection& projection) {
+    return std::ranges::find(projection.updates, state, &Event::Update::state) != projection.updates.end();
+  });
+}
+
 const network::Network* Problem::find_network(const std::string& name) const {
   const auto found = std::ranges::find(networks, name, &network::Network::name);
   return found == networks.end() ? nullptr : &*found;

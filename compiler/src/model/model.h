@@ -381,6 +381,7 @@ struct Event {
 struct Projection {
   std::string multiplier;  // "", and no potential: there is no constraint
   std::optional<Expr> potential;
+  bool is_increment = false;           // what `potential` is added to: the rates have the multiplier of the step before
   std::vector<Event::Update> updates;  // from the states as the stage leaves them
   Origin origin;
 };
@@ -473,6 +474,8 @@ struct Problem {
   const network::Network* find_network(const std::string& name) const;
   /// The constraint that gives the state, or nullptr.
   const Projection* find_projection(const std::string& state) const;
+  /// Whether something is done to the state behind each stage.
+  bool is_projected(const std::string& state) const;
   /// The unknown of the task that the coefficient is, or nullptr.
   const Unknown* find_unknown(const Coefficient& coefficient) const;
   /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.

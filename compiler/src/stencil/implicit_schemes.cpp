@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/implicit_schemes.h"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "model/build.h"
 #include "model/implicit_part.h"
 #include "stencil/build.h"
+#include "stencil/projections.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
@@ -101,12 +104,15 @@ Expr time_after(Weight steps) {
 struct Equation {
   const Advance& advance;
   model::LinearPart parts;
+  bool is_projected = false;             // a constraint changes it
   std::vector<std::string> rights = {};  // R_1, R_2, ...; of a state that is not solved for U_1, ...
   std::vector<std::string> values = {};  // U_1, U_2, ...
+  std::vector<std::string> left = {};    // the same before constraints are true: sums are made of these, so that the
+                                         // last stage finds all that they do to the step
 
   bool is_solved() const { return !model::is_constant(parts.part, 0); }
   bool has_rest() const { return !model::is_constant(parts.rest, 0); }
-  bool is_at_rest() const { return !is_solved() && !has_rest(); }
+  bool is_at_rest() const { return !is_solved() && !has_rest() && !is_projected; }
 };
 
 class ImplicitScheme {
@@ -114,7 +120,8 @@ class ImplicitScheme {
   ImplicitScheme(Lowering& lowering, const std::vector<Advance>& advances, std::string name)
       : lowering_(lowering), name_(std::move(name)) {
     for (const Advance& advance : advances)
-      equations_.push_back({advance, model::implicit_part(lowering.problem(), advance.state, advance.rate)});
+      equations_.push_back({advance, model::implicit_part(lowering.problem(), advance.state, advance.rate),
+                            lowering.problem().is_projected(advance.state)});
   }
 
   std::vector<Stage> by(const Tableau& tableau) {
@@ -124,7 +131,7 @@ class ImplicitScheme {
       name_values(i + 1 == sides.size());
       Stage right = right_side(sides[i], i == 0 ? 0 : tableau.rows[i - 1].time);
       if (!right.kernel.stores.empty()) stages.push_back(std::move(right));
-      stages.push_back(solution(tableau.own, tableau.rows[i].time, 0));
+      add_solution(stages, tableau.own, tableau.rows[i].time, 0);
     }
     return stages;
   }
@@ -142,8 +149,9 @@ class ImplicitScheme {
       const Expr value = access(state) + scaled(param("dt") / 2.0, rate);
       kernel.stores.push_back({equation.rights.back(), false, value, equation.advance.origin});
     }
-    Stage right = Lowering::stage(std::move(kernel), at_point);
-    return {std::move(right), solution(0.5, 1, 0.5)};
+    std::vector<Stage> stages{Lowering::stage(std::move(kernel), at_point)};
+    add_solution(stages, 0.5, 1, 0.5);
+    return stages;
   }
 
  private:
@@ -158,7 +166,26 @@ class ImplicitScheme {
       equation.values.push_back(is_last                 ? advance.into
                                 : equation.is_at_rest() ? advance.state
                                                         : lowering_.field_beside(advance.state, suffix));
+      into_[advance.state] = equation.values.back();
     }
+    if (!is_last) {
+      for (const model::Projection& projection : lowering_.problem().projections) into_.erase(projection.multiplier);
+    }
+    const FieldsOfStates left = before_projection(lowering_, into_);
+    for (Equation& equation : equations_) {
+      const auto found = left.find(equation.advance.state);
+      equation.left.push_back(found == left.end() ? equation.advance.state : found->second);
+    }
+  }
+
+  void add_solution(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
+    stages.push_back(solution(own, time, of_rest));
+    if (stages.back().kernel.stores.empty()) stages.pop_back();
+    FieldsOfStates left;
+    for (const Equation& equation : equations_) left[equation.advance.state] = equation.left.back();
+    std::ranges::move(projection_stages(lowering_, {kernel_name("stage"), left, into_, time_after(time),
+                                                    weighted(time, param("dt"))}),
+                      std::back_inserter(stages));
   }
 
   static Expr right_value(const Equation& equation, const RightSide& side) {
@@ -168,7 +195,7 @@ class ImplicitScheme {
     for (std::size_t k = 0; k < equation.rights.size(); ++k) {
       const Expr right = access(equation.rights[k]);
       sum = plus(sum, known.of_right[k], right - begin);
-      if (equation.is_solved()) sum = plus(sum, known.of_solution[k], access(equation.values[k]) - right);
+      if (equation.is_solved()) sum = plus(sum, known.of_solution[k], access(equation.left[k]) - right);
     }
     return sum;
   }
@@ -194,7 +221,7 @@ class ImplicitScheme {
       const bool is_begin = equation.is_solved() && value == access(state);
       equation.rights.push_back(is_begin               ? state
                                 : equation.is_solved() ? lowering_.fresh_field(state + "_right" + suffix())
-                                                       : equation.values.back());
+                                                       : equation.left.back());
       if (!is_begin) kernel.stores.push_back({equation.rights.back(), false, value, equation.advance.origin});
     }
     return Lowering::stage(std::move(kernel), at_point, reading.time);
@@ -210,7 +237,7 @@ class ImplicitScheme {
     Kernel kernel = lowering_.kernel(kernel_name("stage"));
     for (const Equation& equation : equations_) {
       const Advance& advance = equation.advance;
-      const std::string& into = equation.values.back();
+      const std::string& into = equation.left.back();
       if (into == advance.state || (!equation.is_at_rest() && into == equation.rights.back())) continue;
       model::Expr value = model::field(equation.is_at_rest() ? advance.state : equation.rights.back(), advance.origin);
       if (of_rest != 0) value = model::binary(BinaryOp::add, value, times_step(of_rest, equation.parts.rest));
@@ -237,6 +264,7 @@ class ImplicitScheme {
   Lowering& lowering_;
   std::string name_;
   std::vector<Equation> equations_;
+  FieldsOfStates into_;  // of the stage under way
 };
 
 }  // namespace

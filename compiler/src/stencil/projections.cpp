@@ -29,8 +29,11 @@ std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& s
       kernel.stores.push_back({stage.into.at(update.state), false, value, projection.origin});
     }
     const auto kept = stage.into.find(projection.multiplier);
-    if (projection.potential && kept != stage.into.end())
-      kernel.stores.push_back({kept->second, false, at_point(*projection.potential) / stage.length, projection.origin});
+    if (projection.potential && kept != stage.into.end()) {
+      const Expr found = at_point(*projection.potential) / stage.length;
+      const Expr value = projection.is_increment ? access(projection.multiplier) + found : found;
+      kernel.stores.push_back({kept->second, false, value, projection.origin});
+    }
     stages.push_back(Lowering::stage(std::move(kernel), at_point, stage.time));
   }
   return stages;

@@ -51,11 +51,7 @@ class Stages {
 
   /// Neither a rate nor a constraint changes it.
   bool is_at_rest(const Advance& advance) const {
-    const auto changes_it = [&](const model::Projection& projection) {
-      return std::ranges::find(projection.updates, advance.state, &model::Event::Update::state) !=
-             projection.updates.end();
-    };
-    return model::is_constant(advance.rate, 0) && std::ranges::none_of(lowering_.problem().projections, changes_it);
+    return model::is_constant(advance.rate, 0) && !lowering_.problem().is_projected(advance.state);
   }
 
   /// The fields of stage `number`, in the place of the states.

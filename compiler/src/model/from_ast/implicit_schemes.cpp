@@ -27,7 +27,9 @@ std::optional<Obstacle> obstacle(const Scheme& scheme) {
 }
 
 bool holds_state(const Problem& problem, const Expr& e) {
-  return std::ranges::any_of(problem.states, [&](const State& state) { return reads(e, state.name); });
+  return std::ranges::any_of(problem.states, [&](const State& state) {
+    return problem.find_projection(state.name) == nullptr && reads(e, state.name);  // a multiplier is that of before
+  });
 }
 
 /// What of an equation stands in the way. `part` is what is solved for.

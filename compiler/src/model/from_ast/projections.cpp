@@ -94,7 +94,8 @@ class Binder {
     return false;
   }
 
-  /// Takes the multiplier out of all rates.
+  /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
+  /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
   bool split_rates() {
     for (State& state : draft_.problem.states) {
       if (!state.rhs || state.name == name_ || !reads(*state.rhs, name_)) continue;
@@ -106,7 +107,7 @@ class Binder {
         return false;
       }
       changed_.push_back({&state, parts->part});
-      state.rhs = parts->rest;
+      if (!is_implicit(draft_.problem.scheme.time)) state.rhs = parts->rest;
     }
     if (changed_.empty())
       refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
@@ -137,7 +138,11 @@ class Binder {
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
     multiplier.boundary = *boundary;
-    Projection made{name_, solve({name_, operation, negate(found), *boundary}, {range_}), {}, {range_}};
+    Projection made{name_,
+                    solve({name_, operation, negate(found), *boundary}, {range_}),
+                    is_implicit(draft_.problem.scheme.time),
+                    {},
+                    {range_}};
     for (const Changed& changed : changed_) {
       Origin none;
       const std::string& state = changed.state->name;
@@ -215,10 +220,7 @@ void bind_projections(Draft& draft) {
     Binder(draft, held, item, range).bind();
   Projection alone;
   for (const auto& [state, value] : held) {
-    const auto has_it = [&](const Projection& made) {
-      return std::ranges::find(made.updates, state, &Event::Update::state) != made.updates.end();
-    };
-    if (std::ranges::any_of(draft.problem.projections, has_it)) continue;
+    if (draft.problem.is_projected(state)) continue;
     alone.updates.push_back({state, with_held(held, state, field(state))});
   }
   if (!alone.updates.empty()) draft.problem.projections.push_back(std::move(alone));
