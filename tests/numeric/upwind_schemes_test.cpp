@@ -17,8 +17,8 @@ using driver::Backend;
 using testing::run_scene;
 
 /// A ring of length 1 that turns at speed c; `profile` is a formula of s.
-std::string ring(const std::string& profile, const std::string& advect, int cells, double courant, double end,
-                 double c = 1, const std::string& time = "ssp_rk3") {
+std::string scene_on_ring(const std::string& profile, const std::string& advect, int cells, double courant, double end,
+                          double c = 1, const std::string& time = "ssp_rk3") {
   const double step = courant / cells / std::abs(c);
   return fmt::format(
       "function p(s) = {}\nmodel m {{ field u; dt(u) = -advect({}, u) }}\nscheme q {{ advect = {}; time = {} }}\n"
@@ -67,8 +67,10 @@ TEST(UpwindSchemes, HaveTheirOrders) {
                             {"weno(3)", 3, 256, 0.2},
                             {"weno(5)", 5, 64, 0.05}}) {
       const auto exact = [&](double x) { return wave_at(x - c * 0.25); };
-      const double coarse = errors_of(ring(two_waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
-      const double fine = errors_of(ring(two_waves, d.advect, 2 * d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
+      const double coarse =
+          errors_of(scene_on_ring(two_waves, d.advect, d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
+      const double fine =
+          errors_of(scene_on_ring(two_waves, d.advect, 2 * d.cells, d.courant, 0.25, c, "rk4"), exact).mean;
       EXPECT_NEAR(std::log2(coarse / fine), d.order, 0.15) << d.advect << " " << c << " " << coarse << " " << fine;
       EXPECT_GT(fine, 1e-12) << d.advect;
     }
@@ -80,8 +82,8 @@ TEST(UpwindSchemes, LimitersLeaveTwoOrdersInTheMean) {
   for (const auto& [advect, mean, largest] :
        {std::tuple{"muscl(minmod)", 1.8, 1.2}, {"muscl(van_leer)", 2.0, 1.3}, {"muscl(mc)", 2.0, 1.3}}) {
     const auto exact = [](double x) { return wave_at(x - 0.25); };
-    const Errors coarse = errors_of(ring(two_waves, advect, 128, 0.4, 0.25), exact),
-                 fine = errors_of(ring(two_waves, advect, 256, 0.4, 0.25), exact);
+    const Errors coarse = errors_of(scene_on_ring(two_waves, advect, 128, 0.4, 0.25), exact),
+                 fine = errors_of(scene_on_ring(two_waves, advect, 256, 0.4, 0.25), exact);
     EXPECT_NEAR(std::log2(coarse.mean / fine.mean), mean, 0.25) << advect;
     EXPECT_NEAR(std::log2(coarse.largest / fine.largest), largest, 0.25) << advect;
   }
@@ -101,7 +103,7 @@ TEST(UpwindSchemes, LimitersMakeNoNewExtrema) {
     for (const auto& [advect, courant] :
          {std::pair{"muscl(minmod)", 0.66}, {"muscl(van_leer)", 0.5}, {"muscl(mc)", 0.5}}) {
       for (const std::string time : {"ssp_rk3", "euler"}) {
-        const std::vector<double> u = end_of(ring(square, advect, 100, courant, 2, c, time));
+        const std::vector<double> u = end_of(scene_on_ring(square, advect, 100, courant, 2, c, time));
         EXPECT_GE(*std::ranges::min_element(u), -1e-14) << advect << time;
         EXPECT_LE(*std::ranges::max_element(u), 1 + 1e-14) << advect << time;
         EXPECT_LE(variation(u), 2 + 1e-12) << advect << time;
@@ -112,13 +114,13 @@ TEST(UpwindSchemes, LimitersMakeNoNewExtrema) {
 
 TEST(UpwindSchemes, WenoHardlyMakesNewExtrema) {
   for (const std::string advect : {"weno(3)", "weno(5)"}) {
-    const std::vector<double> u = end_of(ring(square, advect, 100, 0.4, 2));
+    const std::vector<double> u = end_of(scene_on_ring(square, advect, 100, 0.4, 2));
     EXPECT_GE(*std::ranges::min_element(u), -1e-3) << advect;
     EXPECT_LE(*std::ranges::max_element(u), 1 + 1e-3) << advect;
     EXPECT_LE(variation(u), 2 + 4e-3) << advect;
   }
   // upwind(5) does: some 10 % beyond both.
-  const std::vector<double> u = end_of(ring(square, "upwind(5)", 100, 0.4, 2));
+  const std::vector<double> u = end_of(scene_on_ring(square, "upwind(5)", 100, 0.4, 2));
   EXPECT_LT(*std::ranges::min_element(u), -0.05);
   EXPECT_GT(variation(u), 2.2);
 }
@@ -126,8 +128,8 @@ TEST(UpwindSchemes, WenoHardlyMakesNewExtrema) {
 /// The step has no way to tell units or heights: u -> a + b*u.
 TEST(UpwindSchemes, DoNotKnowUnits) {
   for (const std::string advect : {"weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
-    const std::vector<double> plain = end_of(ring(square, advect, 50, 0.4, 0.3));
-    const std::vector<double> scaled = end_of(ring("1e-8*(" + square + ")", advect, 50, 0.4, 0.3));
+    const std::vector<double> plain = end_of(scene_on_ring(square, advect, 50, 0.4, 0.3));
+    const std::vector<double> scaled = end_of(scene_on_ring("1e-8*(" + square + ")", advect, 50, 0.4, 0.3));
     for (std::size_t i = 0; i < plain.size(); ++i) EXPECT_NEAR(scaled[i], 1e-8 * plain[i], 1e-16) << advect << i;
   }
 }
@@ -135,7 +137,7 @@ TEST(UpwindSchemes, DoNotKnowUnits) {
 /// Neither do gradients of what is linear in u: products of rises and squares of their sums leave no range.
 TEST(UpwindSchemes, LimitersKnowNoRange) {
   const auto task = [](const std::string& advect, const std::string& real, double height) {
-    std::string text = ring(fmt::format("{}*({})", height, two_waves), advect, 50, 0.4, 0.3);
+    std::string text = scene_on_ring(fmt::format("{}*({})", height, two_waves), advect, 50, 0.4, 0.3);
     text.insert(text.find("time = "), "real = " + real + "; ");
     return text + "task t : s { unknown initial u; minimise mean(u*cos(2*pi*x)) }\n";
   };
@@ -156,7 +158,7 @@ TEST(UpwindSchemes, LimitersKnowNoRange) {
 /// In a constant wind what limiters carry is a difference of values on faces, as that of linear schemes. Weno's is not.
 TEST(UpwindSchemes, KeepMass) {
   const auto drift = [](const std::string& advect) {
-    const std::vector<double> u = end_of(ring(square, advect, 100, 0.4, 2));
+    const std::vector<double> u = end_of(scene_on_ring(square, advect, 100, 0.4, 2));
     return std::accumulate(u.begin(), u.end(), 0.0) / static_cast<double>(u.size()) - 0.35;
   };
   for (const std::string advect : {"upwind(5)", "upwind(7)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"})
@@ -169,8 +171,8 @@ TEST(UpwindSchemes, KeepMass) {
 TEST(UpwindSchemes, LeaveAConstantAlone) {
   for (const std::string advect :
        {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
-    for (const double u : end_of(ring("0.1 + 0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.1) << advect;
-    for (const double u : end_of(ring("0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.0) << advect;
+    for (const double u : end_of(scene_on_ring("0.1 + 0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.1) << advect;
+    for (const double u : end_of(scene_on_ring("0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.0) << advect;
   }
 }
 

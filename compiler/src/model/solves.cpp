@@ -31,4 +31,12 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
   return known;
 }
 
+bool are_constraints(const Problem& problem) {
+  return std::ranges::all_of(solves_of(problem), [&](const Solve* solve) {
+    return std::ranges::any_of(problem.projections, [&](const Projection& projection) {
+      return projection.potential && std::get<Solve>((*projection.potential)->kind) == *solve;
+    });
+  });
+}
+
 }  // namespace dpde::model

@@ -11,4 +11,7 @@ namespace dpde::model {
 /// Each once, those that another needs before it. They live as long as the problem.
 std::vector<const Solve*> solves_of(const Problem& problem);
 
+/// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.
+bool are_constraints(const Problem& problem);
+
 }  // namespace dpde::model

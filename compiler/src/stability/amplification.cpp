@@ -19,6 +19,7 @@ constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
+constexpr double rounding = 1e-12;  // of sums of weights
 
 /// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
 void balance(Eigen::MatrixXcd& a) {
@@ -149,8 +150,17 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
     const Wave& wave = waves_[static_cast<std::size_t>(i)];
     for (const auto& [readings, by] : wave.terms) add(readings, by.at(angles), waves.col(i));
     std::complex<double> divisor = 0;
-    for (const Reading& reading : wave.divisor) divisor += reading.coefficient * phase(phases, reading.offset);
-    if (!wave.divisor.empty()) waves.col(i) /= divisor;
+    double size = 0;
+    for (const Reading& reading : wave.divisor) {
+      divisor += reading.coefficient * phase(phases, reading.offset);
+      size += std::abs(reading.coefficient);
+    }
+    if (wave.divisor.empty()) continue;
+    if (std::abs(divisor) > rounding * size) {
+      waves.col(i) /= divisor;
+    } else {
+      waves.col(i).setZero();  // of the null space a solve gives nothing
+    }
   }
   for (int i = 0; i < size_; ++i) add(rows_[static_cast<std::size_t>(i)], 1, result.col(i));
   return result.transpose();

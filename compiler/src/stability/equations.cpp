@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "driver/over_time.h"
+#include "model/solves.h"
 #include "stencil/from_model.h"
 
 namespace dpde::stability {
@@ -15,7 +16,12 @@ std::optional<LinearStep> linear_step(const model::Problem& problem) {
   stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
   if (sink.has_errors()) return std::nullopt;
   std::string why;
-  return LinearStep::make(module, names.step, why);
+  return LinearStep::make(module, names.step, why, model::are_constraints(problem));
+}
+
+std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why) {
+  const driver::Compiled& compiled = session.compiled();
+  return LinearStep::make(compiled.stencil, compiled.step_name(), why, model::are_constraints(session.problem()));
 }
 
 model::Problem by_euler(model::Problem problem) {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
+#include "driver/session.h"
 #include "model/model.h"
 #include "stability/linear_step.h"
 
@@ -11,6 +13,8 @@ namespace dpde::stability {
 
 /// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs.
 std::optional<LinearStep> linear_step(const model::Problem& problem);
+/// Those in the step that was compiled; `why` as of LinearStep::make.
+std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why);
 
 /// The problem by one step of Euler's method, without events and steps of their own: u + dt*L u, L being the equations
 /// as the scheme's differences have them.

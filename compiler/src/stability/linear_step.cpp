@@ -22,6 +22,9 @@ namespace {
 
 constexpr std::size_t most_terms = 50'000;
 constexpr double rounding = 1e-12;  // of sums of weights
+/// Where there are solves or transforms, what a stage stores with more terms than these is one component for the later
+/// ones: put into each other, the differences of four stages are thousands of terms.
+constexpr std::size_t terms_beside_waves = 24;
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The value at the point, its change from cell to cell, and how it is perturbed.
@@ -60,8 +63,8 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 class Evaluation {
  public:
   Evaluation(const Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt,
-             FrozenStages& stages)
-      : module_(module), varied_(varied), point_(point), dt_(dt), stages_(stages) {}
+             FrozenStages& stages, bool of_constraints)
+      : module_(module), varied_(varied), point_(point), dt_(dt), stages_(stages), of_constraints_(of_constraints) {}
 
   void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
   void run(const std::vector<Statement>& body);
@@ -94,6 +97,7 @@ class Evaluation {
   const FrozenPoint& point_;
   double dt_;
   FrozenStages& stages_;
+  const bool of_constraints_;
   std::size_t runs_ = 0;       // of kernels that make states
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::map<std::string, Value> fields_, locals_;
@@ -256,7 +260,12 @@ void Evaluation::run_kernel(const Kernel& kernel) {
     const Store& store = kernel.stores[i];
     const Value& value = (*values)[i];
     is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
-    fields_[store.field] = store.accumulate ? field_value(store.field) + value : value;
+    Value result = store.accumulate ? field_value(store.field) + value : value;
+    if (!waves_.empty() && result.form.terms().size() > terms_beside_waves) {
+      WaveSum whole{{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}};
+      add_waves(result, std::move(whole));
+    }
+    fields_[store.field] = std::move(result);
   }
 }
 
@@ -351,7 +360,8 @@ void Evaluation::solve(const Solve& solve) {
     result.slope[axis] /= of_constant;
     result.number -= of_slopes[axis] * result.slope[axis] / of_constant;
   }
-  if (!right.form.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
+  if (of_constant == 0 && of_constraints_) result = {0, {}, {}};
+  if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
   fields_[solve.unknown] = std::move(result);
   fields_[solve.image] = right;
 }
@@ -424,7 +434,8 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
 
 }  // namespace
 
-std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why) {
+std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why,
+                                           bool of_constraints) {
   const Program* program = module.find_program(step);
   if (program == nullptr || program->swaps.empty()) {
     why = "the program has no states";
@@ -461,6 +472,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   result.follows_flow_ = found.follows_flow;
   result.reduces_ = found.reduces;
   result.solves_ = found.solves;
+  result.of_constraints_ = of_constraints;
   for (const std::string& input : interface_of(result.module_, result.program()).inputs) {
     if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
   }
@@ -474,7 +486,7 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
 }
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
-  Evaluation evaluation(module_, varied_, point, dt, stages);
+  Evaluation evaluation(module_, varied_, point, dt, stages, of_constraints_);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }

@@ -46,7 +46,10 @@ using FrozenStages = std::vector<std::optional<std::vector<FrozenValue>>>;
 class LinearStep {
  public:
   /// `step` swaps the states. What cannot be analysed (networks, scatters) leaves `why` and no value.
-  static std::optional<LinearStep> make(const stencil::Module& module, const std::string& step, std::string& why);
+  /// `of_constraints`: what the program solves for is 0 at a state that is not perturbed, where the operator takes
+  /// constants to 0.
+  static std::optional<LinearStep> make(const stencil::Module& module, const std::string& step, std::string& why,
+                                        bool of_constraints = false);
 
   const std::vector<std::string>& states() const { return states_; }
   /// Of a step of size dt from this point. nullopt where offsets are too far or a value is not finite.
@@ -68,7 +71,7 @@ class LinearStep {
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
   std::vector<std::string> states_, perturbations_, results_, inputs_;
   std::set<std::string> varied_;  // fields that depend on the states
-  bool follows_flow_ = false, reduces_ = false, solves_ = false;
+  bool follows_flow_ = false, reduces_ = false, solves_ = false, of_constraints_ = false;
 };
 
 }  // namespace dpde::stability

@@ -125,8 +125,7 @@ model::Problem with_fine_differences(model::Problem problem) {
 Positivity positivity_of(driver::Session& session, double step) {
   Positivity found;
   const model::Problem& problem = session.problem();
-  const driver::Compiled& compiled = session.compiled();
-  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), found.why);
+  const std::optional<LinearStep> linear = linear_step(session, found.why);
   if (!linear) return found;
   if (problem.scheme.advect == model::Advection::maccormack && linear->follows_flow()) {
     found.why = "its clamp is not linear";
@@ -170,10 +169,9 @@ Positivity positivity_of(driver::Session& session, double step) {
 
 std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step) {
   constexpr double lengths[] = {4, 8, 16, 32}, finer = 16;
-  const driver::Compiled& compiled = session.compiled();
   const int rank = static_cast<int>(session.axes().size());
   std::string why;
-  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), why);
+  const std::optional<LinearStep> linear = linear_step(session, why);
   const std::optional<LinearStep> fine = linear_step(with_fine_differences(by_euler(session.problem())));
   if (!linear || !fine) return {};
   const FrozenPoint point = flat(at);

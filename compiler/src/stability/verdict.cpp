@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "stability/courant_number.h"
+#include "stability/equations.h"
 #include "stability/frozen_points.h"
 #include "stability/wall_spectrum.h"
 
@@ -171,8 +172,7 @@ double Verdict::hundredfold() const {
 
 Verdict verdict_of(driver::Session& session) {
   Verdict verdict;
-  const driver::Compiled& compiled = session.compiled();
-  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), verdict.why);
+  const std::optional<LinearStep> linear = linear_step(session, verdict.why);
   if (!linear) return verdict;
   verdict.parts = parts_of(session);
   verdict.step = session.problem().step / verdict.parts;
@@ -192,8 +192,7 @@ std::vector<double> growths_at(const driver::Session& session, const Verdict& ve
                                const std::vector<double>& steps) {
   std::vector<double> growths(steps.size(), std::numeric_limits<double>::quiet_NaN());
   std::string why;
-  const driver::Compiled& compiled = session.compiled();
-  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), why);
+  const std::optional<LinearStep> linear = linear_step(session, why);
   if (!linear || !verdict.is_analysed()) return growths;
   const int rank = static_cast<int>(session.axes().size());
   const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step);

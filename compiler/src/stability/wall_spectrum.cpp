@@ -44,6 +44,7 @@ class SmallGrid {
  private:
   Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
     stencil::State memory(grid_, halo_);
+    memory.inverses = inverses_;
     for (const std::string& input : linear_.inputs()) {
       if (stencil::is_coordinate(input)) {
         const auto axis = static_cast<std::size_t>(input[0] - 'x');
@@ -78,6 +79,7 @@ class SmallGrid {
   stencil::Params params_;
   stencil::Grid grid_;
   int halo_ = 0;
+  std::shared_ptr<stencil::Inverses> inverses_ = stencil::new_inverses();
 };
 
 }  // namespace

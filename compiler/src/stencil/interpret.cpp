@@ -421,7 +421,7 @@ class Interpreter {
       run(block);
       return state_.get(solve.image);
     };
-    std::vector<double> x = smallest_solution(image, state_.get(solve.right), state_.real());
+    std::vector<double> x = smallest_solution({solve, seen, params_}, image, state_.get(solve.right), state_);
     for (double& value : x) value = state_.stored(value);
     for (const std::string& field : known.inner) state_.poison(field);
     set(seen);

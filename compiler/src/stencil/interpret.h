@@ -6,6 +6,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ struct Weights {
                      double* weight_bars)>
       host_vector_jacobian;
 };
+
+/// Pseudo-inverses of operators, for who runs a program many times with the same coefficients.
+class Inverses;
+std::shared_ptr<Inverses> new_inverses();
 
 /// Fields by name, each with the same halo on both sides of every axis. Of precision f32, every value a program stores
 /// (halos and what is added up in place too) is rounded to a float; between, all is computed in doubles.
@@ -70,6 +75,8 @@ class State {
 
   /// By the name of the network.
   std::map<std::string, Weights> weights;
+  /// Those found before; null: each solve finds its own.
+  std::shared_ptr<Inverses> inverses;
 
  private:
   std::size_t index(const std::array<int, max_rank>& cell) const;
@@ -99,9 +106,17 @@ void apply(State& state, const Transform& transform, const Params& params);
 
 /// What an operator, linear, makes of the interior values of a field.
 using Image = std::function<std::vector<double>(const std::vector<double>&)>;
-/// Of all values for which the distance of their image from `right` is least the smallest (2-norm). `real`: how images
-/// are rounded.
-std::vector<double> smallest_solution(const Image& image, const std::vector<double>& right, Precision real);
+/// What an operator is made of.
+struct OperatorParts {
+  Solve solve;
+  std::map<std::string, std::vector<double>> coefficients;
+  Params params;
+  bool operator==(const OperatorParts&) const = default;
+};
+/// Of all values for which the distance of their image from `right` is least the smallest (2-norm). `state` says how
+/// images are rounded.
+std::vector<double> smallest_solution(const OperatorParts& parts, const Image& image, const std::vector<double>& right,
+                                      const State& state);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or
