@@ -39,6 +39,7 @@ const std::map<std::string, std::string> smaller = {
     {"fitzhugh_nagumo scar", "--set cells=32"},
     {"flow cavity", "--set cells=8 --set end=0.5"},
     {"flow cylinder", "--set cells.x=44 --set cells.y=8 --set end=0.5"},
+    {"flow less_drag", "--set cells.x=44 --set cells.y=8 --set end=0.5"},
     {"flow taylor_green_3d", "--set cells=8 --set end=1"},
     {"flow wake", "--set cells.x=44 --set cells.y=8 --set end=0.1"},
     {"forced_burgers cubic_64", "--set cells=32"},

@@ -60,5 +60,28 @@ TEST_F(Drift, GoesOnWithARun) {
   EXPECT_EQ(again.status, 0) << again.err;
 }
 
+/// Walls that give values all around: what comes in at x.low stays in, but for what x.high lets out.
+TEST_F(Drift, OfAConstraintThatCannotBeTrueIsAWarning) {
+  const auto text = [](const std::string& right) {
+    return "model flow { vector u on faces; field p; param nu; dt(u) = -grad(p) + nu*lap(u); 0 = div(u) gives p }\n"
+           "scene s : flow {\n  grid x = 0 .. 1, cells 8\n  grid y = 0 .. 1, cells 8\n  nu = 0.1\n  initial u = 0\n"
+           "  boundary u.x: x.low = 1, x.high = " +
+           right +
+           ", y = 0\n  boundary u.y: all = 0\n"
+           "  time 0 .. 0.1, step 0.01\n}\n";
+  };
+  write("s.dpde", text("0"));
+  const Outcome closed = dpde("run s.dpde --json");
+  EXPECT_EQ(closed.status, 0) << closed.err;
+  EXPECT_EQ(closed.codes(), std::vector<std::string>{"W0807"}) << closed.err;
+  EXPECT_NEAR(closed.json()["constraints"]["p"].get<double>(), 1, 1e-10);
+  for (const std::string right : {"1", "outflow"}) {
+    write("s.dpde", text(right));
+    const Outcome open = dpde("run s.dpde --json");
+    EXPECT_TRUE(open.codes().empty()) << open.err;
+    EXPECT_LT(open.json()["constraints"]["p"].get<double>(), 1e-12) << right;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -48,6 +48,7 @@ class Run {
   Observer observer(Progress& progress);
   bool step();
   void report(Json& result);
+  void report_constraints(Json& result);
   void report_errors(Json& result);
   void report_drifts(Json& result);
   void write_files();
@@ -182,6 +183,7 @@ void Run::report(Json& result) {
     value = std::move(series);
   }
   result["observables"] = std::move(observables);
+  report_constraints(result);
   report_errors(result);
   report_drifts(result);
 }
@@ -216,6 +218,23 @@ void Run::report_errors(Json& result) {
                          norm.l1, norm.l2, norm.linf));
   }
   result["error"] = std::move(errors);
+}
+
+/// Walls that let in more than they let out leave a mean that no pressure takes away.
+void Run::report_constraints(Json& result) {
+  // solves end at 1e-10 of their right sides
+  const double rounding = session_->problem().scheme.real == Precision::f32 ? 1e-3 : 1e-6;
+  const double time = session_->time_of(outcome_.steps_done);
+  Json misses = Json::object();
+  for (const driver::Session::Miss& miss : session_->misses(time, session_->rollout().final_states())) {
+    misses[miss.multiplier] = json_number(miss.value);
+    if (!(miss.value > rounding * miss.terms) || outcome_.steps_done == 0 || outcome_.blow_up) continue;
+    job_.sink().report("constraint-missed", miss.origin.range,
+                       {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
+                       "where all walls have values, what flows in has to flow out: let it out with = outflow; events "
+                       "that change the fields come behind the constraint");
+  }
+  if (!misses.empty()) result["constraints"] = std::move(misses);
 }
 
 void Run::write_files() {

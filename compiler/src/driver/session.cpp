@@ -228,6 +228,20 @@ std::vector<std::pair<std::string, double>> Session::observe(double t, const std
   return values;
 }
 
+std::vector<Session::Miss> Session::misses(double t, const std::vector<void*>& states) {
+  const dpde_program* program = compiled_->program(compiled_->names.constraints);
+  std::vector<Miss> result;
+  if (program == nullptr) return result;
+  const std::map<std::string, double> sums = workspace().run(*program, t, bind_states(states));
+  const auto sum_of = [&](const std::string& name) { return sums.contains(name) ? sums.at(name) : 0; };
+  for (const model::Projection& projection : problem().projections) {
+    if (!projection.potential) continue;
+    const auto& [miss, terms] = compiled_->names.misses[result.size()];
+    result.push_back({projection.multiplier, sum_of(miss), sum_of(terms), projection.origin});
+  }
+  return result;
+}
+
 std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& states) {
   const dpde_program* program = compiled_->program(compiled_->names.exact);
   std::vector<ErrorNorms> norms;

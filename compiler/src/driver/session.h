@@ -80,6 +80,13 @@ class Session {
 
   /// Values of the observables at a state of the run.
   std::vector<std::pair<std::string, double>> observe(double t, const std::vector<void*>& states);
+  /// How far each constraint is from being true: the largest value of what has to be 0, and what its terms are like.
+  struct Miss {
+    std::string multiplier;
+    double value = 0, terms = 0;
+    Origin origin;
+  };
+  std::vector<Miss> misses(double t, const std::vector<void*>& states);
   /// Distance from the exact solution, for the states that have one.
   std::vector<ErrorNorms> errors(double t, const std::vector<void*>& states);
   /// The pointer a datum has at a time; null when it has none.

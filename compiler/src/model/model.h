@@ -380,6 +380,7 @@ struct Event {
 /// over which that stage took the rates.
 struct Projection {
   std::string multiplier;  // "", and no potential: there is no constraint
+  Expr constraint = 0.0;   // what has to be 0
   std::optional<Expr> potential;
   bool is_increment = false;           // what `potential` is added to: the rates have the multiplier of the step before
   std::vector<Event::Update> updates;  // from the states as the stage leaves them

@@ -310,6 +310,7 @@ Problem in_uniform_coordinates(Problem problem) {
   for (Projection& projection : problem.projections) {
     rewriter.begin({});
     rewriter.rewrite(projection.potential);
+    projection.constraint = rewriter(projection.constraint);
     for (Event::Update& update : projection.updates) {
       rewriter.begin(before.find_state(update.state)->placement);
       update.value = rewriter(update.value);

@@ -159,6 +159,7 @@ class Verifier {
                fmt::format("a constraint gives {}", projection.multiplier));
         demand(std::holds_alternative<Solve>((*potential)->kind), "a constraint without a solve");
         check(*potential, "constraint of " + projection.multiplier, equation);
+        check(projection.constraint, "constraint of " + projection.multiplier, equation);
       }
       for (const Event::Update& update : projection.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("a constraint changes {}", update.state));

@@ -200,6 +200,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0804", "cell-number", Severity::warning,
      "the cell {} number of {} is {} along {}: above 2 central differences of advection ring where it is steep"},
     {"W0805", "sum-drifts", Severity::warning, "{}, which steps conserve, has drifted by {} of its size in the run"},
+    {"W0807", "constraint-missed", Severity::warning,
+     "the constraint that gives {} is not true at the end: it is up to {}, made of terms up to {}"},
     {"W0806", "gradient-lost-digits", Severity::warning,
      "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
      "and rounding becomes {} of the state"},

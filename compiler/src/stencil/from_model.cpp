@@ -250,6 +250,33 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
+constexpr double rounding_of_states = 1e-3;  // of the terms of a constraint, where 1e-6 of them is rounding
+
+/// How far constraints are from being true.
+std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames& names) {
+  std::vector<NamedValue> values;
+  const auto largest = [](const model::Expr& e) {  // numbers are linear in sums: a maximum is its own mean
+    return model::reduce(model::Reduce::Kind::mean, model::reduce(model::Reduce::Kind::max, e));
+  };
+  const auto magnitude = [](const model::Expr& e) { return model::call(Fn::abs, {e}); };
+  for (const model::Projection& projection : problem.projections) {
+    if (!projection.potential) continue;
+    model::Expr terms = 0.0;
+    for (const model::Term& term : model::terms_of(projection.constraint))
+      terms = model::binary(BinaryOp::add, terms, magnitude(term.value));
+    const auto& [miss, sum] = names.misses[values.size() / 2];
+    values.push_back({miss, largest(magnitude(projection.constraint))});
+    model::Expr size = largest(terms);
+    for (const model::Event::Update& update : projection.updates) {  // of flows that are the same everywhere
+      const model::Expr rounding = rounding_of_states / problem.axes.front().spacing();
+      const model::Expr of_state = largest(magnitude(model::field(update.state)));
+      size = model::binary(BinaryOp::add, size, model::binary(BinaryOp::multiply, rounding, of_state));
+    }
+    values.push_back({sum, size});
+  }
+  return values;
+}
+
 /// What a spectrum or a correlation is of, each component where it lies.
 std::vector<Formula> test_formulas(Lowering& lowering, const model::Test& test) {
   const model::Placements placements(lowering.problem());
@@ -289,6 +316,11 @@ ProgramNames program_names(const model::Problem& problem) {
   names.rate = supply.fresh(scene + "_rate");
   names.exact = supply.fresh(scene + "_exact");
   names.observe = supply.fresh(scene + "_observe");
+  names.constraints = supply.fresh(scene + "_constraints");
+  for (const model::Projection& projection : problem.projections) {
+    if (projection.potential)
+      names.misses.emplace_back(projection.multiplier + "_miss", projection.multiplier + "_terms");
+  }
   for (const model::Coefficient& c : problem.coefficients) {
     if (c.is_control())
       names.controls[c.name] = supply.fresh(scene + "_control_" + std::to_string(number_of(problem, c.name)));
@@ -323,6 +355,7 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});
   add_sums(module, lowering, names.observe, observables);
+  add_sums(module, lowering, names.constraints, misses(problem, names));
   if (problem.task) add_task(module, lowering, *problem.task, names);
   return module;
 }

@@ -22,8 +22,11 @@ namespace dpde::stencil {
 
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
-  std::string step, coefficients, initial, rate, exact, observe, start;
-  std::string rate_field = "courant_rate";   // that `rate` keeps; a word that no field of a person has
+  std::string step, coefficients, initial, rate, exact, observe, start, constraints;
+  std::string rate_field = "courant_rate";  // that `rate` keeps; a word that no field of a person has
+  /// Sums of `constraints` for each constraint, in order: the largest value of what has to be 0, and the largest sum of
+  /// its terms' magnitudes.
+  std::vector<std::pair<std::string, std::string>> misses;
   std::vector<std::string> losses;           // in the order of the task
   std::map<std::string, std::string> tests;  // by the quantity
   /// Of control fields: of the scene's formula, and of the formula a task starts with. Run once for each interval, with

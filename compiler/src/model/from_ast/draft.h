@@ -69,6 +69,12 @@ struct OpenPlace {
   SourceRange range;
 };
 
+/// The rate of a field inside the mask that holds it, else 0.
+struct MaskForce {
+  std::string mask;
+  Expr rate;
+};
+
 struct Draft {
   Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
@@ -96,9 +102,9 @@ struct Draft {
   std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
-  std::set<std::string> solved;        // what the model solves for: lets with a boundary
-  std::set<std::string> multipliers;   // fields that constraints give
-  std::map<std::string, Expr> forces;  // of fields that are held: their rates inside, else 0
+  std::set<std::string> solved;             // what the model solves for: lets with a boundary
+  std::set<std::string> multipliers;        // fields that constraints give
+  std::map<std::string, MaskForce> forces;  // of fields that are held
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

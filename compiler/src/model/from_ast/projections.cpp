@@ -139,6 +139,7 @@ class Binder {
     if (!boundary) return;
     multiplier.boundary = *boundary;
     Projection made{name_,
+                    value,
                     solve({name_, operation, negate(found), *boundary}, {range_}),
                     is_implicit(draft_.problem.scheme.time),
                     {},
@@ -206,7 +207,8 @@ HeldStates bind_held(Draft& draft) {
     for (std::size_t i = 0; values && i < states.size(); ++i) {
       const Expr inside = inside_at(*states[i], item.mask.name, {item.mask.range});
       held.emplace(states[i]->name, Held{inside, (*values)[i]});
-      if (states[i]->rhs) draft.forces.emplace(states[i]->name, select(inside, *states[i]->rhs, 0.0));
+      if (states[i]->rhs)
+        draft.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
     }
   }
   return held;
