@@ -144,9 +144,10 @@ const std::vector<Level> levels{
     {"model", {"syntax/"}, {"chart", "data_set"}},
     {"stencil",
      {"syntax/", "model/"},
-     {"apply", "discretise", "discretise_solve", "discretise_upwind", "discretise_waves", "events", "exponential",
-      "idle_walls", "implicit_schemes", "lowering", "lowering_solves", "multistep", "operator_order", "quantities",
-      "semi_lagrangian", "subcycles", "time_schemes", "walls", "waves"}},
+     {"apply",          "discretise",  "discretise_solve", "discretise_upwind", "discretise_waves", "events",
+      "exponential",    "idle_walls",  "implicit_schemes", "lowering",          "lowering_solves",  "multistep",
+      "operator_order", "projections", "quantities",       "semi_lagrangian",   "subcycles",        "time_schemes",
+      "walls",          "waves"}},
     {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 

@@ -229,10 +229,11 @@ void Run::report_constraints(Json& result) {
   for (const driver::Session::Miss& miss : session_->misses(time, session_->rollout().final_states())) {
     misses[miss.multiplier] = json_number(miss.value);
     if (!(miss.value > rounding * miss.terms) || outcome_.steps_done == 0 || outcome_.blow_up) continue;
-    job_.sink().report("constraint-missed", miss.origin.range,
-                       {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
-                       "where all walls have values, what flows in has to flow out: let it out with = outflow; events "
-                       "that change the fields come behind the constraint");
+    job_.sink().report(
+        "constraint-missed", miss.origin.range,
+        {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
+        "what flows into a room between walls and masks has to flow out of it: = outflow lets it out; a wall "
+        "with inflow is no part of a mask; events that change the fields come behind the constraint");
   }
   if (!misses.empty()) result["constraints"] = std::move(misses);
 }

@@ -113,13 +113,18 @@ Names observed(const driver::Compiled& compiled) {
 
 /// Not what a scheme or an equation of second order adds to a person's fields.
 bool is_declared(const model::State& state) { return state.history_of.empty() && state.velocity_of.empty(); }
+/// A constraint gives it, whoever looks at it.
+bool is_multiplier(const driver::Compiled& compiled, const std::string& state) {
+  return compiled.problem->find_projection(state) != nullptr;
+}
 
 void add_fields(const driver::Compiled& compiled, const Dependence& dependence, std::vector<Unused>& result) {
   const Names seen = observed(compiled);
   if (seen.empty()) return;
   const Names needed = dependence.behind(seen);
   for (const model::State& state : compiled.problem->states) {
-    if (!is_declared(state) || needed.contains(state.name)) continue;
+    const bool is_asked_for = is_declared(state) && !is_multiplier(compiled, state.name);
+    if (!is_asked_for || needed.contains(state.name)) continue;
     result.push_back({Unused::Kind::field, state.name,
                       "nothing that is observed depends on it; a run computes it all the same", state.origin.range});
   }

@@ -221,6 +221,11 @@ struct Source {
   Origin origin;
 };
 
+/// A value that a state has inside a mask.
+struct Held {
+  Expr inside, value;  // a condition
+};
+
 struct State {
   std::string name;
   std::string velocity_of;  // this state is dt of that one, whose equation is of second order; "" otherwise
@@ -228,8 +233,9 @@ struct State {
                             // no equation; "" otherwise
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
-  int parts = 1;                    // its equation makes so many equal steps within each, after those that make fewer
-  std::optional<Expr> rhs;          // of dt(name) = rhs; absent for histories and the states of a hand-written program
+  std::optional<Held> held = {};
+  int parts = 1;            // its equation makes so many equal steps within each, after those that make fewer
+  std::optional<Expr> rhs;  // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
   std::optional<Expr> exact;  // of x, y, z, t, params
   Origin origin;              // of the equation

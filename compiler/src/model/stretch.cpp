@@ -67,6 +67,7 @@ class Rewriter {
     return placements_.is_staggered() ? interpolate(field(names_[a])) : field(names_[a]);
   }
   double slope_at(int axis, double s) const { return value_at(*slopes_[static_cast<std::size_t>(axis)], s); }
+  Expr over_volume(Expr e);
   Expr spacing_or(const Param& p, const Expr& e);
   Expr derivative_of(const Derivative& d, Origin origin);
   Expr advection_of(const Advect& a, Origin origin);
@@ -177,12 +178,21 @@ Expr Rewriter::operator()(const Expr& e) {
       },
       [&](const Solve& s) {
         Solve rewritten = s;
-        rewritten.operation = (*this)(s.operation);
-        rewritten.right = (*this)(s.right);
+        rewritten.operation = over_volume((*this)(s.operation));
+        rewritten.right = over_volume((*this)(s.right));
         for (std::size_t axis = 0; axis < s.boundary.size(); ++axis)
           rewrite(rewritten.boundary[axis], static_cast<int>(axis));
         return solve(std::move(rewritten), origin);
       });
+}
+
+/// Times the volume of the cell in units of the uniform coordinates: fluxes then enter both their cells alike, and a
+/// symmetric operator stays one.
+Expr Rewriter::over_volume(Expr e) {
+  for (int axis = 0; axis < static_cast<int>(slopes_.size()); ++axis) {
+    if (is_stretched(axis)) e = over(e, metric(axis), e->origin);
+  }
+  return e;
 }
 
 Expr Rewriter::spacing_or(const Param& p, const Expr& e) {
@@ -296,6 +306,7 @@ Problem in_uniform_coordinates(Problem problem) {
     rewriter.rewrite(state.rhs);
     rewriter.rewrite(state.initial.formula);
     rewriter.rewrite(state.exact);
+    if (state.held) state.held = Held{rewriter(state.held->inside), rewriter(state.held->value)};
     for (int axis = 0; axis < static_cast<int>(state.boundary.size()); ++axis)
       rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis);
   }

@@ -21,10 +21,8 @@ using namespace stencil;
 namespace {
 
 constexpr std::size_t most_terms = 50'000;
-constexpr double rounding = 1e-12;  // of sums of weights
-/// Where there are solves or transforms, what a stage stores with more terms than these is one component for the later
-/// ones: put into each other, the differences of four stages are thousands of terms.
-constexpr std::size_t terms_beside_waves = 24;
+constexpr double rounding = 1e-12;              // of sums of weights
+constexpr std::size_t terms_beside_waves = 24;  // where more are one component: put into each other, they multiply
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The value at the point, its change from cell to cell, and how it is perturbed.
@@ -262,8 +260,7 @@ void Evaluation::run_kernel(const Kernel& kernel) {
     is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
     Value result = store.accumulate ? field_value(store.field) + value : value;
     if (!waves_.empty() && result.form.terms().size() > terms_beside_waves) {
-      WaveSum whole{{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}};
-      add_waves(result, std::move(whole));
+      add_waves(result, {{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}});
     }
     fields_[store.field] = std::move(result);
   }
@@ -338,8 +335,7 @@ Value Evaluation::image_of_one(const Solve& solve) {
   return field_value(solve.image);
 }
 
-/// A wave of the right side is divided by what the block makes of it. What is not perturbed is a straight line about
-/// the point, as that of transforms: a block with an image of 0 leaves it open.
+/// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point.
 void Evaluation::solve(const Solve& solve) {
   const bool is_state = varied_.contains(solve.unknown);
   const double step = is_state ? std::exchange(dt_, 0) : dt_;

@@ -252,13 +252,18 @@ class ImplicitScheme {
     return model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, factor, model::param("dt")), e);
   }
 
-  /// The field with the boundary of the state for which U - h*own*L U is `right`.
+  /// The field with the boundary of the state for which U - h*own*L U is `right`; what a mask holds is what it is held
+  /// at.
   model::Expr solved(const Equation& equation, Weight own, const model::Expr& right) const {
-    const std::string& state = equation.advance.state;
-    const model::Expr operation =
-        model::binary(BinaryOp::subtract, model::field(state), times_step(own, equation.parts.part));
-    return model::solve({state, operation, right, lowering_.problem().find_state(state)->boundary},
-                        equation.advance.origin);
+    const model::State& state = *lowering_.problem().find_state(equation.advance.state);
+    const model::Expr free = model::field(state.name);
+    model::Expr operation = model::binary(BinaryOp::subtract, free, times_step(own, equation.parts.part)),
+                value = right;
+    if (state.held) {
+      operation = model::select(state.held->inside, free, operation);
+      value = model::select(state.held->inside, state.held->value, value);
+    }
+    return model::solve({state.name, operation, value, state.boundary}, equation.advance.origin);
   }
 
   Lowering& lowering_;

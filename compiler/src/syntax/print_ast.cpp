@@ -7,17 +7,12 @@
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/side_conditions.h"
+#include "syntax/print_parts.h"
 
 namespace dpde::ast {
 namespace {
 
 constexpr std::size_t max_columns = 120;
-
-std::string print_names(const std::vector<Identifier>& names) {
-  std::vector<std::string_view> texts;
-  for (const Identifier& name : names) texts.push_back(name.name);
-  return fmt::format("{}", fmt::join(texts, ", "));
-}
 
 std::string print_list(const std::vector<Expr>& values) {
   std::vector<std::string> texts;
@@ -78,8 +73,6 @@ std::string print_time(const TimeItem& time) {
   if (time.speed) text += ", speed " + print(*time.speed);
   return text;
 }
-
-std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }
 
 std::string print_data(const DataItem& data) {
   std::string text = fmt::format("data {}{} = {}", data.name.name, print_placement(data.on), print(data.value));
@@ -235,33 +228,17 @@ std::string print_stack(const StackItem& i) {
 }
 std::string print_branch(const BranchItem& branch);
 std::string print_solve(const SolveItem& solve);
-std::string print_field(const FieldItem& i) {
-  return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
-}
-std::string print_solved(const SolvedItem& i) {
-  return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
-}
 
 std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return print_field(i); },
-      [](const CoefficientItem& i) {
-        const char* word = i.mask      ? "mask "
-                           : i.control ? (i.vector ? "control vector " : "control field ")
-                           : i.vector  ? "coefficient vector "
-                                       : "coefficient ";
-        return word + print_names(i.names) + print_placement(i.on);
-      },
+      [](const CoefficientItem& i) { return print_coefficient(i); },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
-      [](const SolvedItem& i) { return print_solved(i); },
-      [](const ConstraintItem& i) {
-        return fmt::format("{} = {} gives {}", print(i.zero), print(i.value), i.multiplier.name);
-      },
-      [](const HeldItem& i) { return fmt::format("{} = {} inside {}", i.field.name, print(i.value), i.mask.name); },
-      [](const GridItem& i) { return print_grid(i); },
+      [](const SolvedItem& i) { return print_solved(i); }, [](const ConstraintItem& i) { return print_constraint(i); },
+      [](const HeldItem& i) { return print_held(i); }, [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
         return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");
       },

@@ -22,12 +22,6 @@ namespace dpde::model {
 
 namespace {
 
-/// What a state is held at, and where.
-struct Held {
-  Expr inside, value;
-};
-using HeldStates = std::map<std::string, Held>;
-
 /// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
 /// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
 Expr inside_at(const State& state, const std::string& mask, Origin origin) {
@@ -37,20 +31,18 @@ Expr inside_at(const State& state, const std::string& mask, Origin origin) {
 }
 
 /// `free`, but where it is held.
-Expr with_held(const HeldStates& held, const std::string& state, const Expr& free) {
-  const auto found = held.find(state);
-  return found == held.end() ? free : select(found->second.inside, found->second.value, free);
+Expr with_held(const State& state, const Expr& free) {
+  return state.held ? select(state.held->inside, state.held->value, free) : free;
 }
 /// What moves a state; 0 where it is held.
-Expr without_held(const HeldStates& held, const std::string& state, const Expr& push) {
-  const auto found = held.find(state);
-  return found == held.end() ? push : select(found->second.inside, 0.0, push);
+Expr without_held(const State& state, const Expr& push) {
+  return state.held ? select(state.held->inside, 0.0, push) : push;
 }
 
 class Binder {
  public:
-  Binder(Draft& draft, const HeldStates& held, const ast::ConstraintItem& item, SourceRange range)
-      : draft_(draft), held_(held), item_(item), range_(range), name_(item.multiplier.name) {}
+  Binder(Draft& draft, const ast::ConstraintItem& item, SourceRange range)
+      : draft_(draft), item_(item), range_(range), name_(item.multiplier.name) {}
 
   void bind() {
     const auto value = Expressions(draft_, Purpose::equation, name_).number(item_.value);
@@ -88,10 +80,20 @@ class Binder {
                          "take time = rk4, ssp_rk3 or ab2");
     } else if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral) {
       refuse(range_, "derivatives by Fourier series are in no solve", "take dx and lap = central(2) in the scheme");
+    } else if (scheme.derivative_order > 2 && has_sides()) {
+      refuse(range_,
+             fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
+             "take dx = central(2)");
     } else {
       return true;
     }
     return false;
+  }
+
+  /// Wide differences of what is changed and of the multiplier look at different images there.
+  bool has_sides() const {
+    return std::ranges::any_of(draft_.problem.axes, [](const Axis& a) { return a.topology == Topology::bounded; }) ||
+           std::ranges::any_of(draft_.problem.states, [](const State& state) { return state.held.has_value(); });
   }
 
   /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
@@ -127,8 +129,8 @@ class Binder {
     for (const Changed& changed : changed_) {
       const std::string& state = changed.state->name;
       if (!reads(value, state)) continue;
-      const auto moved = put_in(value, state, without_held(held_, state, changed.push));
-      const auto held = put_in(found, state, with_held(held_, state, field(state)));
+      const auto moved = put_in(value, state, without_held(*changed.state, changed.push));
+      const auto held = put_in(found, state, with_held(*changed.state, field(state)));
       if (!moved || !held) return;
       operation = binary(BinaryOp::add, operation, moved->part);
       found = binary(BinaryOp::add, held->part, held->rest);
@@ -148,7 +150,7 @@ class Binder {
       Origin none;
       const std::string& state = changed.state->name;
       const Expr push = linear_part(changed.push, name_, none, *made.potential)->part;
-      made.updates.push_back({state, with_held(held_, state, binary(BinaryOp::add, field(state), push))});
+      made.updates.push_back({state, with_held(*changed.state, binary(BinaryOp::add, field(state), push))});
     }
     draft_.problem.projections.push_back(std::move(made));
   }
@@ -174,7 +176,8 @@ class Binder {
         const std::string place = along.name + (side == &AxisSides::low ? ".low" : ".high");
         if (!wall.gives_value() && !wall.keeps_wall()) {
           refuse(range_, fmt::format("{} has no value at {}", across->name, place),
-                 fmt::format("write boundary {}: {} = 0, or = outflow", across->name, place));
+                 fmt::format("write boundary {}: {} = 0{}", across->name, place,
+                             side == &AxisSides::high ? ", or = outflow" : ""));
           return std::nullopt;
         }
         boundary[axis].*side = Side{wall.keeps_wall() ? SideKind::value : SideKind::zero_gradient};
@@ -184,46 +187,52 @@ class Binder {
   }
 
   Draft& draft_;
-  const HeldStates& held_;
   const ast::ConstraintItem& item_;
   SourceRange range_;
   std::string name_;
   std::vector<Changed> changed_;
 };
 
-HeldStates bind_held(Draft& draft) {
-  HeldStates held;
+void bind_held(Draft& draft) {
   std::map<std::string, SourceRange> seen;
+  std::vector<std::string> masks;
+  for (const Coefficient& coefficient : draft.problem.coefficients) {
+    if (coefficient.is_mask) masks.push_back(coefficient.name);
+  }
   for (const auto& [item, range] : items_of<ast::HeldItem>(draft.model->items)) {
-    const Coefficient* mask = draft.problem.find_coefficient(item.mask.name);
-    if (!mask || !mask->is_mask) {
-      draft.sink.report("not-a-mask", item.mask.range, {item.mask.name}, "declare it with mask " + item.mask.name);
+    if (std::ranges::find(masks, item.mask.name) == masks.end()) {
+      const std::string near = did_you_mean(item.mask.name, masks);
+      draft.sink.report("not-a-mask", item.mask.range, {item.mask.name},
+                        near.empty() ? "declare it with mask " + item.mask.name : near);
       continue;
     }
     const std::vector<State*> states = find_states(draft, item.field, "a value inside a mask");
     if (states.empty() || !is_first(draft, "the value inside a mask", item.field, states, seen)) continue;
+    if (draft.multipliers.contains(item.field.name)) {
+      draft.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
+                        "hold the fields that the constraint binds");
+      continue;
+    }
     draft.used.insert(item.mask.name);
     const auto values = Expressions(draft, Purpose::equation, item.field.name).components(item.value, item.field.name);
     for (std::size_t i = 0; values && i < states.size(); ++i) {
       const Expr inside = inside_at(*states[i], item.mask.name, {item.mask.range});
-      held.emplace(states[i]->name, Held{inside, (*values)[i]});
+      states[i]->held = Held{inside, (*values)[i]};
       if (states[i]->rhs)
         draft.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
     }
   }
-  return held;
 }
 
 }  // namespace
 
 void bind_projections(Draft& draft) {
-  const HeldStates held = bind_held(draft);
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items))
-    Binder(draft, held, item, range).bind();
+  bind_held(draft);
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) Binder(draft, item, range).bind();
   Projection alone;
-  for (const auto& [state, value] : held) {
-    if (draft.problem.is_projected(state)) continue;
-    alone.updates.push_back({state, with_held(held, state, field(state))});
+  for (const State& state : draft.problem.states) {
+    if (state.held && !draft.problem.is_projected(state.name))
+      alone.updates.push_back({state.name, with_held(state, field(state.name))});
   }
   if (!alone.updates.empty()) draft.problem.projections.push_back(std::move(alone));
 }

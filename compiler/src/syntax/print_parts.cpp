@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "syntax/print_parts.h"
+
+#include <fmt/format.h>
+
+#include "syntax/print_ast.h"
+
+namespace dpde::ast {
+
+std::string print_names(const std::vector<Identifier>& names) {
+  std::vector<std::string_view> texts;
+  for (const Identifier& name : names) texts.push_back(name.name);
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }
+
+std::string print_field(const FieldItem& i) {
+  return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
+}
+
+std::string print_coefficient(const CoefficientItem& i) {
+  const char* word = i.mask ? "mask " : i.control ? "control " : "coefficient ";
+  const char* kind = i.vector ? "vector " : i.control ? "field " : "";
+  return fmt::format("{}{}{}{}", word, kind, print_names(i.names), print_placement(i.on));
+}
+
+std::string print_solved(const SolvedItem& i) {
+  return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
+}
+
+std::string print_constraint(const ConstraintItem& i) {
+  return fmt::format("{} = {} gives {}", print(i.zero), print(i.value), i.multiplier.name);
+}
+
+std::string print_held(const HeldItem& i) {
+  return fmt::format("{} = {} inside {}", i.field.name, print(i.value), i.mask.name);
+}
+
+}  // namespace dpde::ast

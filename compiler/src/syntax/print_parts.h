@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parts of lines, and the items of models.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "syntax/ast.h"
+
+namespace dpde::ast {
+
+std::string print_names(const std::vector<Identifier>& names);
+/// " on faces", or nothing.
+std::string print_placement(const std::optional<Identifier>& on);
+
+std::string print_field(const FieldItem& item);
+std::string print_coefficient(const CoefficientItem& item);
+std::string print_solved(const SolvedItem& item);
+std::string print_constraint(const ConstraintItem& item);
+std::string print_held(const HeldItem& item);
+
+}  // namespace dpde::ast
