@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -238,6 +239,14 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
       coefficient.is_control() ? files::load_array({from.file, from.variable, times_of(problem, coefficient)}, source,
                                                    axes, problem.scheme.real, from.origin.range, sink)
                                : files::load_array(from, source, axes, problem.scheme.real, sink);
+  if (loaded && coefficient.is_mask) {
+    const auto wrong = std::ranges::find_if(*loaded, [](double value) { return value != 0 && value != 1; });
+    if (wrong != loaded->end()) {
+      const std::string what = fmt::format("index {} holds {}, and a mask is 0 or 1", wrong - loaded->begin(), *wrong);
+      sink.report("bad-array-file", from.origin.range, {from.file, what}, "round it where it is made");
+      return std::nullopt;
+    }
+  }
   if (!loaded || session.options().cells.empty()) return loaded;
   const std::size_t states =
                         coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1,
