@@ -268,7 +268,8 @@ std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames
     values.push_back({miss, largest(magnitude(projection.constraint))});
     model::Expr size = largest(terms);
     for (const model::Event::Update& update : projection.updates) {  // of flows that are the same everywhere
-      const model::Expr rounding = rounding_of_states / problem.axes.front().spacing();
+      const model::Expr spacing = model::param("h" + problem.axes.front().name);
+      const model::Expr rounding = model::binary(BinaryOp::divide, rounding_of_states, spacing);
       const model::Expr of_state = largest(magnitude(model::field(update.state)));
       size = model::binary(BinaryOp::add, size, model::binary(BinaryOp::multiply, rounding, of_state));
     }
@@ -317,9 +318,12 @@ ProgramNames program_names(const model::Problem& problem) {
   names.exact = supply.fresh(scene + "_exact");
   names.observe = supply.fresh(scene + "_observe");
   names.constraints = supply.fresh(scene + "_constraints");
+  NameSupply sums;
+  for (const model::Parameter& parameter : problem.params) sums.reserve(parameter.name);
   for (const model::Projection& projection : problem.projections) {
     if (projection.potential)
-      names.misses.emplace_back(projection.multiplier + "_miss", projection.multiplier + "_terms");
+      names.misses.emplace_back(sums.fresh(projection.multiplier + "_miss"),
+                                sums.fresh(projection.multiplier + "_terms"));
   }
   for (const model::Coefficient& c : problem.coefficients) {
     if (c.is_control())

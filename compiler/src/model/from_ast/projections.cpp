@@ -39,6 +39,23 @@ Expr without_held(const State& state, const Expr& push) {
   return state.held ? select(state.held->inside, 0.0, push) : push;
 }
 
+/// Schemes whose stages do nothing behind them; in the words of a message.
+bool has_stages(Draft& draft, SourceRange range, const char* what) {
+  const Scheme& scheme = draft.problem.scheme;
+  const bool by_time =
+      is_exponential(scheme.time) || scheme.time == TimeScheme::verlet || scheme.time == TimeScheme::leapfrog;
+  if (by_time)
+    draft.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
+  const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
+  if (!subcycles.empty())
+    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", fmt::format("a scene with {}", what)},
+                      "make all steps shorter");
+  if (follows_flow(scheme.advect))
+    draft.sink.report("not-allowed-here", range, {what, "a scene whose advection follows the flow"},
+                      "take advect = upwind(3) or central(2)");
+  return !by_time && subcycles.empty() && !follows_flow(scheme.advect);
+}
+
 class Binder {
  public:
   Binder(Draft& draft, const ast::ConstraintItem& item, SourceRange range)
@@ -50,7 +67,9 @@ class Binder {
     if (!zero || zero->value != 0)
       return refuse(item_.zero.range(), "the left side of a constraint is 0", "write 0 = div(u) gives " + name_);
     const auto multiplier = std::ranges::find(draft_.problem.states, name_, &State::name);
-    if (!value || multiplier == draft_.problem.states.end() || !fits(*multiplier) || !split_rates()) return;
+    if (multiplier == draft_.problem.states.end())
+      return refuse(item_.multiplier.range, "it is no number", "write field " + name_);
+    if (!value || !fits(*multiplier) || !split_rates()) return;
     if (reads(*value, name_))
       return refuse(item_.value.range(), "the constraint itself holds it", "write it with the fields that it binds");
     add(*value, *multiplier);
@@ -74,10 +93,6 @@ class Binder {
     const Scheme& scheme = draft_.problem.scheme;
     if (multiplier.placement != Placement{}) {
       refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
-    } else if (is_exponential(scheme.time) || scheme.time == TimeScheme::verlet ||
-               scheme.time == TimeScheme::leapfrog) {
-      draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a constraint"},
-                         "take time = rk4, ssp_rk3 or ab2");
     } else if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral) {
       refuse(range_, "derivatives by Fourier series are in no solve", "take dx and lap = central(2) in the scheme");
     } else if (scheme.derivative_order > 2 && has_sides()) {
@@ -85,7 +100,7 @@ class Binder {
              fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
              "take dx = central(2)");
     } else {
-      return true;
+      return has_stages(draft_, range_, "a constraint");
     }
     return false;
   }
@@ -234,7 +249,9 @@ void bind_projections(Draft& draft) {
     if (state.held && !draft.problem.is_projected(state.name))
       alone.updates.push_back({state.name, with_held(state, field(state.name))});
   }
-  if (!alone.updates.empty()) draft.problem.projections.push_back(std::move(alone));
+  if (alone.updates.empty()) return;
+  const SourceRange range = items_of<ast::HeldItem>(draft.model->items).front().range;
+  if (has_stages(draft, range, "a mask")) draft.problem.projections.push_back(std::move(alone));
 }
 
 }  // namespace dpde::model

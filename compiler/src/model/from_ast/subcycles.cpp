@@ -32,8 +32,6 @@ bool fits(Draft& draft, SourceRange range) {
     draft.sink.report("schemes-do-not-fit", range,
                       {print(scheme.time), "equations that make several steps within each"},
                       "take time = rk2 or verlet");
-  } else if (!draft.multipliers.empty()) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene with a constraint"}, "");
   } else if (draft.program) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                       "run the kernels several times in the program");
