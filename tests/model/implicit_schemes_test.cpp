@@ -31,14 +31,6 @@ TEST(ImplicitPart, LeavesWhatIsNotLinearOrHoldsOtherFields) {
   }
 }
 
-/// Code, message and hint of the only diagnostic.
-std::string refusal_of(const std::string& text, const std::map<std::string, std::string>& settings) {
-  Selection selection;
-  selection.overrides = settings;
-  const Outcome outcome = outcome_of(text, selection);
-  return outcome.problem ? "" : outcome.diagnostics.front().message + ": " + outcome.code_and_hint();
-}
-
 TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   const std::string heat = text_with("k*lap(u) - u");
   EXPECT_EQ(refusal_of(heat, {{"time", "ars222"}}), "");

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -43,6 +44,14 @@ inline Outcome outcome_of(const std::string& text, const Selection& selection = 
     EXPECT_EQ(verify(*outcome.problem), std::vector<std::string>{});
   }
   return outcome;
+}
+
+/// Message, code and hint of the only diagnostic with these settings; "" where there is none.
+inline std::string refusal_of(const std::string& text, const std::map<std::string, std::string>& settings = {}) {
+  Selection selection;
+  selection.overrides = settings;
+  const Outcome outcome = outcome_of(text, selection);
+  return outcome.problem ? "" : outcome.diagnostics.front().message + ": " + outcome.code_and_hint();
 }
 
 /// Of a text without errors.

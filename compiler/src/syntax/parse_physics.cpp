@@ -49,24 +49,29 @@ ItemKind parse_equation(Cursor& cursor) {
   return item;
 }
 
-ItemKind parse_solved(Cursor& cursor) {
-  SolvedItem item;
-  item.left = parse_expression(cursor);
+/// left = right WORD name
+struct Related {
+  Expr left, right;
+  Identifier name;
+};
+Related parse_related(Cursor& cursor, const char* word, const char* what) {
+  Related related;
+  related.left = parse_expression(cursor);
   cursor.expect(TokenKind::assign);
-  item.right = parse_expression(cursor);
-  cursor.expect_word("for");
-  item.unknown = cursor.expect_name("the field that is sought");
-  return item;
+  related.right = parse_expression(cursor);
+  cursor.expect_word(word);
+  related.name = cursor.expect_name(what);
+  return related;
+}
+
+ItemKind parse_solved(Cursor& cursor) {
+  Related related = parse_related(cursor, "for", "the field that is sought");
+  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name)};
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
-  ConstraintItem item;
-  item.zero = parse_expression(cursor);
-  cursor.expect(TokenKind::assign);
-  item.value = parse_expression(cursor);
-  cursor.expect_word("gives");
-  item.multiplier = cursor.expect_name("the field that the constraint gives");
-  return item;
+  Related related = parse_related(cursor, "gives", "the field that the constraint gives");
+  return ConstraintItem{std::move(related.left), std::move(related.right), std::move(related.name)};
 }
 
 /// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., 0 = div(u).

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What constraints and masks do not go with: each would otherwise be a wrong step without a word.
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+std::string flow(const std::string& model_lines, const std::string& scene_lines = "", const std::string& p = "field p") {
+  return "model m {\n  vector u on faces\n  " + p + "\n  field T\n  mask solid\n  dt(u) = lap(u) - grad(p)\n  dt(T) = lap(T)\n" +
+         model_lines + "}\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  grid y = 0 .. 1, cells 8, periodic\n" +
+         "  solid = x < 0.3\n  initial u = 0\n  initial T = 0\n  boundary T: x = 0\n  time 0 .. 1, step 1/8\n" +
+         (scene_lines.empty() ? "  boundary u: x = 0\n" : scene_lines) + "}\n";
+}
+const std::string constraint = "  0 = div(u) gives p\n", held = "  T = 1 inside solid\n";
+const std::string heat =
+    "model m {\n  field T\n  mask solid\n  dt(T) = lap(T)\n  T = 1 inside solid\n}\nscene s : m {\n"
+    "  grid x = 0 .. 1, cells 8, periodic\n  solid = x < 0.3\n  initial T = 0\n  time 0 .. 1, step 1/8\n";
+
+TEST(Projections, GoWithSchemesOfStages) {
+  for (const char* time : {"euler", "rk2", "rk4", "ssp_rk3", "ab2", "ab3", "imex_euler", "ars222"}) {
+    EXPECT_EQ(refusal_of(flow(constraint + held), {{"time", time}}), "") << time;
+    EXPECT_EQ(refusal_of(heat + "}\n", {{"time", time}}), "") << time;
+  }
+  for (const char* time : {"leapfrog", "etdrk2", "verlet"}) {
+    const std::string refusal = " does not go with a mask: E0555 take time = rk4, ssp_rk3 or ab2";
+    EXPECT_EQ(refusal_of(heat + "}\n", {{"time", time}}).find(std::string("time = ") + time + refusal), 0u) << time;
+  }
+  EXPECT_EQ(refusal_of(flow(constraint), {{"time", "leapfrog"}}),
+            "time = leapfrog does not go with a constraint: E0555 take time = rk4, ssp_rk3 or ab2");
+  EXPECT_EQ(refusal_of(heat + "  subcycle T in 2\n}\n"),
+            "subcycle cannot appear in a scene with a mask: E0311 make all steps shorter");
+  EXPECT_EQ(refusal_of(heat + "}\n", {{"advect", "semi_lagrangian"}}),
+            "a mask cannot appear in a scene whose advection follows the flow: E0311 take advect = upwind(3) or "
+            "central(2)");
+}
+
+TEST(Projections, SayWhatTheyCannotMakeTrue) {
+  const auto wide = refusal_of(flow(constraint), {{"dx", "central4"}});
+  EXPECT_EQ(wide, "the constraint that gives p: beside walls and masks it is not made true by dx = central(4): E0568 "
+                  "take dx = central(2)");
+  EXPECT_EQ(refusal_of(flow("  p = 7 inside solid\n" + constraint)),
+            "what a constraint gives cannot appear in a mask: E0311 hold the fields that the constraint binds");
+  EXPECT_EQ(refusal_of(flow(constraint, "  boundary u: x.low = zero_gradient, x.high = 0\n")),
+            "the constraint that gives p: u.x has no value at x.low: E0568 write boundary u.x: x.low = 0");
+  EXPECT_EQ(refusal_of(flow(constraint + "  T = 1 inside sold\n")),
+            "sold is no mask: a field is held inside of one: E0569 did you mean solid?");
+}
+
+}  // namespace
+}  // namespace dpde::model
