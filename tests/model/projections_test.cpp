@@ -5,11 +5,13 @@
 namespace dpde::model {
 namespace {
 
-std::string flow(const std::string& model_lines, const std::string& scene_lines = "", const std::string& p = "field p") {
-  return "model m {\n  vector u on faces\n  " + p + "\n  field T\n  mask solid\n  dt(u) = lap(u) - grad(p)\n  dt(T) = lap(T)\n" +
-         model_lines + "}\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  grid y = 0 .. 1, cells 8, periodic\n" +
-         "  solid = x < 0.3\n  initial u = 0\n  initial T = 0\n  boundary T: x = 0\n  time 0 .. 1, step 1/8\n" +
-         (scene_lines.empty() ? "  boundary u: x = 0\n" : scene_lines) + "}\n";
+std::string flow(const std::string& model_lines, const std::string& sides = "boundary u: x = 0") {
+  return "model m {\n  vector u on faces\n  field p\n  field T\n  mask solid\n"
+         "  dt(u) = lap(u) - grad(p)\n  dt(T) = lap(T)\n" +
+         model_lines +
+         "}\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  grid y = 0 .. 1, cells 8, periodic\n"
+         "  solid = x < 0.3\n  initial u = 0\n  initial T = 0\n  boundary T: x = 0\n  time 0 .. 1, step 1/8\n  " +
+         sides + "\n}\n";
 }
 const std::string constraint = "  0 = div(u) gives p\n", held = "  T = 1 inside solid\n";
 const std::string heat =
@@ -36,11 +38,12 @@ TEST(Projections, GoWithSchemesOfStages) {
 
 TEST(Projections, SayWhatTheyCannotMakeTrue) {
   const auto wide = refusal_of(flow(constraint), {{"dx", "central4"}});
-  EXPECT_EQ(wide, "the constraint that gives p: beside walls and masks it is not made true by dx = central(4): E0568 "
-                  "take dx = central(2)");
+  EXPECT_EQ(wide,
+            "the constraint that gives p: beside walls and masks it is not made true by dx = central(4): E0568 "
+            "take dx = central(2)");
   EXPECT_EQ(refusal_of(flow("  p = 7 inside solid\n" + constraint)),
             "what a constraint gives cannot appear in a mask: E0311 hold the fields that the constraint binds");
-  EXPECT_EQ(refusal_of(flow(constraint, "  boundary u: x.low = zero_gradient, x.high = 0\n")),
+  EXPECT_EQ(refusal_of(flow(constraint, "boundary u: x.low = zero_gradient, x.high = 0")),
             "the constraint that gives p: u.x has no value at x.low: E0568 write boundary u.x: x.low = 0");
   EXPECT_EQ(refusal_of(flow(constraint + "  T = 1 inside sold\n")),
             "sold is no mask: a field is held inside of one: E0569 did you mean solid?");
