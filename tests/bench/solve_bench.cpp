@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Linear solvers on -lap(x) = b, around rings and between walls: time of an unknown. The time of one multigrid cycle
-// has that of its residual in it.
+// has that of its residual in it, and the bandwidth of copies of such vectors stands beside it.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "bare_transform.h"
 #include "solve/fourier.h"
 #include "solve/linear_solver.h"
+#include "solve/multigrid.h"
 
 namespace dpde {
 namespace {
@@ -50,22 +51,51 @@ void count_unknowns(benchmark::State& state, double unknowns) {
 }
 
 void solve(benchmark::State& state, SolverMethod method) {
-  constexpr int cycles = 10;
   const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
-  const bool is_multigrid = method == SolverMethod::multigrid;
-  LinearSolver solver(matrix, {.method = method, .tolerance = is_multigrid ? 0 : 1e-6, .most_iterations = cycles});
+  LinearSolver solver(matrix, {.method = method, .tolerance = 1e-6});
   std::vector<double> b(static_cast<std::size_t>(matrix.size())), x(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) b[i] = std::sin(static_cast<double>(i) * 1.7);
   for (auto _ : state) {
     std::ranges::fill(x, 0.0);
     benchmark::DoNotOptimize(solver.solve(b, x));
   }
-  count_unknowns(state, static_cast<double>(matrix.size()) * (is_multigrid ? cycles : 1));
+  count_unknowns(state, static_cast<double>(matrix.size()));
+}
+
+void multigrid_cycle(benchmark::State& state) {
+  constexpr int cycles = 10;
+  const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
+  std::string why;
+  std::optional<Multigrid> multigrid = Multigrid::of(matrix, NullSpace(matrix, 0x1p-52), 0x1p-52, false, why);
+  std::vector<double> right(static_cast<std::size_t>(matrix.size()));
+  for (std::size_t i = 0; i < right.size(); ++i) right[i] = std::sin(static_cast<double>(i) * 1.7);
+  Numbers b(multigrid->size()), x(multigrid->size());
+  multigrid->pack_right(right, b);
+  for (auto _ : state) {
+    std::fill_n(x.data(), x.size(), 0.0);
+    benchmark::DoNotOptimize(multigrid->iterate(b, x, 0, cycles));
+  }
+  count_unknowns(state, static_cast<double>(matrix.size()) * cycles);
+}
+
+/// y = x, of vectors as long as those above.
+void copy(benchmark::State& state) {
+  const auto size = static_cast<std::size_t>(std::pow(state.range(0), state.range(1)));
+  Numbers from(size), to(size);
+  for (auto _ : state) {
+    std::copy_n(from.data(), size, to.data());
+    benchmark::DoNotOptimize(to.data());
+    benchmark::ClobberMemory();
+  }
+  count_unknowns(state, static_cast<double>(size));
 }
 
 void sizes(benchmark::internal::Benchmark* run) {
-  for (const int is_periodic : {1, 0}) run->Args({512, 2, is_periodic})->Args({1024, 2, is_periodic});
-  run->Args({64, 3, 1})->Args({64, 3, 0})->Unit(benchmark::kMillisecond);
+  for (const int is_periodic : {1, 0}) {
+    for (const int n : {512, 1024, 2048}) run->Args({n, 2, is_periodic});
+    for (const int n : {64, 128}) run->Args({n, 3, is_periodic});
+  }
+  run->Unit(benchmark::kMillisecond);
 }
 
 /// Without the residual that a solve ends with.
@@ -87,7 +117,9 @@ void fftw_alone(benchmark::State& state) {
   count_unknowns(state, std::pow(static_cast<double>(state.range(0)), static_cast<double>(state.range(1))));
 }
 
-BENCHMARK_CAPTURE(solve, multigrid_cycle, SolverMethod::multigrid)->Apply(sizes);
+BENCHMARK(copy)->Args({512, 2})->Args({2048, 2})->Args({128, 3})->Unit(benchmark::kMillisecond);
+BENCHMARK(multigrid_cycle)->Apply(sizes);
+BENCHMARK_CAPTURE(solve, multigrid_to_1e_6, SolverMethod::multigrid)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, cg_to_1e_6, SolverMethod::cg)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, fourier, SolverMethod::fourier)->Apply(sizes);
 

@@ -15,7 +15,7 @@
 namespace dpde {
 namespace {
 
-using Cells = std::array<int64_t, 3>;
+using Extents = std::array<int64_t, 3>;
 using Axes = std::array<int32_t, 3>;
 
 constexpr int powers[3] = {1, 2, 3};  // of the derivatives along each axis, which are added up
@@ -40,9 +40,9 @@ double weight(int64_t n, int power, int64_t difference) {
   return sum / static_cast<double>(n);
 }
 
-std::vector<double> expected(const std::vector<double>& field, const Cells& cells, const Axes& axes) {
+std::vector<double> expected(const std::vector<double>& field, const Extents& cells, const Axes& axes) {
   std::vector<double> result(field.size(), 0.0);
-  const Cells stride{1, cells[0], cells[0] * cells[1]};
+  const Extents stride{1, cells[0], cells[0] * cells[1]};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axes[axis] == 0) continue;
     const int64_t n = cells[axis];
@@ -58,10 +58,10 @@ std::vector<double> expected(const std::vector<double>& field, const Cells& cell
 }
 
 template <class Real>
-std::vector<double> transformed(const std::vector<double>& field, const Cells& cells, const Axes& axes, int threads) {
+std::vector<double> transformed(const std::vector<double>& field, const Extents& cells, const Axes& axes, int threads) {
   const int64_t halo = 3, rows = cells[0] + 2 * halo, size = rows * cells[1] * cells[2];
   dpde_layout layout{.rank = 3, .real = sizeof(Real) == 4 ? DPDE_F32 : DPDE_F64, .size = size, .origin = halo};
-  const Cells stride{1, rows, rows * cells[1]};
+  const Extents stride{1, rows, rows * cells[1]};
   std::vector<dpde_monomial> monomials;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     layout.cells[axis] = cells[axis];
@@ -90,7 +90,8 @@ std::vector<double> transformed(const std::vector<double>& field, const Cells& c
 }
 
 TEST(FieldTransforms, AreThoseOfSumsOverAllWaves) {
-  for (const Cells& cells : {Cells{8, 5, 1}, Cells{7, 6, 5}, Cells{1, 9, 4}, Cells{20, 1, 3}, Cells{33, 10, 2}}) {
+  for (const Extents& cells :
+       {Extents{8, 5, 1}, Extents{7, 6, 5}, Extents{1, 9, 4}, Extents{20, 1, 3}, Extents{33, 10, 2}}) {
     const std::vector<double> field = arbitrary(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]));
     for (int set = 1; set < 8; ++set) {
       const Axes axes{set & 1, set >> 1 & 1, set >> 2 & 1};
@@ -106,7 +107,7 @@ TEST(FieldTransforms, AreThoseOfSumsOverAllWaves) {
 }
 
 TEST(FieldTransforms, AreTheSameByAnyNumberOfThreads) {
-  const Cells cells{45, 32, 30};
+  const Extents cells{45, 32, 30};
   const std::vector<double> field = arbitrary(45 * 32 * 30);
   for (int set = 1; set < 8; ++set) {
     const Axes axes{set & 1, set >> 1 & 1, set >> 2 & 1};

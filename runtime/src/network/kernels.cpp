@@ -2,6 +2,7 @@
 #include "kernels.h"
 
 #include "kernel_sets.h"
+#include "processor.h"
 
 namespace dpde::nn {
 namespace {
@@ -14,14 +15,10 @@ struct Both {
 Both choose() {
   Both chosen;
 #if defined(__x86_64__)
-  __builtin_cpu_init();
-  const bool has_v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  const bool has_avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                          __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                          __builtin_cpu_supports("avx512vl");
-  if (has_v3) {
-    (has_avx512 ? kernels_v4 : kernels_v3)(chosen.single, chosen.full);
-    return chosen;
+  switch (instruction_set()) {
+    case InstructionSet::v4: kernels_v4(chosen.single, chosen.full); return chosen;
+    case InstructionSet::v3: kernels_v3(chosen.single, chosen.full); return chosen;
+    case InstructionSet::portable: break;
   }
 #endif
   kernels_portable(chosen.single, chosen.full);

@@ -16,8 +16,6 @@ double dot(std::span<const double> a, std::span<const double> b) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
-
 /// y += c*x
 void add(double c, std::span<const double> x, std::span<double> y) {
   for (std::size_t i = 0; i < x.size(); ++i) y[i] += c * x[i];
@@ -25,26 +23,15 @@ void add(double c, std::span<const double> x, std::span<double> y) {
 
 }  // namespace
 
+double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
+
 void Iterations::resize(std::size_t size) {
-  for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_}) vector->assign(size, 0.0);
+  for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_}) *vector = Numbers(size);
 }
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {
   multiply_(x, r_);
   for (std::size_t i = 0; i < b.size(); ++i) r_[i] = b[i] - r_[i];
-}
-
-IterationReport Iterations::cycles(std::span<const double> b, std::span<double> x) {
-  const double size = norm(b);
-  IterationReport report;
-  for (;; ++report.iterations) {
-    find_residual(b, x);
-    report.residual = size == 0 ? norm(r_) : norm(r_) / size;
-    report.converged = report.residual <= tolerance_;
-    if (report.converged || report.iterations == most_ || !std::isfinite(report.residual)) return report;
-    precondition_(r_, z_);
-    add(1, z_, x);
-  }
 }
 
 IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
@@ -72,7 +59,7 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
 
 /// Until what is carried along as the residual is small; that drifts away from what it is.
 void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationReport& report) {
-  first_ = r_;
+  std::copy_n(r_.data(), r_.size(), first_.data());
   double rho = 1, alpha = 1, omega = 1;
   for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = v_[i] = 0;
   while (report.iterations < most_) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Methods that come nearer step by step: conjugate gradients (Hestenes and Stiefel 1952), of symmetric definite
-// operators, BiCGStab (van der Vorst 1992) of others, and plain multigrid cycles.
+// operators, and BiCGStab (van der Vorst 1992) of others.
 #pragma once
 
 #include <functional>
 #include <span>
-#include <vector>
+
+#include "solve/numbers.h"
 
 namespace dpde {
 
@@ -17,6 +18,8 @@ struct IterationReport {
   bool converged = false, is_indefinite = false;
 };
 
+double norm(std::span<const double> a);
+
 /// Memory for the vectors of one size.
 class Iterations {
  public:
@@ -26,8 +29,6 @@ class Iterations {
   void resize(std::size_t size);
   IterationReport cg(std::span<const double> b, std::span<double> x);
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
-  /// x += precondition(b - A*x), again and again.
-  IterationReport cycles(std::span<const double> b, std::span<double> x);
 
  private:
   void find_residual(std::span<const double> b, std::span<const double> x);
@@ -36,7 +37,7 @@ class Iterations {
   VectorFunction multiply_, precondition_;
   double tolerance_;
   int most_;
-  std::vector<double> r_, z_, p_, q_, s_, t_, v_, first_;
+  Numbers r_, z_, p_, q_, s_, t_, v_, first_;
 };
 
 }  // namespace dpde

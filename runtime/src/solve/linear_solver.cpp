@@ -82,7 +82,10 @@ struct LinearSolver::Impl {
   bool try_multigrid(const StencilMatrix& matrix, SolverMethod wanted);
   void make_direct(const StencilMatrix& matrix, const char* why);
   void make_bicgstab(const StencilMatrix& matrix);
+  void make_bicgstab_with_multigrid();
   void make_iterations(VectorFunction precondition);
+  IterationReport iterate(std::span<double> x);
+  IterationReport iterate_packed(std::span<double> x);
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
   bool is_symmetric() const {
     const Rows difference = rows - Rows(rows.transpose());
@@ -104,6 +107,8 @@ struct LinearSolver::Impl {
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
   std::vector<double> right, residual;
+  bool is_packed = false;  // multigrid, or conjugate gradients with it, in its order of cells
+  Numbers packed_right, packed_x;
 };
 
 bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
@@ -141,14 +146,45 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
 bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
   multigrid = Multigrid::of(matrix, null_space, options.rounding, wanted == SolverMethod::cg, no_multigrid);
   if (!multigrid) return false;
-  make_iterations([this](std::span<const double> r, std::span<double> z) {
-    multigrid->cycle(r, z);
-    null_space.remove(z);
-  });
+  is_packed = true;
+  packed_right = Numbers(multigrid->size());
+  packed_x = Numbers(multigrid->size());
   method = wanted;
   reason = "symmetric, each cell coupled with its neighbours: multigrid cycles";
-  if (wanted == SolverMethod::cg) reason += " as the preconditioner of conjugate gradients";
+  if (wanted == SolverMethod::multigrid) return true;
+  reason += " as the preconditioner of conjugate gradients";
+  iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
+                     [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
+                     options.tolerance, options.most_iterations);
+  iterations->resize(multigrid->size());
   return true;
+}
+
+/// Of unsymmetric operators, in the cells' own order.
+void LinearSolver::Impl::make_bicgstab_with_multigrid() {
+  packed_right = Numbers(multigrid->size());
+  packed_x = Numbers(multigrid->size());
+  reason = "not symmetric: BiCGStab, preconditioned by multigrid of the symmetric part";
+  make_iterations([this](std::span<const double> r, std::span<double> z) {
+    multigrid->pack_right(r, packed_right);
+    multigrid->cycle(packed_right, packed_x);
+    multigrid->unpack(packed_x, z);
+  });
+}
+
+IterationReport LinearSolver::Impl::iterate_packed(std::span<double> x) {
+  multigrid->pack_right(right, packed_right);
+  multigrid->pack(x, packed_x);
+  const IterationReport report =
+      iterations ? iterations->cg(packed_right, packed_x)
+                 : multigrid->iterate(packed_right, packed_x, options.tolerance, options.most_iterations);
+  multigrid->unpack(packed_x, x);
+  return report;
+}
+
+IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
+  if (is_packed) return iterate_packed(x);
+  return method == SolverMethod::cg ? iterations->cg(right, x) : iterations->bicgstab(right, x);
 }
 
 void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
@@ -158,11 +194,8 @@ void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
            "round)",
            "take direct, or write it in the form of fluxes");
   method = SolverMethod::bicgstab;
-  multigrid = Multigrid::of_symmetric_part(matrix, null_space, options.rounding, no_multigrid);
-  if (multigrid) {
-    reason = "not symmetric: BiCGStab, preconditioned by multigrid of the symmetric part";
-    return make_iterations([this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); });
-  }
+  multigrid = Multigrid::of_symmetric_part(matrix, null_space, options.rounding, false, no_multigrid);
+  if (multigrid) return make_bicgstab_with_multigrid();
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
   incomplete.compute(Eigen::SparseMatrix<double>(rows));
@@ -219,8 +252,8 @@ LinearSolver::~LinearSolver() = default;
 void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, bool has_come,
                                SolveReport& report) {
   const double size = vector_of(b).norm();
-  double left = fourier ? fourier->residual(b, x) : 0;
-  if (!fourier || !(left <= 1e-6 * size)) {
+  double left = fourier ? fourier->residual(b, x) : is_packed ? multigrid->residual(packed_right, packed_x) : INFINITY;
+  if (!(left <= 1e-6 * size)) {
     image.noalias() = rows * vector_of(x);
     vector_of(std::span(residual)) = vector_of(b) - image;
     left = vector_of(std::span<const double>(residual)).norm();
@@ -235,8 +268,9 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   }
   // Factors leave what rounding of the entries makes of x.
   const double by_rounding = size == 0 ? 0 : 8 * options.rounding * largest_row * vector_of(x).norm() / size;
-  report.bound = iterations ? options.tolerance : std::max({options.tolerance, 1e-9, by_rounding});
-  report.converged = has_come && std::isfinite(left) && (iterations || report.residual <= report.bound);
+  const bool is_iterated = iterations || is_packed;
+  report.bound = is_iterated ? options.tolerance : std::max({options.tolerance, 1e-9, by_rounding});
+  report.converged = has_come && std::isfinite(left) && (is_iterated || report.residual <= report.bound);
   report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
 }
 
@@ -248,11 +282,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
-  if (own.iterations) {
-    way = own.method == SolverMethod::cg          ? own.iterations->cg(own.right, x)
-          : own.method == SolverMethod::multigrid ? own.iterations->cycles(own.right, x)
-                                                  : own.iterations->bicgstab(own.right, x);
-  }
+  if (own.iterations || own.is_packed) way = own.iterate(x);
   own.null_space.remove(x);
   report.iterations = way.iterations;
   report.is_indefinite = way.is_indefinite;

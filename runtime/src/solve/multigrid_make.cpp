@@ -87,18 +87,16 @@ std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSp
         std::ranges::any_of(matrix.values[k], [&](double value) { return std::abs(value) > zero; }))
       return std::nullopt;
   }
-  std::optional<Multigrid> result = of_symmetric_part(matrix, null_space, rounding, why);
-  if (result) result->is_symmetric_ = is_symmetric;
-  return result;
+  return of_symmetric_part(matrix, null_space, rounding, is_symmetric, why);
 }
 
 std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                      double rounding, std::string& why) {
+                                                      double rounding, bool is_symmetric, std::string& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (matrix.periodic[axis] && matrix.cells[axis] == 2) return std::nullopt;
   }
-  Level level = level_of(matrix);
+  MultigridLevel level = level_of(matrix);
   double trace = 0;
   for (const double value : level.rest) trace += value;
   const double sign = trace < 0 ? -1 : 1, zero = 8 * rounding * largest_of(matrix);
@@ -127,25 +125,35 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
   for (const auto& part : null_space.parts()) {
     for (const std::uint32_t cell : part) level.rest[cell] = 0;  // rounding has left no more
   }
-  return make(std::move(level), sign, why);
+  return make(std::move(level), sign, is_symmetric, why);
 }
 
-std::optional<Multigrid> Multigrid::make(Level finest, double sign, std::string& why) {
-  Multigrid result;
-  result.sign_ = sign;
+std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, bool is_symmetric, std::string& why) {
+  std::vector<MultigridLevel> levels;
   complete(finest);
-  result.levels_.push_back(std::move(finest));
-  while (result.levels_.back().size() > most_of_coarsest) {
-    Level coarse;
-    if (!make_coarser(result.levels_.back(), coarse)) break;
+  levels.push_back(std::move(finest));
+  while (levels.back().size() > most_of_coarsest) {
+    MultigridLevel coarse;
+    if (!make_coarser(levels.back(), coarse, is_symmetric)) break;
     complete(coarse);
-    result.levels_.push_back(std::move(coarse));
+    levels.push_back(std::move(coarse));
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
-  if (result.levels_.back().size() > most_factored) return std::nullopt;
-  result.coarsest_.emplace(matrix_of(result.levels_.back()));
+  if (levels.back().size() > most_factored) return std::nullopt;
+  Multigrid result;
+  result.sign_ = sign;
+  result.is_symmetric_ = is_symmetric;
+  result.coarsest_.emplace(matrix_of(levels.back()));
   why = "the factors of the coarsest grid have a zero in their diagonal";
   if (!result.coarsest_->is_there()) return std::nullopt;
+  result.coarsest_b_.assign(levels.back().size(), 0.0);
+  result.coarsest_x_ = result.coarsest_b_;
+  for (const MultigridLevel& level : levels) {
+    CycleLevel& packed = result.levels_.emplace_back(level);
+    if (result.levels_.size() == 1) continue;
+    packed.b = Numbers(packed.size());
+    packed.x = Numbers(packed.size());
+  }
   return result;
 }
 

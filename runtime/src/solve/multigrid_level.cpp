@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "solve/multigrid_level.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "solve/grid_place.h"
-#include "solve/multigrid.h"
 
 namespace dpde {
 namespace {
@@ -48,7 +49,8 @@ std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
 
 /// The fine cell is t beside the centre of the coarse one it belongs to. Where there is no second cell on that side the
 /// image of the first takes its part: that of a wall with a value has the other sign.
-AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis) {
+AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis,
+                                   bool is_symmetric) {
   AxisInterpolation result;
   result.is_halved = true;
   const std::vector<double>&width = fine.width[axis], &coarse_width = coarse.width[axis];
@@ -56,11 +58,9 @@ AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLe
   for (auto& weights : result.weights) weights.assign(static_cast<std::size_t>(half), 0.0);
   const auto give = [&](std::int64_t from, std::int64_t to, double weight) {
     if (weight == 0) return;
-    if (from == 0 || from == half - 1) {
-      result.ends.push_back({static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to), weight});
-    } else {
-      result.weights[static_cast<std::size_t>(to - 2 * from + 1)][static_cast<std::size_t>(from)] += weight;
-    }
+    std::int64_t place = to - 2 * from + 1;
+    if (fine.periodic[axis]) place = place < 0 ? place + n : place > 3 ? place - n : place;
+    result.weights[static_cast<std::size_t>(place)][static_cast<std::size_t>(from)] += weight;
   };
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t near = i / 2;
@@ -80,8 +80,8 @@ AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLe
     result.far.push_back(static_cast<std::uint32_t>(far));
     result.near_weight.push_back(near_weight);
     result.far_weight.push_back(far_weight);
-    give(near, i, near_weight);
-    give(far, i, far_weight);
+    give(near, i, is_symmetric ? near_weight : 1);
+    give(far, i, is_symmetric ? far_weight : 0);
   }
   return result;
 }
@@ -141,12 +141,10 @@ void complete(MultigridLevel& level) {
     level.diagonal[number] = diagonal;
     if (diagonal > 0) level.inverse[number] = 1 / diagonal;
   });
-  for (auto* field : {&level.b, &level.x, &level.residual}) field->assign(level.size(), 0.0);
-  level.line.assign(static_cast<std::size_t>(level.cells[0]), 0.0);
   find_walls(level);
 }
 
-bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse) {
+bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric) {
   const std::array<bool, 3> halved = halved_axes(fine);
   if (!halved[0] && !halved[1] && !halved[2]) return false;
   coarse.cells = fine.cells;
@@ -158,7 +156,8 @@ bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse) {
       coarse.width[axis].assign(static_cast<std::size_t>(coarse.cells[axis]), 0.0);
       for (std::size_t i = 0; i < fine.width[axis].size(); ++i) coarse.width[axis][i / 2] += fine.width[axis][i];
     }
-    fine.from[axis] = halved[axis] ? interpolation_of(fine, coarse, axis) : no_interpolation(fine.cells[axis]);
+    fine.from[axis] =
+        halved[axis] ? interpolation_of(fine, coarse, axis, is_symmetric) : no_interpolation(fine.cells[axis]);
   }
   const auto size = static_cast<std::size_t>(coarse.cells[0] * coarse.cells[1] * coarse.cells[2]);
   for (auto& coupling : coarse.coupling) coupling.assign(size, 0.0);

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/cycle_level.h"
+
+#include <algorithm>
+
+namespace dpde {
+namespace {
+
+Numbers copy_of(std::span<const double> values) {
+  Numbers result(values.size());
+  std::ranges::copy(values, result.data());
+  return result;
+}
+
+/// Of even or odd places.
+Numbers every_second_of(std::span<const double> values, std::size_t half) {
+  Numbers result((values.size() + 1 - half) / 2);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = values[2 * i + half];
+  return result;
+}
+
+}  // namespace
+
+template <class F>
+void CycleLevel::for_each_row(const F& f) const {
+  std::int64_t number = 0;
+  for (std::int64_t z = 0; z < cells_[2]; ++z) {
+    for (std::int64_t y = 0; y < cells_[1]; ++y) f(Row{number++, y, z});
+  }
+}
+
+CycleLevel::CycleLevel(const MultigridLevel& level)
+    : cells_(level.cells),
+      rows_(level.cells[0], level.periodic[0]),
+      diagonal_(rows_, level.diagonal),
+      inverse_(rows_, level.inverse),
+      from_(level.from),
+      kernels_(row_kernels()) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    coupling_[axis] = CoefficientRows(rows_, level.coupling[axis]);
+    if (cells_[axis] > 1) axes_ = axis;
+    if (level.periodic[axis] && cells_[axis] % 2 == 1) is_chequered_ = false;
+  }
+  is_outer_ring_ = level.periodic[axes_];
+  residual_ = Numbers(size());
+  halves_ = Numbers(static_cast<std::size_t>(rows_.stride()));
+  line_ = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
+  for (std::size_t half : {0u, 1u}) {
+    near_[half] = every_second_of(from_[0].near_weight, half);
+    far_[half] = every_second_of(from_[0].far_weight, half);
+  }
+  for (std::size_t k = 0; k < 4; ++k) restricting_[k] = copy_of(from_[0].weights[k]);
+}
+
+void CycleLevel::pack_right(std::span<const double> cells, double factor, double* vector) const {
+  for (std::int64_t row = 0; row < count_of_rows(); ++row)
+    rows_.pack(cells.data() + row * rows_.cells(), factor, vector + row * rows_.stride());
+}
+
+void CycleLevel::pack(std::span<const double> cells, double* vector) const {
+  pack_right(cells, 1, vector);
+  for (std::int64_t row = 0; row < count_of_rows(); ++row) rows_.close_ring(vector + row * rows_.stride());
+}
+
+void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
+  for (std::int64_t row = 0; row < count_of_rows(); ++row)
+    rows_.unpack(vector + row * rows_.stride(), cells.data() + row * rows_.cells());
+}
+
+/// Beyond bounded ends couplings are 0: reading around them takes nothing.
+RowTerms CycleLevel::terms(const Row& row, int half, const double* b, const double* x) const {
+  const std::int64_t stride = rows_.stride(), here = rows_.begin(half), other = rows_.begin(1 - half);
+  const auto values_at = [&](std::int64_t number) { return x + number * stride; };
+  const double* of_x = coupling_[0].row(row.number);
+  RowTerms terms{.count = rows_.count(half),
+                 .b = b + row.number * stride + here,
+                 .diagonal = diagonal_.row(row.number) + here,
+                 .inverse = inverse_.row(row.number) + here,
+                 .x = {values_at(row.number) + other + half, values_at(row.number) + other + half - 1},
+                 .w = {of_x + here, of_x + other + half - 1}};
+  const std::array<std::int64_t, 3> place{0, row.y, row.z}, step{0, 1, cells_[1]};
+  for (std::size_t axis = 1; axis <= axes_; ++axis) {
+    const std::int64_t around = step[axis] * (cells_[axis] - 1);
+    const std::int64_t next = row.number + (place[axis] + 1 == cells_[axis] ? -around : step[axis]);
+    const std::int64_t before = row.number + (place[axis] == 0 ? around : -step[axis]);
+    terms.x[2 * axis] = values_at(next) + here;
+    terms.w[2 * axis] = coupling_[axis].row(row.number) + here;
+    terms.x[2 * axis + 1] = values_at(before) + here;
+    terms.w[2 * axis + 1] = coupling_[axis].row(before) + here;
+  }
+  return terms;
+}
+
+void CycleLevel::smooth_row(const Row& row, int colour, const double* b, double* x) const {
+  const int half = half_of(row, colour);
+  double* line = x + row.number * rows_.stride();
+  kernels_.smooth[axes_](terms(row, half, b, x), line + rows_.begin(half));
+  rows_.close_ring(line);
+}
+
+/// Red cells, where all others are 0.
+void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
+  const int half = half_of(row, red);
+  double* line = x + row.number * rows_.stride();
+  kernels_.scale(terms(row, half, b, x), line + rows_.begin(half));
+  rows_.close_ring(line);
+}
+
+void CycleLevel::find_residual(const Row& row, const double* b, const double* x) {
+  double* line = residual_.data() + row.number * rows_.stride();
+  for (const int half : {0, 1}) {
+    if (is_chequered_ && half != half_of(row, red)) continue;
+    const double* values = x + row.number * rows_.stride() + rows_.begin(half);
+    kernels_.residual[axes_](terms(row, half, b, x), values, line + rows_.begin(half));
+  }
+}
+
+void CycleLevel::smooth(int colour, bool is_backwards, const double* b, double* x) const {
+  if (!is_backwards || is_chequered_) return for_each_row([&](const Row& row) { smooth_row(row, colour, b, x); });
+  for (std::int64_t z = cells_[2] - 1, number = count_of_rows() - 1; z >= 0; --z) {
+    for (std::int64_t y = cells_[1] - 1; y >= 0; --y) smooth_row({number--, y, z}, colour, b, x);
+  }
+}
+
+/// Around an outer ring the first rows of a stage wait for the last ones of the stage before.
+template <class... Stages>
+void CycleLevel::in_turns(const Stages&... stages) const {
+  constexpr std::size_t count = sizeof...(Stages);
+  const std::int64_t rows = count_of_rows(), away = axes_ == 2 ? cells_[1] : 1;
+  const auto waiting = [&](std::size_t stage) {
+    return is_outer_ring_ ? std::min(static_cast<std::int64_t>(stage) * away, rows) : 0;
+  };
+  std::array<Row, count> next{};
+  const auto step = [&](Row& row) {
+    ++row.number;
+    if (++row.y == cells_[1]) row.y = 0, ++row.z;
+  };
+  for (std::size_t stage = 0; stage < count; ++stage) {
+    while (next[stage].number < waiting(stage)) step(next[stage]);
+  }
+  for (std::int64_t i = 0; i < rows; ++i) {
+    std::size_t stage = 0;
+    const auto one = [&](const auto& f) {
+      Row& row = next[stage];
+      if (i - static_cast<std::int64_t>(stage) * away == row.number) f(row), step(row);
+      ++stage;
+    };
+    (one(stages), ...);
+  }
+  std::size_t stage = 0;
+  const auto rest = [&](const auto& f) {
+    for (; next[stage].number < rows; step(next[stage])) f(next[stage]);
+    for (Row row{}; row.number < waiting(stage); step(row)) f(row);
+    ++stage;
+  };
+  (rest(stages), ...);
+}
+
+void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse) {
+  const auto residual = [&](const Row& row) { find_residual(row, b, x); };
+  if (is_chequered_) {
+    in_turns([&](const Row& row) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
+             [&](const Row& row) { smooth_row(row, black, b, x); }, residual);
+  } else {
+    if (is_guess_zero) std::fill_n(x, size(), 0.0);
+    smooth(red, false, b, x);
+    smooth(black, false, b, x);
+    for_each_row(residual);
+  }
+  coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
+}
+
+void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse) {
+  const int first = is_backwards ? black : red, second = 1 - first;
+  const auto add = [&](const Row& row) { add_correction(row, second, coarse, x); };
+  if (is_chequered_)
+    return in_turns(
+        add, [&](const Row& row) { smooth_row(row, first, b, x); },
+        [&](const Row& row) { smooth_row(row, second, b, x); });
+  for_each_row(add);
+  smooth(first, is_backwards, b, x);
+  smooth(second, is_backwards, b, x);
+}
+
+double CycleLevel::squared_residual(const double* b, const double* x, bool is_of_red_alone) const {
+  double sum = 0;
+  for_each_row([&](const Row& row) {
+    for (const int half : {0, 1}) {
+      if (is_of_red_alone && half != half_of(row, red)) continue;
+      const double* line = x + row.number * rows_.stride() + rows_.begin(half);
+      sum += kernels_.squared_residual[axes_](terms(row, half, b, x), line);
+    }
+  });
+  return sum;
+}
+
+void CycleLevel::multiply(const double* x, double* y) const {
+  for_each_row([&](const Row& row) {
+    for (const int half : {0, 1}) {
+      const std::int64_t at = row.number * rows_.stride() + rows_.begin(half);
+      kernels_.multiply[axes_](terms(row, half, x, x), x + at, y + at);
+    }
+  });
+}
+
+void CycleLevel::gather(const Row& coarse, int half, RowSum& sum) const {
+  const auto for_each = [&](std::size_t axis, std::int64_t at, const auto& f) {
+    const AxisInterpolation& from = from_[axis];
+    if (!from.is_halved) return f(at, 1.0);
+    for (std::int64_t k = 0; k < 4; ++k) {
+      const double weight = from.weights[static_cast<std::size_t>(k)][static_cast<std::size_t>(at)];
+      if (weight == 0) continue;
+      const std::int64_t fine = 2 * at - 1 + k;
+      f(fine < 0 ? fine + cells_[axis] : fine < cells_[axis] ? fine : fine - cells_[axis], weight);
+    }
+  };
+  sum.terms = 0;
+  for_each(2, coarse.z, [&](std::int64_t z, double in_z) {
+    for_each(1, coarse.y, [&](std::int64_t y, double in_y) {
+      if (is_chequered_ && (y + z) % 2 != half) return;
+      sum.values[sum.terms] = residual_.data() + (y + cells_[1] * z) * rows_.stride() + rows_.begin(half);
+      sum.weights[sum.terms++] = in_y * in_z;
+    });
+  });
+}
+
+void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
+  double* to = coarse.b.data() + row_of_coarse.number * coarse.rows_.stride();
+  double* line = from_[0].is_halved ? halves_.data() : to;
+  for (const int half : {0, 1}) {
+    RowSum sum{.count = rows_.count(half)};
+    gather(row_of_coarse, half, sum);
+    kernels_.sum(sum, line + rows_.begin(half));
+  }
+  if (!from_[0].is_halved) return;
+  rows_.close_ring(line);
+  const RestrictedRow restricted{
+      coarse.rows_.cells(),
+      line + rows_.begin(0),
+      line + rows_.begin(1),
+      {restricting_[0].data(), restricting_[1].data(), restricting_[2].data(), restricting_[3].data()}};
+  kernels_.restrict_along(restricted, coarse.line());
+  coarse.rows_.pack(coarse.line(), 1, to);
+}
+
+void CycleLevel::spread(const Row& fine, const CycleLevel& coarse, RowSum& sum) const {
+  const auto j = static_cast<std::size_t>(fine.y), k = static_cast<std::size_t>(fine.z);
+  const AxisInterpolation &y = from_[1], &z = from_[2];
+  for (const auto& [plane, in_z] : {std::pair{z.near[k], z.near_weight[k]}, std::pair{z.far[k], z.far_weight[k]}}) {
+    for (const auto& [line, in_y] : {std::pair{y.near[j], y.near_weight[j]}, std::pair{y.far[j], y.far_weight[j]}}) {
+      if (in_y * in_z == 0) continue;
+      sum.values[sum.terms] = coarse.x.data() + (line + coarse.cells_[1] * plane) * coarse.rows_.stride();
+      sum.weights[sum.terms++] = in_y * in_z;
+    }
+  }
+}
+
+/// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
+void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const {
+  const HalfRows& from = coarse.rows_;
+  RowSum sum{.count = from.stride()};
+  spread(row, coarse, sum);
+  double *halves = coarse.halves_.data(), *line = coarse.line(), *values = x + row.number * rows_.stride();
+  kernels_.sum(sum, halves);
+  from.unpack(halves, line);
+  if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
+  for (const int half : {0, 1}) {
+    if (is_chequered_ && half != half_of(row, colour)) continue;
+    double* to = values + rows_.begin(half);
+    const std::int64_t count = rows_.count(half);
+    if (from_[0].is_halved) {
+      const auto h = static_cast<std::size_t>(half);
+      kernels_.add_interpolated(count, near_[h].data(), far_[h].data(), line, half == 0 ? -1 : 1, to);
+    } else {
+      kernels_.sum({.count = count, .terms = 2, .values = {to, halves + rows_.begin(half)}, .weights = {1, 1}}, to);
+    }
+  }
+  rows_.close_ring(values);
+}
+
+}  // namespace dpde

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// One level of multigrid as its cycles need it: vectors and coefficients in half rows, sweeps over one colour. A cell
+// is red where the sum of its places along the axes is even, and black elsewhere.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solve/coefficient_rows.h"
+#include "solve/half_rows.h"
+#include "solve/multigrid_level.h"
+#include "solve/numbers.h"
+#include "solve/row_kernels.h"
+
+namespace dpde {
+
+class CycleLevel {
+ public:
+  explicit CycleLevel(const MultigridLevel& level);
+
+  /// Of a vector of this level.
+  std::size_t size() const { return static_cast<std::size_t>(rows_.stride() * count_of_rows()); }
+  /// Of right sides the rooms stay 0, so that dot products with them are those of the cells.
+  void pack_right(std::span<const double> cells, double factor, double* vector) const;
+  void pack(std::span<const double> cells, double* vector) const;
+  void unpack(const double* vector, std::span<double> cells) const;
+
+  /// Red cells, then black ones, for the guess 0 or the one in x; then what b - A*x is on the coarse level.
+  void descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse);
+  /// x += what is interpolated of the coarse level; then black and red cells, backwards, or red and black ones.
+  void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse);
+  /// |b - A*x|^2
+  double squared_residual(const double* b, const double* x, bool is_of_red_alone) const;
+  void multiply(const double* x, double* y) const;
+  /// No neighbours are of one colour: b - A*x is 0 in cells smoothed last, and smoothing forgets what cells were. Not
+  /// so around odd rings.
+  bool is_chequered() const { return is_chequered_; }
+
+  Numbers b, x;  // of levels below the finest
+
+ private:
+  struct Row {
+    std::int64_t number, y, z;
+  };
+  static constexpr int red = 0, black = 1;
+
+  double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
+  /// Of a row, the one that the cells of a colour are.
+  int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
+  std::int64_t count_of_rows() const { return cells_[1] * cells_[2]; }
+  RowTerms terms(const Row& row, int half, const double* b, const double* x) const;
+  template <class F>
+  void for_each_row(const F& f) const;
+  /// Backwards matters where two of a colour are neighbours around an odd ring.
+  void smooth(int colour, bool is_backwards, const double* b, double* x) const;
+  /// All rows, one stage behind the other by as much as their neighbours are away: a row is still in a near cache when
+  /// the next stage takes it. Not where two neighbours are of one colour.
+  template <class... Stages>
+  void in_turns(const Stages&... stages) const;
+  void scale_row(const Row& row, const double* b, double* x) const;
+  void smooth_row(const Row& row, int colour, const double* b, double* x) const;
+  void find_residual(const Row& row, const double* b, const double* x);
+  void restrict_to(const Row& row_of_coarse, CycleLevel& coarse);
+  void add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const;
+  /// The rows of the fine level that a coarse one takes of; the coarse ones that a fine one is interpolated of.
+  void gather(const Row& coarse, int half, RowSum& sum) const;
+  void spread(const Row& fine, const CycleLevel& coarse, RowSum& sum) const;
+
+  std::array<std::int64_t, 3> cells_;
+  HalfRows rows_;
+  std::size_t axes_ = 0;  // number of the last one with several cells
+  bool is_chequered_ = true, is_outer_ring_ = false;
+  std::array<CoefficientRows, 3> coupling_;
+  CoefficientRows diagonal_, inverse_;
+  std::array<AxisInterpolation, 3> from_;
+  std::array<Numbers, 2> near_, far_;  // weights along x, of each half
+  std::array<Numbers, 4> restricting_;
+  Numbers residual_, halves_, line_;
+  const RowKernels& kernels_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows along x in two halves, the cells of even x first. A sweep over one colour of a chequered grid is then a loop
+// without gaps. Before the second half and behind both is room for the cell around the ring; between bounded ends it
+// stays 0.
+#pragma once
+
+#include <cstdint>
+
+namespace dpde {
+
+class HalfRows {
+ public:
+  HalfRows() = default;
+  HalfRows(std::int64_t cells, bool is_ring);
+
+  std::int64_t cells() const { return cells_; }
+  std::int64_t stride() const { return stride_; }
+  std::int64_t begin(int half) const { return half == 0 ? 0 : odd_; }
+  std::int64_t count(int half) const { return (cells_ + 1 - half) / 2; }
+  bool is_ring() const { return is_ring_; }
+
+  void close_ring(double* row) const {
+    if (!is_ring_) return;
+    row[odd_ - 1] = row[last_];
+    row[behind_] = row[0];
+  }
+  /// row = factor*cells; the rooms stay as they are.
+  void pack(const double* cells, double factor, double* row) const;
+  void unpack(const double* row, double* cells) const;
+
+ private:
+  std::int64_t cells_ = 0, odd_ = 0, stride_ = 0;
+  std::int64_t last_ = 0, behind_ = 0;  // where the last cell is, and the room behind its half
+  bool is_ring_ = false;
+};
+
+}  // namespace dpde

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The equations of one level of multigrid, and how those of the next one are made of them.
+//
+// A level holds couplings w >= 0 between neighbours and what is left of each row, e >= 0:
+// (A*x)_i = e_i*x_i + sum_j w_ij*(x_i - x_j). Levels are made of each other: two cells along an axis become one, whose
+// equation is the sum of theirs, and the last one of an odd number stays by itself, around a ring too; a coupling
+// between coarse cells is the sum of those that cross, over how much longer the way is (half of it, mostly).
+// Axes along which cells are coupled less than a quarter as strongly as along the strongest are not made coarser.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+/// Interpolation along one axis: of each fine cell the two coarse ones it is made of.
+struct AxisInterpolation {
+  bool is_halved = false;
+  std::vector<std::uint32_t> near, far;
+  std::vector<double> near_weight, far_weight;
+  // Where halved: coarse cell i takes so much of the residuals of the fine cells 2i-1 to 2i+2, around rings too.
+  std::array<std::vector<double>, 4> weights;
+};
+
+struct MultigridLevel {
+  std::array<std::int64_t, 3> cells{};
+  std::array<bool, 3> periodic{};
+  std::array<std::vector<double>, 3> width;        // of cells along each axis; 1 on the finest level
+  std::array<std::vector<double>, 3> coupling;     // of each cell with the next one along the axis
+  std::vector<double> rest, diagonal, inverse;     // e; 1/diagonal is 0 of cells without entries
+  std::array<std::array<bool, 2>, 3> has_value{};  // walls at the low and the high side
+  std::array<AxisInterpolation, 3> from;           // the next level; empty on the coarsest
+
+  std::size_t size() const { return rest.size(); }
+};
+
+/// What the level lacks: 1/diagonal and walls.
+void complete(MultigridLevel& level);
+/// Whether a coarser level was made, with the interpolation from it. Restriction is the transpose, or the plain sum.
+bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
+StencilMatrix matrix_of(const MultigridLevel& level);
+
+}  // namespace dpde

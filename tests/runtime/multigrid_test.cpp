@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Multigrid in half rows against the matrix it was made of, on grids with several levels.
+#include "solve/multigrid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "solve_operators.h"
+
+namespace dpde {
+
+using namespace test;
+
+namespace {
+
+using Walls = std::array<std::pair<Wall, Wall>, 3>;
+
+std::optional<Multigrid> multigrid_of(const StencilMatrix& matrix, bool is_symmetric) {
+  std::string why;
+  return Multigrid::of(matrix, NullSpace(matrix, 0x1p-52), 0x1p-52, is_symmetric, why);
+}
+
+Numbers packed(const Multigrid& multigrid, const std::vector<double>& values) {
+  Numbers result(multigrid.size());
+  multigrid.pack(values, result);
+  return result;
+}
+
+template <class F>
+void for_each_wall(const F& f) {
+  for (const auto& x : all_walls) {
+    for (const auto& y : all_walls) f(Walls{x, y, all_walls[0]}), f(Walls{x, y, all_walls[2]});
+  }
+}
+
+TEST(Multigrid, MultipliesAsItsMatrixOnEverySmallExtent) {
+  int checked = 0;
+  for_each_wall([&](const Walls& walls) {
+    for (std::int64_t nx = 1; nx <= 9; ++nx) {
+      for (const auto& [ny, nz] : {std::pair<int, int>{1, 1}, {1, 3}, {3, 1}, {4, 1}, {3, 3}, {5, 4}}) {
+        const StencilMatrix matrix = diffusion({nx, ny, nz}, walls, 0.5, uneven);
+        const std::optional<Multigrid> multigrid = multigrid_of(matrix, false);
+        if (!multigrid) continue;  // rings of two cells
+        const std::vector<double> x = arbitrary_values(matrix.size(), 5);
+        std::vector<double> expected(x.size()), b(x.size());
+        multiply(matrix, x, expected);
+        Numbers y(multigrid->size());
+        multigrid->multiply(packed(*multigrid, x), y);
+        multigrid->unpack(y, b);
+        for (std::size_t i = 0; i < b.size(); ++i)
+          ASSERT_NEAR(b[i], expected[i], 1e-12) << nx << " " << ny << " " << nz;
+        ++checked;
+      }
+    }
+  });
+  EXPECT_GT(checked, 500);
+}
+
+/// To precondition conjugate gradients: <c, M*b> = <b, M*c>, around odd rings too.
+TEST(Multigrid, SymmetricCyclesAreSymmetric) {
+  int checked = 0;
+  for_each_wall([&](const Walls& walls) {
+    for (const Cells& cells :
+         {Cells{12, 16, 1}, {13, 11, 1}, {70, 1, 1}, {71, 1, 1}, {1, 75, 1}, {9, 8, 6}, {8, 7, 5}}) {
+      const StencilMatrix matrix = diffusion(cells, walls, 0.1, uneven);
+      std::optional<Multigrid> multigrid = multigrid_of(matrix, true);
+      if (!multigrid) continue;
+      ASSERT_GT(multigrid->levels(), 1);
+      const std::vector<double> b = arbitrary_values(matrix.size(), 6), c = arbitrary_values(matrix.size(), 7);
+      const auto of_cycle = [&](const std::vector<double>& right) {
+        Numbers packed_right(multigrid->size()), x(multigrid->size());
+        multigrid->pack_right(right, packed_right);
+        multigrid->cycle(packed_right, x);
+        std::vector<double> result(right.size());
+        multigrid->unpack(x, result);
+        return result;
+      };
+      const std::vector<double> of_b = of_cycle(b), of_c = of_cycle(c);
+      const double forth = std::inner_product(c.begin(), c.end(), of_b.begin(), 0.0);
+      const double back = std::inner_product(b.begin(), b.end(), of_c.begin(), 0.0);
+      EXPECT_NEAR(forth, back, 1e-12 * std::abs(forth) + 1e-13) << cells[0] << " " << cells[1] << " " << cells[2];
+      ++checked;
+    }
+  });
+  EXPECT_GT(checked, 150);
+}
+
+/// Each cycle takes off at least half of what is left, by the matrix's own product.
+TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
+  for_each_wall([&](const Walls& walls) {
+    for (const Cells& cells : {Cells{16, 24, 1}, {13, 11, 1}, {128, 1, 1}, {71, 1, 1}, {9, 8, 6}, {8, 7, 5}}) {
+      const StencilMatrix matrix = diffusion(cells, walls, 0.1, constant_one);
+      std::optional<Multigrid> multigrid = multigrid_of(matrix, false);
+      if (!multigrid) continue;
+      const std::vector<double> b = arbitrary_values(matrix.size(), 8);
+      std::vector<double> x(b.size()), image(b.size());
+      Numbers right(multigrid->size()), solution(multigrid->size());
+      multigrid->pack_right(b, right);
+      const IterationReport report = multigrid->iterate(right, solution, 1e-10, 40);
+      EXPECT_TRUE(report.converged) << cells[0] << " " << cells[1] << " " << cells[2] << ": " << report.residual;
+      multigrid->unpack(solution, x);
+      multiply(matrix, x, image);
+      double left = 0, whole = 0;
+      for (std::size_t i = 0; i < b.size(); ++i) left += std::pow(b[i] - image[i], 2), whole += b[i] * b[i];
+      EXPECT_LT(std::sqrt(left / whole), 2e-10);
+    }
+  });
+}
+
+TEST(RowKernels, OfAllInstructionSetsAgree) {
+  constexpr std::int64_t count = 37;
+  std::vector<std::vector<double>> rows;
+  for (unsigned seed = 0; seed < 15; ++seed) rows.push_back(arbitrary_values(count, seed));
+  RowTerms terms{.count = count, .b = rows[0].data(), .diagonal = rows[1].data(), .inverse = rows[2].data()};
+  for (std::size_t k = 0; k < 6; ++k) terms.x[k] = rows[3 + k].data(), terms.w[k] = rows[9 + k].data();
+  RowSum sum{.count = count, .terms = 13};
+  for (std::size_t k = 0; k < 13; ++k)
+    sum.values[k] = rows[k].data(), sum.weights[k] = 0.1 * static_cast<double>(k + 1);
+  const auto results_of = [&](const RowKernels& kernels) {
+    std::vector<double> results;
+    const auto keep = [&](const auto& f) {
+      std::vector<double> values(count);
+      f(values.data());
+      results.insert(results.end(), values.begin(), values.end());
+    };
+    for (std::size_t rank = 0; rank < 3; ++rank) {
+      keep([&](double* to) { kernels.smooth[rank](terms, to); });
+      keep([&](double* to) { kernels.residual[rank](terms, rows[8].data(), to); });
+      keep([&](double* to) { kernels.multiply[rank](terms, rows[8].data(), to); });
+      results.push_back(kernels.squared_residual[rank](terms, rows[8].data()));
+    }
+    keep([&](double* to) { kernels.scale(terms, to); });
+    keep([&](double* to) { kernels.sum(sum, to); });
+    keep([&](double* to) {
+      kernels.add_interpolated(count - 1, rows[1].data(), rows[2].data(), rows[3].data(), 1, to);
+    });
+    return results;
+  };
+  const std::vector<double> portable = results_of(row_kernels_portable()), chosen = results_of(row_kernels());
+  ASSERT_EQ(portable.size(), chosen.size());
+  for (std::size_t i = 0; i < portable.size(); ++i)
+    EXPECT_NEAR(portable[i], chosen[i], 1e-13 * (1 + std::abs(chosen[i])));
+}
+
+}  // namespace
+}  // namespace dpde
