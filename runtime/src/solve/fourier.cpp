@@ -82,8 +82,12 @@ double FourierSolver::drop_waves(std::span<double> b) {
 
 double FourierSolver::solve(std::span<double> b, std::span<double> x) {
   const double dropped = dropped_.empty() ? 0 : drop_waves(b);
-  waves_.multiply(b, inverse_symbol_.data(), have_phases_, x);
+  divide(b, x);
   return dropped;
+}
+
+void FourierSolver::divide(std::span<const double> b, std::span<double> x) {
+  waves_.multiply(b, inverse_symbol_.data(), have_phases_, x);
 }
 
 }  // namespace dpde

@@ -24,6 +24,9 @@ class FourierSolver {
   /// Waves of the null space are taken out of `b` and are 0 in `x`; |what is taken|/|b|, without the mean. Nothing is
   /// allocated; both are aligned as `new` aligns them.
   double solve(std::span<double> b, std::span<double> x);
+  bool drops_waves() const { return !dropped_.empty(); }
+  /// Where it drops no waves: the same, and b stays.
+  void divide(std::span<const double> b, std::span<double> x);
   /// |b - A*x|
   double residual(std::span<const double> b, std::span<const double> x) { return rows_.residual(b, x); }
   bool has_walls() const;
