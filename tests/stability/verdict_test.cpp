@@ -11,7 +11,7 @@
 namespace dpde::stability {
 namespace {
 
-Verdict verdict_on(const std::string& text) {
+std::unique_ptr<driver::Session> session_on(const std::string& text) {
   const SourceFile source("test.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -19,10 +19,10 @@ Verdict verdict_on(const std::string& text) {
   options.backend = driver::Backend::jit;
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
-  const auto session =
-      driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
-  return verdict_of(*session);
+  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
 }
+
+Verdict verdict_on(const std::string& text) { return verdict_of(*session_on(text)); }
 
 Verdict verdict_on(const std::string& equation, const std::string& more, const std::string& scheme,
                    const std::string& initial = "sin(2*pi*x/64)", int rank = 1) {
@@ -46,6 +46,31 @@ TEST(Verdict, FindsWhereAndWhenCoefficientsAreLargest) {
   limit_of("dt(u) = sin(2*pi*t)^2*lap(u)", run, 1);
   limit_of("control F; dt(u) = F*lap(u)", "  F = 1 + 9*t every 0.1\n" + run, 1 + 9 * 0.95);
   limit_of("dt(u) = if(x < 20, 0, 1)*lap(u)", run, 1);
+}
+
+/// The quick look: around limits of closed forms (0.5 of diffusion, less between walls by what eigenvalues of 32 cells
+/// are; 1 of upwind transport), where equations grow by themselves, and where walls alone let something grow.
+TEST(GrowsNothing, IsSaidOfStableStepsAlone) {
+  const auto is_said = [](const std::string& equation, const std::string& scheme, const std::string& boundary,
+                          double step) {
+    return grows_nothing(*session_on(fmt::format(
+        "model m {{ field u; {} }}\nscheme c {{ {} }}\nscene s : m with c {{\n  grid x = 0 .. 64, cells 64{}\n"
+        "  initial u = sin(2*pi*x/64)\n  time 0 .. {}, step {}\n}}\n",
+        equation, scheme, boundary, 1000 * step, step)));
+  };
+  const std::string ring = ", periodic";
+  EXPECT_TRUE(is_said("dt(u) = lap(u)", "time = euler", ring, 0.49));
+  EXPECT_FALSE(is_said("dt(u) = lap(u)", "time = euler", ring, 0.51));
+  EXPECT_TRUE(is_said("dt(u) = lap(u) + 0.3*u", "time = euler", ring, 0.45));
+  EXPECT_FALSE(is_said("dt(u) = lap(u) + 0.3*u", "time = euler", ring, 0.55));
+  EXPECT_TRUE(is_said("dt(u) = -advect(1, u)", "advect = upwind(1); time = euler", ring, 0.99));
+  EXPECT_FALSE(is_said("dt(u) = -advect(1, u)", "advect = central(2); time = euler", ring, 0.1));
+  for (const std::string side : {"zero_gradient", "0"}) {
+    EXPECT_TRUE(is_said("dt(u) = lap(u)", "time = euler", "\n  boundary u: x = " + side, 0.49)) << side;
+    EXPECT_FALSE(is_said("dt(u) = lap(u)", "time = euler", "\n  boundary u: x = " + side, 0.52)) << side;
+  }
+  const std::string outflow = "\n  boundary u: x.low = 0, x.high = zero_gradient";
+  EXPECT_FALSE(is_said("dt(u) = -advect(1, u)", "advect = central(2); time = leapfrog", outflow, 0.5));
 }
 
 /// What a condition hides is no reason to call a verdict exact.

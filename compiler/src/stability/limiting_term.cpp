@@ -73,9 +73,13 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
     std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
     other.scheme.time = time;
     const std::optional<LinearStep> linear = linear_step(other);
-    double limit = std::numeric_limits<double>::infinity();
-    for (const ScenePoint& point : linear ? frozen_points(session, *linear) : std::vector<ScenePoint>{})
-      limit = std::min(limit, limit_of(*linear, point.point, static_cast<int>(problem.axes.size()), verdict.step));
+    if (!linear) continue;
+    const int rank = static_cast<int>(problem.axes.size());
+    double limit = limit_of(*linear, verdict.worst, rank, verdict.step);  // most fail there
+    for (const ScenePoint& point : frozen_points(session, *linear)) {
+      if (limit == 0) break;
+      limit = std::min(limit, limit_of(*linear, point.point, rank, verdict.step));
+    }
     if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
   }
   return std::nullopt;

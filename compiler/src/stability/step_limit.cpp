@@ -62,7 +62,24 @@ std::optional<Amplification> FrozenAnalysis::at(double step) const {
   return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
 }
 
-double FrozenAnalysis::tolerance() const { return tolerances[std::min<std::size_t>(linear_->states().size(), 3) - 1]; }
+double growth_tolerance(const LinearStep& linear) {
+  return tolerances[std::min<std::size_t>(linear.states().size(), 3) - 1];
+}
+
+std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
+  FrozenStages stages;
+  const std::optional<Response> rows = linear.response(point, step, stages);
+  if (!rows) return std::nullopt;
+  const Amplification g(*rows, rank);
+  StepGrowth result;
+  const Largest largest = largest_over_waves(rank, [&](const Angles& a) {
+    const Eigen::VectorXcd values = g.eigenvalues(a);
+    result.change = std::max(result.change, (values.array() - 1.0).abs().maxCoeff());
+    return values.cwiseAbs().maxCoeff();
+  });
+  result.growth = std::log(largest.value);
+  return std::isfinite(result.growth) ? std::optional(result) : std::nullopt;
+}
 
 /// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
 bool FrozenAnalysis::differentiate(double step) {
@@ -168,7 +185,7 @@ StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
   while (unstable - stable > precision * unstable) {
     const double middle = 0.5 * (stable + unstable);
     const Largest now = excess(middle);
-    const bool is_unstable = now.value > tolerance();
+    const bool is_unstable = now.value > growth_tolerance(*linear_);
     (is_unstable ? unstable : stable) = middle;
     if (is_unstable) grows = now;
   }
@@ -181,12 +198,12 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
   for (double step = unstable; step > smallest_try / rate_; step /= 2) {
     const Largest now = excess(step);
     const std::size_t n = growths.size();
-    if (n >= 3 && now.value < 30 * tolerance()) {
+    if (n >= 3 && now.value < 30 * growth_tolerance(*linear_)) {
       const double order = std::log2(growths[n - 2] / growths[n - 1]);
       if (std::abs(order - std::log2(growths[n - 3] / growths[n - 2])) < 0.25)
         return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
     }
-    if (!(now.value > tolerance())) return bisect(step, steps.empty() ? 2 * step : steps.back());
+    if (!(now.value > growth_tolerance(*linear_))) return bisect(step, steps.empty() ? 2 * step : steps.back());
     steps.push_back(step);
     growths.push_back(now.value);
   }
@@ -199,12 +216,12 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
 StepLimit FrozenAnalysis::limit() const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
-  if (excess(step).value > tolerance()) return descend(step);
+  if (excess(step).value > growth_tolerance(*linear_)) return descend(step);
   const double factor = linear_->follows_flow() ? factor_along_flow
                         : linear_->solves()     ? factor_with_solves
                                                 : factor_up;
   for (; step < last_try / rate_; step *= factor) {
-    if (excess(step * factor).value > tolerance()) return bisect(step, step * factor);
+    if (excess(step * factor).value > growth_tolerance(*linear_)) return bisect(step, step * factor);
   }
   return {};
 }

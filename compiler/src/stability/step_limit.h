@@ -34,6 +34,16 @@ struct StepLimit {
 /// that is looked at from behind grows so.
 bool is_resolved(const Angles& a);
 
+/// What is allowed to remain of ln |g|: rounding, the root of it where eigenvalues are one.
+double growth_tolerance(const LinearStep& linear);
+
+/// How much a step does at a frozen point: ln |g| of the wave that grows most, and the largest |g - 1| of all.
+struct StepGrowth {
+  double growth = 0, change = 0;
+};
+/// nullopt where the step's tangent is not finite, or the flow goes too far to be followed.
+std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenPoint& point, int rank, double step);
+
 class FrozenAnalysis {
  public:
   /// `step` sets the scale of steps that are tried. nullopt where values are not finite.
@@ -58,7 +68,6 @@ class FrozenAnalysis {
   bool differentiate(double step);
   StepLimit bisect(double stable, double unstable) const;
   StepLimit descend(double unstable) const;
-  double tolerance() const;
 
   const LinearStep* linear_;
   FrozenPoint point_;

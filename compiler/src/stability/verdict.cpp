@@ -19,6 +19,7 @@ namespace dpde::stability {
 namespace {
 
 constexpr double hundred = 4.605170185988092;  // ln 100
+constexpr double told_growth = 0.1;            // ln of what a run may grow without a word
 constexpr double wall_tolerance = 1e-6;        // ln |g| of a dense matrix
 
 /// Into how many equal parts the Courant number splits the first step.
@@ -67,7 +68,32 @@ class Examination {
     return true;
   }
 
+  /// Whether nothing grows in the scene's step, neither a wave nor what walls do. It needs no search for the largest
+  /// step, and no more of the equations: most scenes are done with it.
+  bool grows_nothing() {
+    double most = -1;
+    for (const ScenePoint& point : frozen_points(session_, linear_)) {
+      const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
+      if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
+      if (found->change > most) most = found->change, worst_ = point;
+    }
+    if (most < 0) return false;
+    const auto walls_do = [&] { return rate_between_walls(verdict_.step, false) - 2 * verdict_.growth_rate; };
+    return !has_walls(session_.problem()) || walls_do() * verdict_.step <= wall_tolerance;
+  }
+
  private:
+  /// More than rounding, or more than a run may grow without a word.
+  bool grows(double in_step) const {
+    return in_step > growth_tolerance(linear_) || in_step * session_.steps() * verdict_.parts > told_growth;
+  }
+  bool grows_beyond_equations(const ScenePoint& point) {
+    const auto analysis = FrozenAnalysis::make(linear_, point.point, rank_, verdict_.step);
+    if (!analysis || grows(analysis->excess(verdict_.step).value)) return true;
+    verdict_.growth_rate = std::max(verdict_.growth_rate, analysis->growth_rate());
+    return false;
+  }
+
   /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
   /// waves counts, else the field is taken as flat.
   StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
@@ -157,6 +183,15 @@ class Examination {
 };
 
 }  // namespace
+
+bool grows_nothing(driver::Session& session) {
+  Verdict verdict;
+  const std::optional<LinearStep> linear = linear_step(session, verdict.why);
+  if (!linear) return false;
+  verdict.parts = parts_of(session);
+  verdict.step = session.problem().step / verdict.parts;
+  return Examination(session, *linear, verdict).grows_nothing();
+}
 
 bool Verdict::is_above() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;

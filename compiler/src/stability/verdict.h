@@ -41,6 +41,10 @@ struct Verdict {
 
 Verdict verdict_of(driver::Session& session);
 
+/// Whether nothing grows in the scene's step: much quicker than a verdict, which says no more then than that all is
+/// well. False where something may.
+bool grows_nothing(driver::Session& session);
+
 /// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst.
 std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
                                const std::vector<double>& steps);
