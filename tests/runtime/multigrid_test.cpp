@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "solve/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde {
@@ -27,6 +28,30 @@ Numbers packed(const Multigrid& multigrid, const std::vector<double>& values) {
   Numbers result(multigrid.size());
   multigrid.pack(values, result);
   return result;
+}
+
+/// The same without what lies in a circle: its cells are 0, and nothing goes into it.
+StencilMatrix with_cylinder(StencilMatrix matrix) {
+  const std::int64_t n = matrix.cells[0];
+  const auto is_solid = [&](std::int64_t cell) {
+    const double x = (static_cast<double>(cell % n) + 0.5) / static_cast<double>(n) - 0.4,
+                 y = (static_cast<double>(cell / n) + 0.5) / static_cast<double>(n) - 0.45;
+    return x * x + y * y < 0.2 * 0.2;
+  };
+  const StencilMatrix whole = matrix;
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    for (std::int64_t cell = 0; cell < matrix.size(); ++cell) {
+      const auto c = static_cast<std::size_t>(cell);
+      const std::int64_t other = column_of(matrix, {cell % n, cell / n, 0}, matrix.offsets[k]);
+      if (is_solid(cell)) {
+        matrix.values[k][c] = 0;
+      } else if (k > 0 && other >= 0 && is_solid(other)) {
+        matrix.values[k][c] = 0;
+        matrix.values[0][c] += whole.values[k][c];
+      }
+    }
+  }
+  return matrix;
 }
 
 template <class F>
@@ -110,6 +135,24 @@ TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
   });
 }
 
+/// A cylinder by whole cells, of which none has an equation: as many cycles as without one, on each grid.
+TEST(Multigrid, GoesAroundObstacles) {
+  for (const std::int64_t n : {32, 64, 128}) {
+    for (const auto& wall : all_walls) {
+      const StencilMatrix matrix =
+          with_cylinder(diffusion({n, n, 1}, {wall, all_walls[2], all_walls[0]}, 0, constant_one));
+      std::vector<double> b = arbitrary_values(matrix.size(), 9);
+      for (std::size_t i = 0; i < b.size(); ++i) b[i] *= matrix.values[0][i] != 0;
+      for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg}) {
+        std::vector<double> x(b.size(), 0.0);
+        const SolveReport report = LinearSolver(matrix, {.method = method, .tolerance = 1e-6}).solve(b, x);
+        EXPECT_TRUE(report.converged);
+        EXPECT_LE(report.iterations, 9) << n << " " << name_of(method);
+      }
+    }
+  }
+}
+
 TEST(RowKernels, OfAllInstructionSetsAgree) {
   constexpr std::int64_t count = 37;
   std::vector<std::vector<double>> rows;
@@ -134,9 +177,9 @@ TEST(RowKernels, OfAllInstructionSetsAgree) {
     }
     keep([&](double* to) { kernels.scale(terms, to); });
     keep([&](double* to) { kernels.sum(sum, to); });
-    keep([&](double* to) {
-      kernels.add_interpolated(count - 1, rows[1].data(), rows[2].data(), rows[3].data(), 1, to);
-    });
+    const InterpolatedRow row{count, rows[1].data(), rows[2].data(), rows[3].data(), rows[4].data(), rows[5].data()};
+    keep([&](double* to) { kernels.add_interpolated(row, to); });
+    keep([&](double* to) { kernels.scale(terms, to), kernels.take_share(count, rows[6].data(), to); });
     return results;
   };
   const std::vector<double> portable = results_of(row_kernels_portable()), chosen = results_of(row_kernels());

@@ -29,11 +29,13 @@ void CycleLevel::for_each_row(const F& f) const {
   }
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level)
+CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
       diagonal_(rows_, level.diagonal),
       inverse_(rows_, level.inverse),
+      share_(rows_, level.share),
+      is_share_restricted_(is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; })),
       from_(level.from),
       kernels_(row_kernels()) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -112,6 +114,8 @@ void CycleLevel::find_residual(const Row& row, const double* b, const double* x)
     if (is_chequered_ && half != half_of(row, red)) continue;
     const double* values = x + row.number * rows_.stride() + rows_.begin(half);
     kernels_.residual[axes_](terms(row, half, b, x), values, line + rows_.begin(half));
+    if (is_share_restricted_)
+      kernels_.take_share(rows_.count(half), share_.row(row.number) + rows_.begin(half), line + rows_.begin(half));
   }
 }
 
@@ -270,7 +274,13 @@ void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, 
     const std::int64_t count = rows_.count(half);
     if (from_[0].is_halved) {
       const auto h = static_cast<std::size_t>(half);
-      kernels_.add_interpolated(count, near_[h].data(), far_[h].data(), line, half == 0 ? -1 : 1, to);
+      kernels_.add_interpolated({.count = count,
+                                 .near = near_[h].data(),
+                                 .far = far_[h].data(),
+                                 .share = share_.row(row.number) + rows_.begin(half),
+                                 .at_near = line,
+                                 .at_far = line + (half == 0 ? -1 : 1)},
+                                to);
     } else {
       kernels_.sum({.count = count, .terms = 2, .values = {to, halves + rows_.begin(half)}, .weights = {1, 1}}, to);
     }

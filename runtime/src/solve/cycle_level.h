@@ -18,7 +18,7 @@ namespace dpde {
 
 class CycleLevel {
  public:
-  explicit CycleLevel(const MultigridLevel& level);
+  CycleLevel(const MultigridLevel& level, bool is_symmetric);
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(rows_.stride() * count_of_rows()); }
@@ -73,7 +73,8 @@ class CycleLevel {
   std::size_t axes_ = 0;  // number of the last one with several cells
   bool is_chequered_ = true, is_outer_ring_ = false;
   std::array<CoefficientRows, 3> coupling_;
-  CoefficientRows diagonal_, inverse_;
+  CoefficientRows diagonal_, inverse_, share_;
+  bool is_share_restricted_ = false;  // the transpose of interpolation
   std::array<AxisInterpolation, 3> from_;
   std::array<Numbers, 2> near_, far_;  // weights along x, of each half
   std::array<Numbers, 4> restricting_;

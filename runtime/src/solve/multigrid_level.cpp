@@ -128,6 +128,28 @@ void add_cell(const MultigridLevel& fine, MultigridLevel& coarse, const std::arr
 
 }  // namespace
 
+/// Coarse cells without an equation, inside obstacles, have no correction: it is that of the others alone.
+void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
+  fine.share.assign(fine.size(), 1.0);
+  for_each_cell(fine.cells, [&](std::size_t number, const GridPlace& cell) {
+    double all = 0, found = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      GridPlace place{};
+      double weight = 1;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const AxisInterpolation& from = fine.from[axis];
+        const auto i = static_cast<std::size_t>(cell[axis]);
+        const bool is_far = corner >> axis & 1;
+        place[axis] = is_far ? from.far[i] : from.near[i];
+        weight *= is_far ? from.far_weight[i] : from.near_weight[i];
+      }
+      all += weight;
+      if (coarse.diagonal[number_of(coarse.cells, place)] > 0) found += weight;
+    }
+    if (found > 0) fine.share[number] = all / found;
+  });
+}
+
 void complete(MultigridLevel& level) {
   level.inverse.assign(level.size(), 0.0);
   level.diagonal.assign(level.size(), 0.0);

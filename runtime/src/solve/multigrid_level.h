@@ -33,6 +33,7 @@ struct MultigridLevel {
   std::vector<double> rest, diagonal, inverse;     // e; 1/diagonal is 0 of cells without entries
   std::array<std::array<bool, 2>, 3> has_value{};  // walls at the low and the high side
   std::array<AxisInterpolation, 3> from;           // the next level; empty on the coarsest
+  std::vector<double> share;  // of what is interpolated: more where some of the coarse cells have no equation
 
   std::size_t size() const { return rest.size(); }
 };
@@ -41,6 +42,8 @@ struct MultigridLevel {
 void complete(MultigridLevel& level);
 /// Whether a coarser level was made, with the interpolation from it. Restriction is the transpose, or the plain sum.
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
+/// `share` of the fine level, of a coarse one that is complete.
+void find_shares(MultigridLevel& fine, const MultigridLevel& coarse);
 StencilMatrix matrix_of(const MultigridLevel& level);
 
 }  // namespace dpde

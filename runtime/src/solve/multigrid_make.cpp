@@ -136,6 +136,7 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, boo
     MultigridLevel coarse;
     if (!make_coarser(levels.back(), coarse, is_symmetric)) break;
     complete(coarse);
+    find_shares(levels.back(), coarse);
     levels.push_back(std::move(coarse));
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
@@ -149,7 +150,7 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, boo
   result.coarsest_b_.assign(levels.back().size(), 0.0);
   result.coarsest_x_ = result.coarsest_b_;
   for (const MultigridLevel& level : levels) {
-    CycleLevel& packed = result.levels_.emplace_back(level);
+    CycleLevel& packed = result.levels_.emplace_back(level, is_symmetric);
     if (result.levels_.size() == 1) continue;
     packed.b = Numbers(packed.size());
     packed.x = Numbers(packed.size());

@@ -28,6 +28,13 @@ struct RestrictedRow {
   const double* weights[4];
 };
 
+/// Interpolation along x: share*(near*at_near + far*at_far).
+struct InterpolatedRow {
+  std::int64_t count;
+  const double *near, *far, *share;
+  const double *at_near, *at_far;
+};
+
 /// Index: the number of axes - 1.
 struct RowKernels {
   void (*scale)(const RowTerms& terms, double* x);                         // x = inverse*b
@@ -37,9 +44,8 @@ struct RowKernels {
   void (*multiply[3])(const RowTerms& terms, const double* x, double* y);  // y = A*x
   void (*sum)(const RowSum& terms, double* result);
   void (*restrict_along)(const RestrictedRow& row, double* coarse);
-  /// x_i += near_i*line_i + far_i*line_(i+step)
-  void (*add_interpolated)(std::int64_t count, const double* near, const double* far, const double* line, int step,
-                           double* x);
+  void (*add_interpolated)(const InterpolatedRow& row, double* x);
+  void (*take_share)(std::int64_t count, const double* share, double* r);  // r = share*r
 };
 
 /// Of the processor this runs on.

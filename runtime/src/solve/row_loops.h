@@ -87,10 +87,16 @@ void restrict_along(const RestrictedRow& given, double* coarse) {
                 row.weights[3][i] * row.even[i + 1];
 }
 
-void add_interpolated(std::int64_t count, const double* near, const double* far, const double* line, int step,
-                      double* x) {
+void add_interpolated(const InterpolatedRow& given, double* x) {
+  const InterpolatedRow row = given;
 #pragma omp simd
-  for (std::int64_t i = 0; i < count; ++i) x[i] += near[i] * line[i] + far[i] * line[i + step];
+  for (std::int64_t i = 0; i < row.count; ++i)
+    x[i] += row.share[i] * (row.near[i] * row.at_near[i] + row.far[i] * row.at_far[i]);
+}
+
+void take_share(std::int64_t count, const double* share, double* r) {
+#pragma omp simd
+  for (std::int64_t i = 0; i < count; ++i) r[i] *= share[i];
 }
 
 RowKernels loops() {
@@ -101,7 +107,8 @@ RowKernels loops() {
           .multiply = {multiply<1>, multiply<2>, multiply<3>},
           .sum = sum_rows,
           .restrict_along = restrict_along,
-          .add_interpolated = add_interpolated};
+          .add_interpolated = add_interpolated,
+          .take_share = take_share};
 }
 
 }  // namespace
