@@ -287,11 +287,7 @@ std::string Lowering::field_beside(const std::string& state, const std::string& 
 }
 
 Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken) const {
-  model::Scheme scheme = problem_.scheme;
-  if (model::follows_flow(scheme.advect)) {
-    scheme.advect = model::Advection::central;
-    scheme.advect_order = 2;
-  }
+  const model::Scheme scheme = model::with_differences(problem_.scheme);
   NameSupply names = names_;
   for (const Let& let : taken) names.reserve(let.name);
   return {scheme, std::move(names), rank(), std::move(reading), placements_};

@@ -36,6 +36,10 @@ int walled_axis(const Draft& draft, const Placement& placement) {
   return -1;
 }
 
+bool holds_advect(const Expr& e) {
+  return any_part(e, [](const Expr& part) { return std::holds_alternative<Advect>(part->kind); });
+}
+
 bool moves(const Expr& e) {
   return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
          std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
@@ -175,11 +179,12 @@ void check_placements(Draft& draft) {
     check_no_wall_values(draft, placements, value, false, origin.range);
   };
   for (const State& state : draft.problem.states) {
-    if (follows_flow(draft.problem.scheme.advect) && state.placement != Placement{}) {
-      draft.sink.report("transport-of-staggered", state.origin.range, {state.name},
-                        "take advect = central(2) or upwind(3) in the scheme");
-    }
     if (!state.rhs) continue;
+    const Transport& transport = draft.problem.scheme.transport_of(state.name);
+    const bool is_cubic = transport.advect == Advection::semi_lagrangian && transport.order == 3;
+    if (is_cubic && walled_axis(draft, state.placement) >= 0 && holds_advect(*state.rhs))
+      draft.sink.report("transport-of-staggered", state.origin.range, {state.name},
+                        "take semi_lagrangian or maccormack for it in the scheme");
     if (const auto mistake = placements.find_mistake(*state.rhs, state.placement))
       report_misplaced(draft, *mistake, state.origin.range);
     check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
