@@ -227,7 +227,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0916", "no-reference", Severity::error, "scene {} has nothing that its runs can be compared with: {}"},
     {"E0915", "not-in-precision", Severity::error, "{} holds {} at index {}, which {} cannot hold"},
     {"E0556", "transport-of-staggered", Severity::error,
-     "semi_lagrangian(cubic) does not carry {}, which lies on walls"},
+     "semi_lagrangian(cubic) does not carry {}: between the walls across {} it has fewer than four points"},
     {"E0601", "no-useful-derivative", Severity::error, "{} {} has no derivative that is of use"},
     {"E0602", "accumulates-onto-read-field", Severity::error, "kernel {} reads field {} and adds to it"},
     {"E0603", "overwritten-value", Severity::error,

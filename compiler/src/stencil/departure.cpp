@@ -63,6 +63,7 @@ Expr Departure::taken(const std::string& field, const std::vector<Expr>& way, Al
 Expr Departure::between(Interp read, std::size_t axis) {
   if (axis == read.displacement.size()) return interp(std::move(read));
   if (!lies_on_walls(axis)) return between(std::move(read), axis + 1);
+  if (read.along[axis] == Along::cubic) return cubic_between(std::move(read), axis);
   const Expr way = read.displacement[axis],
              from_wall = way + (place(axis) - problem_.axes[axis].low) / spacing(static_cast<int>(axis));
   const Expr beyond =
@@ -72,6 +73,33 @@ Expr Departure::between(Interp read, std::size_t axis) {
   const Expr lower = between(read, axis + 1);
   read.along[axis] = Along::upper;
   return (1.0 - beyond) * lower + beyond * between(std::move(read), axis + 1);
+}
+
+/// Within one and a half cells from a wall the polynomial is that through the four points beside it, the one on the
+/// wall among them, at -1, 0, 1 and 2: `at` is where it is wanted. They are read from half way between the inner two.
+Expr Departure::cubic_between(Interp read, std::size_t axis) {
+  const Expr way = read.displacement[axis], h = spacing(static_cast<int>(axis)), here = place(axis);
+  const Expr low = (here - problem_.axes[axis].low) / h, high = (problem_.axes[axis].high - here) / h;
+  const std::string letter = axis_letter(static_cast<int>(axis));
+  const Expr from_low = at_point_.shared("from_low_" + letter, way + low),
+             from_high = at_point_.shared("from_high_" + letter, high - way);
+  const auto beside = [&](const Expr& middle, const Expr& at) {
+    const auto point = [&](const Expr& displacement, Along side) {
+      Interp one = read;
+      one.displacement[axis] = displacement;
+      one.along[axis] = side;
+      return between(std::move(one), axis + 1);
+    };
+    const Expr first = point(middle - 1.0, Along::lower), last = point(middle + 1.0, Along::upper);
+    const Expr second = point(middle, Along::lower), third = point(middle, Along::upper);
+    const Expr before = at + 1.0, next = 1.0 - at, after = 2.0 - at;
+    const Expr inner = before * after / 2.0, outer = at * next / 6.0;
+    return inner * (next * second + at * third) - outer * (after * first + before * last);
+  };
+  const Expr at_low = beside(1.5 - low, at_point_.shared("beyond_" + letter, from_low - 1.0)),
+             at_high = beside(high - 1.5, at_point_.shared("beyond_" + letter, 2.0 - from_high));
+  return select(binary(BinaryOp::less, from_low, 1.5), at_low,
+                select(binary(BinaryOp::less, from_high, 1.5), at_high, between(std::move(read), axis + 1)));
 }
 
 Bounds Departure::bounds(const std::string& field, const std::vector<Expr>& way) {

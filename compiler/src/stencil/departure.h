@@ -44,6 +44,7 @@ class Departure {
   /// The way, ended on the walls that the state lies on.
   std::vector<Expr> ended(std::vector<Expr> way);
   Expr between(Interp read, std::size_t axis);
+  Expr cubic_between(Interp read, std::size_t axis);
 
   const model::Problem& problem_;
   const model::State& state_;

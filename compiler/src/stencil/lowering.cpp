@@ -319,6 +319,12 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
 /// Of a field that is no state.
 std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const {
   std::vector<AxisBoundary> boundary = plain_boundary();
+  const auto placed = placed_.find(field);
+  for (std::size_t axis = 0; placed != placed_.end() && axis < boundary.size(); ++axis) {
+    if (!placed->second[axis] || boundary[axis].topology == Topology::periodic) continue;
+    boundary[axis].low = {SideKind::linear, 0.0, 0.0, 0.0, true};
+    boundary[axis].high = {SideKind::outflow, 0.0, 0.0, 0.0, true};
+  }
   const model::Coefficient* coefficient = problem_.find_coefficient(field);
   for (std::size_t axis = 0; coefficient && axis < boundary.size(); ++axis) {
     if (model::goes_on_beyond(problem_, *coefficient, axis, true)) boundary[axis].low.kind = SideKind::linear;

@@ -156,7 +156,7 @@ class Ways {
     const std::vector<Expr> back = Departure(lowering_.problem(), *moved.state, at_point_).way(*moved.transport, true);
     std::vector<std::string> fields;
     for (std::size_t axis = 0; axis < back.size(); ++axis) {
-      fields.push_back(lowering_.fresh_field("way_" + axis_letter(static_cast<int>(axis))));
+      fields.push_back(lowering_.fresh_field_at("way_" + axis_letter(static_cast<int>(axis)), moved.state->placement));
       kernel_.stores.push_back({fields.back(), false, back[axis], moved.state->origin});
     }
     known_.push_back({moved.transport->velocity, moved.state->placement, std::move(fields)});
@@ -330,11 +330,8 @@ class TransportStep {
     for (std::size_t axis = 0; axis < fields.size() && is_steady; ++axis) back.push_back(access(fields[axis]));
     if (!is_steady) back = departure.shared_way("back", departure.way(transport, true));
     const std::vector<Expr> first = back;
-    for (std::size_t axis = 0; axis < fields.size(); ++axis) {
-      Interp before{fields[axis], {}, first, {}};
-      std::fill_n(before.along.begin(), first.size(), Along::cubic);
-      back[axis] = (first[axis] + interp(std::move(before))) / 2.0;
-    }
+    for (std::size_t axis = 0; axis < fields.size(); ++axis)
+      back[axis] = (first[axis] + departure.taken(fields[axis], first, Along::cubic)) / 2.0;
     return departure.shared_way("mean", back);
   }
 

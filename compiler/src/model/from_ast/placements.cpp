@@ -14,6 +14,7 @@ namespace dpde::model {
 
 namespace {
 
+constexpr int cells_of_cubics = 3;
 constexpr const char* placements_hint = "write on centres, on nodes, on faces.x, or vector ... on faces";
 
 int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
@@ -169,6 +170,18 @@ void check_formulas(Draft& draft, const Placements& placements) {
   }
 }
 
+/// Between walls on which a state lies a cubic goes through four points, those on the walls among them.
+void check_cubic(Draft& draft, const State& state) {
+  const Transport& transport = draft.problem.scheme.transport_of(state.name);
+  if (transport.advect != Advection::semi_lagrangian || transport.order != 3 || !holds_advect(*state.rhs)) return;
+  for (std::size_t i = 0; i < draft.problem.axes.size(); ++i) {
+    const Axis& axis = draft.problem.axes[i];
+    if (!state.placement[i] || axis.topology == Topology::periodic || axis.cells >= cells_of_cubics) continue;
+    draft.sink.report("transport-of-staggered", state.origin.range, {state.name, axis.name},
+                      "take more cells, or semi_lagrangian or maccormack for it in the scheme");
+  }
+}
+
 }  // namespace
 
 void check_placements(Draft& draft) {
@@ -180,11 +193,7 @@ void check_placements(Draft& draft) {
   };
   for (const State& state : draft.problem.states) {
     if (!state.rhs) continue;
-    const Transport& transport = draft.problem.scheme.transport_of(state.name);
-    const bool is_cubic = transport.advect == Advection::semi_lagrangian && transport.order == 3;
-    if (is_cubic && walled_axis(draft, state.placement) >= 0 && holds_advect(*state.rhs))
-      draft.sink.report("transport-of-staggered", state.origin.range, {state.name},
-                        "take semi_lagrangian or maccormack for it in the scheme");
+    check_cubic(draft, state);
     if (const auto mistake = placements.find_mistake(*state.rhs, state.placement))
       report_misplaced(draft, *mistake, state.origin.range);
     check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
