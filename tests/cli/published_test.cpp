@@ -27,6 +27,24 @@ TEST_F(Published, ReconstructionHasTheLossesAndTheErrorOfTheNotebook) {
   EXPECT_NEAR(result["test"]["mae"].get<double>(), 0.0638156, 1e-6);
 }
 
+/// Rows A9, A11: the book's loss is the sum over three places of the inflow. Its path is chaotic from the fifth
+/// iteration on.
+TEST_F(Published, SmokeIsMovedWithTheLossesOfTheNotebook) {
+  std::vector<double> losses(81);
+  for (const std::string task : {"from_left", "from_upper", "from_middle"}) {
+    const Outcome outcome =
+        dpde("optimize " DPDE_SOURCE_DIR "/dsl-examples/smoke/smoke.dpde " + task + " --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::vector<double> own = outcome.json()["loss"].get<std::vector<double>>();
+    ASSERT_EQ(own.size(), losses.size());
+    for (std::size_t i = 0; i < own.size(); ++i) losses[i] += own[i];
+  }
+  EXPECT_NEAR(losses[0], 298.28635, 1e-4);
+  EXPECT_NEAR(losses[1], 291.4547, 1e-3);
+  EXPECT_NEAR(losses[2], 276.0724, 1e-2);
+  EXPECT_LT(losses[79], 175);
+}
+
 class Inversion : public Command {};
 
 /// The inversion lowers its misfit ten-thousandfold and puts the fastest ground where the anomaly is, near (0.9, 0.5).

@@ -43,8 +43,10 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
             "= etdrk4");
   EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"dealias", "two_thirds"}}),
             "time = ars443 does not go with dealias = two_thirds: E0555 take time = etdrk4");
-  EXPECT_EQ(refusal_of(text_with("-advect(c, u) + lap(u)"), {{"time", "imex_euler"}, {"advect", "maccormack"}}),
-            "time = imex_euler does not go with advection along the flow: E0555 take advect = upwind(3) or central(4)");
+  EXPECT_EQ(
+      refusal_of(text_with("-advect(c, u) + lap(u)"), {{"time", "imex_euler"}, {"advect", "maccormack"}}),
+      "time = imex_euler does not go with advection along the flow in one step with other terms: E0555 write split "
+      "= lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)");
   EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}}),
             "time = backward_euler does not go with equations in which it finds nothing to solve for: E0555 it takes "
             "terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; take time = "

@@ -9,6 +9,7 @@
 
 #include "random/model_expression.h"
 #include "random/model_ties.h"
+#include "random/random_scheme.h"
 
 namespace dpde::testing {
 
@@ -16,33 +17,29 @@ namespace {
 
 constexpr double step = 0.02;
 
-/// What a scheme says changes what the equations may say.
-struct Scheme {
-  std::string time, advect;
-  bool along_flow = false;    // semi-Lagrangian or MacCormack
-  bool second_order = false;  // made for dt(dt(u))
-  bool remembers = false;     // ab2, ab3, leapfrog
-  bool solves = false;        // implicit: the first field diffuses
-};
-
 class Builder {
  public:
   explicit Builder(std::uint64_t seed)
       : random_(seed),
         ties_(~seed ^ 0xd6e8feb86659fd93),
         lines_(~seed ^ 0x8ebc6af09c88c6e3),
+        parts_(~seed ^ 0x2545f4914f6cdd1d),
         expressions_(random_, names_) {}
 
   Part build() {
     choose_axes();
-    choose_scheme();
+    scheme_ = random_scheme(random_, parts_);
     Part model{Part::Kind::fixed, "", {}}, scene = model, task = model;
     declare(model);
     Part helpers = functions();
     equations(model);
     describe_scene(scene);
     describe_task(task);
-    Part scheme = scheme_block();
+    std::vector<std::string> fields;
+    for (const Rated& rated : rated_) fields.push_back(rated.quantity.name);
+    Part rows{Part::Kind::fixed, "", {}};
+    for (const std::string& row : scheme_rows(scheme_, fields, random_, parts_)) add(rows, item(row));
+    Part scheme = block("scheme q", rows);
     return {Part::Kind::fixed,
             "@@@@@",
             {helpers, block("model m", model), scheme, block("scene s : m with q", scene), block("task t : s", task)}};
@@ -55,7 +52,6 @@ class Builder {
   };
 
   void choose_axes();
-  void choose_scheme();
   void declare(Part& model);
   void declare_rated(Part& model);
   bool is_solved(int rated) const { return scheme_.solves && rated == 0; }
@@ -78,8 +74,6 @@ class Builder {
   Part distance();
   Part loss();
   std::string when();
-  Part scheme_block();
-
   static Part block(const std::string& head, const Part& body) {
     return {Part::Kind::fixed, head + " {\n@}\n", {body}};
   }
@@ -104,7 +98,7 @@ class Builder {
     return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))];
   }
 
-  SplitMix random_, ties_, lines_;
+  SplitMix random_, ties_, lines_, parts_;
   Names names_;
   ModelExpressions expressions_;
   Scheme scheme_;
@@ -124,38 +118,9 @@ void Builder::choose_axes() {
   steps_ = 1 + random_.below(4);
 }
 
-void Builder::choose_scheme() {
-  const std::vector<std::string> times = {"euler",   "rk2", "ab2",        "ab3",    "leapfrog", "verlet",
-                                          "ssp_rk3", "rk4", "imex_euler", "ars222", "ars443"};
-  scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 2, 2, 2, 3, 2, 3, 1, 2, 1}))];
-  scheme_.solves = scheme_.time[0] == 'i' || scheme_.time.starts_with("ars");
-  const std::vector<std::string> ways = {
-      "central(2)",    "central(4)",      "central(6)", "central(8)",      "upwind(1)",
-      "upwind(3)",     "upwind(5)",       "upwind(7)",  "weno(3)",         "weno(5)",
-      "muscl(minmod)", "muscl(van_leer)", "muscl(mc)",  "semi_lagrangian", "semi_lagrangian(cubic)",
-      "maccormack"};
-  scheme_.second_order = scheme_.time == "verlet" || (scheme_.time == "leapfrog" && random_.percent(50));
-  scheme_.remembers = scheme_.time == "ab2" || scheme_.time == "ab3" || scheme_.time == "leapfrog";
-  const bool may_flow = scheme_.time != "verlet" && !scheme_.remembers && !scheme_.solves;
-  scheme_.advect = ways[static_cast<std::size_t>(
-      random_.weighted({4, 3, 1, 1, 3, 2, 1, 1, 1, 1, 1, 1, 1, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
-  scheme_.along_flow = scheme_.advect[0] == 's' || scheme_.advect == "maccormack";
-}
-
-Part Builder::scheme_block() {
-  Part body;
-  const auto order = [&] { return fmt::format("central({})", 2 + 2 * random_.weighted({5, 3, 1, 1})); };
-  add(body, item("time = " + scheme_.time));
-  add(body, item("advect = " + scheme_.advect));
-  if (random_.percent(60)) add(body, item("dx = " + order()));
-  if (random_.percent(60)) add(body, item("lap = " + order()));
-  if (random_.percent(6)) add(body, item("real = f32"));
-  return block("scheme q", body);
-}
-
 void Builder::declare_rated(Part& model) {
   const std::vector<std::string> names = {"u", "v", "c"};
-  const bool staggers = !scheme_.along_flow && random_.percent(30);
+  const bool staggers = random_.percent(30);
   for (int i = 0, count = 1 + random_.weighted({4, 4, 2}); i < count; ++i) {
     Quantity q{names[static_cast<std::size_t>(i)]};
     q.is_rated = true;

@@ -29,8 +29,8 @@ std::vector<std::string> complaints(const model::Problem& problem) {
 std::vector<std::string> semi_lagrangian(const Expr& rate,
                                          model::Advection advect = model::Advection::semi_lagrangian) {
   model::Problem p = problem({state("u", rate), state("v", 0.0)});
-  p.scheme.advect = advect;
-  p.scheme.advect_order = 1;
+  p.scheme.transport.advect = advect;
+  p.scheme.transport.order = 1;
   return complaints(p);
 }
 
@@ -68,8 +68,8 @@ TEST(LoweringDiagnostics, DifferencesWithoutEnd) {
 /// Both ends of the step are read behind one fill.
 TEST(LoweringDiagnostics, VelocityOfMacCormackBesideAWallThatMoves) {
   model::Problem p = problem({state("u", -advect({at(5, d(v))}, u)), state("v", 0.0)});
-  p.scheme.advect = model::Advection::maccormack;
-  p.scheme.advect_order = 2;
+  p.scheme.transport.advect = model::Advection::maccormack;
+  p.scheme.transport.order = 2;
   p.axes[0].topology = dpde::Topology::bounded;
   EXPECT_EQ(complaints(p), std::vector<std::string>{});
   p.states[1].boundary[0].high.value = param("t");

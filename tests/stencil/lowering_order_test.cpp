@@ -38,7 +38,7 @@ double rate_order(const Expr& rate, const model::Scheme& scheme, int cells, cons
 
 model::Scheme central(int order) {
   model::Scheme scheme;
-  scheme.derivative_order = scheme.laplacian_order = scheme.advect_order = order;
+  scheme.derivative_order = scheme.laplacian_order = scheme.transport.order = order;
   return scheme;
 }
 
@@ -76,12 +76,12 @@ TEST(LoweringOrder, Advection) {
   EXPECT_NEAR(rate_order(advect({u}, u), central(2), 32, exact), 2, 0.1);
   EXPECT_NEAR(rate_order(advect({u}, u), central(4), 32, exact), 4, 0.1);
   model::Scheme upwind;
-  upwind.advect = model::Advection::upwind;
-  upwind.advect_order = 1;
+  upwind.transport.advect = model::Advection::upwind;
+  upwind.transport.order = 1;
   EXPECT_NEAR(rate_order(advect({u}, u), upwind, 32, exact), 1, 0.1);
   EXPECT_NEAR(rate_order(advect({-1.0}, u), upwind, 32, [](double x) { return -std::cos(x); }), 1, 0.1);
   model::Scheme third = upwind;
-  third.advect_order = 3;
+  third.transport.order = 3;
   third.derivative_order = 4;
   EXPECT_NEAR(rate_order(advect({u}, u), third, 32, exact), 3, 0.1);
   EXPECT_NEAR(rate_order(advect({-1.0}, u), third, 32, [](double x) { return -std::cos(x); }), 3, 0.1);

@@ -15,7 +15,7 @@ const Expr u = field("u"), v = field("v"), nu = param("nu"), kappa = field("kapp
 
 std::string store(const Expr& rate, std::vector<int> cells = {8}, int dx = 2, int dlap = 2) {
   model::Problem p = problem({state("u", rate)}, std::move(cells));
-  p.scheme.derivative_order = p.scheme.advect_order = dx;
+  p.scheme.derivative_order = p.scheme.transport.order = dx;
   p.scheme.laplacian_order = dlap;
   const dpde::stencil::Module module = lower(p);
   const dpde::stencil::Kernel& kernel = module.kernels.at(0);
@@ -145,7 +145,7 @@ TEST(LoweringText, BoundaryValuesOfStagesAreTakenAtTheirTime) {
 
 TEST(LoweringText, SemiLagrangian) {
   model::Problem p = problem({state("u", -advect({u}, u) + nu * lap(u)), state("v", -advect({u}, v))});
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   EXPECT_EQ(print(lower(p)), R"(kernel s_terms(u: field halo 1, out u_mid: field, hx, dt, nu: param) {
   let u_xx = (u[-1] - 2*u + u[+1])/hx^2
   u_mid = u + dt*nu*u_xx
@@ -172,7 +172,7 @@ loop n in 0 .. 10 { s_step }
 
 TEST(LoweringText, SemiLagrangianWithoutOtherTermsAndWithoutTransport) {
   model::Problem p = problem({state("u", nu * lap(u) - advect({param("c") + 0.0, -v}, u)), state("v", 1.0)}, {4, 4});
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   const dpde::stencil::Module module = lower(p);
   EXPECT_EQ(
       print(*module.find_kernel("s_advect")),
@@ -182,7 +182,7 @@ TEST(LoweringText, SemiLagrangianWithoutOtherTermsAndWithoutTransport) {
 }
 )");
   p = problem({state("u", -advect({u}, u))});
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   const dpde::stencil::Module pure = lower(p);
   ASSERT_EQ(pure.kernels.size(), 1u);
   EXPECT_EQ(print(pure.kernels[0].stores[0].value, 1), "interp(u, -dt*u/hx)");
@@ -190,15 +190,15 @@ TEST(LoweringText, SemiLagrangianWithoutOtherTermsAndWithoutTransport) {
 
 TEST(LoweringText, CubicSemiLagrangian) {
   model::Problem p = problem({state("u", -advect({u, 0.5}, u))}, {4, 4});
-  p.scheme.advect = model::Advection::semi_lagrangian;
-  p.scheme.advect_order = 3;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.order = 3;
   EXPECT_EQ(print(lower(p).kernels.at(0).stores[0].value, 2), "interp_cxcy(u, -dt*u/hx, -dt*0.5/hy)");
 }
 
 /// Forwards with the flow at the begin, back with that at the end; a field that nothing carries has no step ahead.
 TEST(LoweringText, MacCormack) {
   model::Problem p = problem({state("u", -advect({u}, u) + v), state("v", 1.0)}, {4}, 4, Topology::bounded);
-  p.scheme.advect = model::Advection::maccormack;
+  p.scheme.transport.advect = model::Advection::maccormack;
   const dpde::stencil::Module module = lower(p);
   EXPECT_EQ(print(*module.find_kernel("s_advect")),
             R"(kernel s_advect(u_mid: field halo 1, u: field, out u_ahead: field, dt, hx: param) {
@@ -222,9 +222,9 @@ TEST(LoweringText, MacCormack) {
 
 TEST(LoweringText, Upwind) {
   model::Problem p = problem({state("u", -advect({u, 0.0}, u)), state("v", advect({-2.0, u + v}, v))}, {4, 4});
-  p.scheme.advect = model::Advection::upwind;
-  p.scheme.advect_order = 1;
-  p.scheme.advect_order = 1;
+  p.scheme.transport.advect = model::Advection::upwind;
+  p.scheme.transport.order = 1;
+  p.scheme.transport.order = 1;
   EXPECT_EQ(
       print(lower(p).kernels.at(0)),
       R"(kernel s_step(u: field halo 1, v: field halo 1, out u_next: field, out v_next: field, dt, hx, hy: param) {
@@ -237,8 +237,8 @@ TEST(LoweringText, Upwind) {
 
 TEST(LoweringText, UpwindOfADerivativeTakesNeighboursOfTheDerivative) {
   model::Problem p = problem({state("u", -advect({param("c")}, d(u)))});
-  p.scheme.advect = model::Advection::upwind;
-  p.scheme.advect_order = 1;
+  p.scheme.transport.advect = model::Advection::upwind;
+  p.scheme.transport.order = 1;
   EXPECT_EQ(print(lower(p).kernels.at(0)), R"(kernel s_step(u: field halo 2, out u_next: field, hx, dt, c: param) {
   let u_x = (u[+1] - u[-1])/(2*hx)
   u_next = u - dt*(max(c, 0)*(u_x - (u - u[-2])/(2*hx))/hx + min(c, 0)*((u[+2] - u)/(2*hx) - u_x)/hx)
@@ -378,8 +378,8 @@ TEST(LoweringText, Quantities) {
 
 TEST(LoweringText, AdvectOutsideTheStepIsCentralUnderSemiLagrangian) {
   model::Problem p = problem({state("u", -advect({u}, u))});
-  p.scheme.advect = model::Advection::semi_lagrangian;
-  p.scheme.advect_order = 1;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.order = 1;
   p.observables = {{"steepening", mean(advect({u}, u)), {}}};
   EXPECT_EQ(print(*lower(p).find_kernel("s_observe")),
             R"(kernel s_observe(u: field halo 1, sum steepening: param, hx, cells: param) {

@@ -22,8 +22,8 @@ model::Problem burgers() {
   p.states[0].initial.formula = -call(Fn::sin, param("pi") * coordinate(0));
   p.step = 1.0 / 32;
   p.steps = 32;
-  p.scheme.advect = model::Advection::semi_lagrangian;
-  p.scheme.advect_order = 1;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.order = 1;
   return p;
 }
 
@@ -41,7 +41,7 @@ TEST(LoweringTransport, BurgersOfTheBook) {  // systems.md 2.2, row A2
 
 TEST(LoweringTransport, WholeCellsAreMovedExactly) {
   model::Problem p = problem({state("u", -advect({-3.0}, u))}, {10}, 10);
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   p.step = 1;
   Scene scene(p);
   const std::vector<double> start{1, 2, 4, 8, 16, 32, 64, 128, 256, 512};
@@ -52,7 +52,7 @@ TEST(LoweringTransport, WholeCellsAreMovedExactly) {
 
 TEST(LoweringTransport, LinearInterpolationDampsAsItsModifiedEquation) {  // numerics.md 1: h^2 f(1 - f)/(2 dt)
   model::Problem p = problem({state("u", -advect({1.0}, u))}, {64}, 2 * pi);
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   const double h = p.axes[0].spacing();
   p.step = 0.5 * h;
   Scene scene(p);
@@ -64,7 +64,7 @@ TEST(LoweringTransport, LinearInterpolationDampsAsItsModifiedEquation) {  // num
 
 TEST(LoweringTransport, FlowTimeIsThatOfTheArrival) {  // velocity t: back from t + dt, by dt*(t + dt)/h = 2 cells
   model::Problem p = problem({state("u", -advect({param("t")}, u) + 1.0)}, {8}, 8);
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   p.step = 1;
   p.t_begin = 1;
   Scene scene(p);
@@ -76,7 +76,7 @@ TEST(LoweringTransport, FlowTimeIsThatOfTheArrival) {  // velocity t: back from 
 TEST(LoweringTransport, BoundedAxesBringInTheirBoundaryValue) {
   model::Problem p = problem({state("u", -advect({1.0}, u))}, {4}, 4, Topology::bounded);
   p.states[0].boundary[0].low.value = 7.0;
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   p.step = 2;
   Scene scene(p);
   scene.set("u", {1, 2, 3, 4});
@@ -88,7 +88,7 @@ TEST(LoweringTransport, SeveralFieldsInTwoDimensions) {
   model::Problem p = problem(
       {state("u", -advect({u, v}, u)), state("v", -advect({u, v}, v)), state("ink", -advect({u, v}, field("ink")))},
       {4, 4}, 4);
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.transport.advect = model::Advection::semi_lagrangian;
   p.step = 1;
   Scene scene(p);
   scene.set("u", std::vector<double>(16, 1.0));

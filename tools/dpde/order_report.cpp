@@ -116,6 +116,10 @@ bool is_exact_part(const model::Scheme& scheme, const model::Expr& term) {
   return model::is_exponential(scheme.time) && stencil::is_of_waves(term, all);
 }
 
+bool holds_advect(const model::Expr& e) {
+  return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Advect>(part->kind); });
+}
+
 int time_order(model::TimeScheme time) {
   switch (time) {
     case model::TimeScheme::backward_euler:
@@ -137,6 +141,21 @@ int time_order(model::TimeScheme time) {
   unreachable("time scheme");
 }
 
+/// Of steps whose parts come one behind the other, in the order of time. `others`: some equation has more terms than
+/// transport.
+int order_of_parts(const model::Problem& problem, bool others) {
+  const model::Scheme& scheme = problem.scheme;
+  const bool is_carried_to_first = std::ranges::any_of(problem.states, [&](const model::State& state) {
+    const model::Transport& transport = scheme.transport_of(state.name);
+    const bool is_linear = transport.advect == model::Advection::semi_lagrangian && transport.order == 1;
+    return state.rhs && holds_advect(*state.rhs) &&
+           (is_linear || transport.advect == model::Advection::maccormack_steady);
+  });
+  if (is_carried_to_first || !problem.projections.empty()) return 1;
+  if (scheme.is_split()) return scheme.split.kind == model::Split::Kind::lie ? 1 : std::min(2, time_order(scheme.time));
+  return others ? 1 : 2;
+}
+
 /// The formal order of the scheme away from walls: the lowest of what the equations use; of operators of the file the
 /// one that is stated.
 Order order_inside(const model::Problem& problem) {
@@ -152,7 +171,7 @@ Order order_inside(const model::Problem& problem) {
     if (!state.rhs) continue;
     const auto look = [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) {
-        add(scheme.advect_order);
+        add(model::transport_of(scheme, std::get<model::Advect>(e->kind)).order);
         transports = true;
         split = split || !is_transport_alone(*state.rhs);
       }
@@ -174,9 +193,7 @@ Order order_inside(const model::Problem& problem) {
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
   order.is_spectral = space.empty() && uses_waves;
   order.time = order_with_parts(problem, time_order(scheme.time));
-  if (!model::follows_flow(scheme.advect) || !transports) return order;
-  const bool is_linear = scheme.advect == model::Advection::semi_lagrangian && scheme.advect_order == 1;
-  order.time = split || is_linear ? 1 : 2;
+  if (scheme.is_split() || (scheme.follows_flow() && transports)) order.time = order_of_parts(problem, split);
   return order;
 }
 

@@ -250,4 +250,9 @@ std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
   return scales && !reads(b->right, field) ? std::optional(both(*left, {b->right, b->right})) : std::nullopt;
 }
 
+const Transport& transport_of(const Scheme& scheme, const Advect& e) {
+  const auto* field = std::get_if<Field>(&e.operand->kind);
+  return field ? scheme.transport_of(field->name) : scheme.transport;
+}
+
 }  // namespace dpde::model

@@ -75,6 +75,9 @@ bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f);
 /// Whether `e`, as a tree, has more than `max_nodes` nodes or is higher than `max_height`; takes at most that long.
 bool is_larger_than(const Expr& e, int max_nodes, int max_height);
 
+/// How the scheme discretises it: what it says of the field that is carried, where that is one.
+const Transport& transport_of(const Scheme& scheme, const Advect& e);
+
 /// The largest order of derivatives inside one another: 4 for lap(lap(u)); advection counts as 1.
 int nested_order(const Expr& e);
 

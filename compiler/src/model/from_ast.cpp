@@ -27,6 +27,8 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_grid(draft);
   bind_networks(draft);
   if (draft.model) bind_fields(draft);
+  if (draft.model) bind_transports(draft);
+  if (draft.model) bind_split(draft);
   bind_time(draft);
   bind_controls(draft);
   if (draft.model) bind_equations(draft);
@@ -50,6 +52,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_settings(draft);
   check_histories(draft);
   check_waves(draft);
+  if (draft.model) check_split(draft);
   check_implicit(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;

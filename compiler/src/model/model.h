@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "model/scheme.h"
 #include "model/training.h"
 #include "network/network.h"
 #include "source/source_file.h"
@@ -278,53 +279,6 @@ struct Quantity {
   std::string name;
   Expr value;  // linear in Reduce over all axes; what these hold may have more of them
   Origin origin;
-};
-
-enum class Advection { central, upwind, weno, muscl, semi_lagrangian, maccormack };
-enum class Limiter { minmod, van_leer, mc };
-/// Whether it goes back along the flow, and is no difference.
-constexpr bool follows_flow(Advection advect) {
-  return advect == Advection::semi_lagrangian || advect == Advection::maccormack;
-}
-enum class TimeScheme {
-  euler,
-  rk2,
-  rk4,
-  ssp_rk3,
-  verlet,
-  ab2,
-  ab3,
-  leapfrog,
-  etdrk2,
-  etdrk4,
-  backward_euler,
-  crank_nicolson,
-  imex_euler,
-  ars222,
-  ars443
-};
-/// Adams-Bashforth: it remembers the rates of the steps before.
-constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
-constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
-/// It treats the linear part exactly, as multipliers of waves.
-constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
-/// It solves for the terms of model/implicit_part.h.
-constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
-constexpr int spectral = 0;  // in place of an order: by Fourier series
-struct Scheme {
-  std::string name = "default";
-  Advection advect = Advection::central;
-  int advect_order = 2;  // central: 2, 4, 6, 8 or spectral; upwind: 1, 3, 5 or 7; weno: 3 or 5; muscl, maccormack: 2;
-                         // semi_lagrangian: 1 or 3 (linear or cubic interpolation)
-  Limiter limiter = Limiter::minmod;  // of muscl
-  int derivative_order = 2;           // key dx: 2, 4, 6, 8 or spectral
-  int laplacian_order = 2;            // key lap: the same, for second derivatives
-  TimeScheme time = TimeScheme::rk4;
-  Precision real = Precision::f64;
-  Precision networks = Precision::f32;  // what they compute in
-  bool dealias = false;                 // states hold no waves of three cells or fewer
-  SolveMethod solve = SolveMethod::automatic;
-  bool operator==(const Scheme&) const = default;
 };
 
 /// Which states of a run a quantity or datum looks at.

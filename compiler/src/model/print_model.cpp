@@ -355,16 +355,26 @@ const char* limiter_text(Limiter limiter) {
   unreachable("limiter");
 }
 
-std::string advect_text(const Scheme& scheme) {
-  switch (scheme.advect) {
-    case Advection::central: return order_text(scheme.advect_order);
-    case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
-    case Advection::weno: return fmt::format("weno({})", scheme.advect_order);
-    case Advection::muscl: return fmt::format("muscl({})", limiter_text(scheme.limiter));
-    case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
+std::string advect_text(const Transport& transport) {
+  switch (transport.advect) {
+    case Advection::central: return order_text(transport.order);
+    case Advection::upwind: return fmt::format("upwind({})", transport.order);
+    case Advection::weno: return fmt::format("weno({})", transport.order);
+    case Advection::muscl: return fmt::format("muscl({})", limiter_text(transport.limiter));
+    case Advection::semi_lagrangian: return transport.order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
     case Advection::maccormack: return "maccormack";
+    case Advection::maccormack_steady: return "maccormack(steady)";
   }
   unreachable("advection");
+}
+
+std::string split_text(const Split& split) {
+  std::vector<std::string> parts;
+  for (const Split::Part& part : split.parts) {
+    parts.emplace_back(name_of(part.terms));
+    if (!part.states.empty()) parts.back() += fmt::format("({})", fmt::join(part.states, ", "));
+  }
+  return fmt::format("{}({})", split.kind == Split::Kind::lie ? "lie" : "strang", fmt::join(parts, ", "));
 }
 
 /// An operator whose adjoint is given stands for itself in expressions: here is what it is.
@@ -443,8 +453,11 @@ std::string print(TimeScheme time) {
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
+  if (s.is_split()) others += "; split = " + split_text(s.split);
   if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
-  return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect_text(s),
+  std::string advect = advect_text(s.transport);
+  for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
+  return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,
                      order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
 }
 

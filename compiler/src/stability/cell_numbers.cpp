@@ -38,8 +38,8 @@ Transport transport_of(const Response& response, std::size_t row, std::size_t ax
 }
 
 model::Problem with_central_advection(model::Problem problem) {
-  problem.scheme.advect = model::Advection::central;
-  problem.scheme.advect_order = 2;
+  problem.scheme.transport = {};
+  problem.scheme.transports.clear();
   for (int* order : {&problem.scheme.derivative_order, &problem.scheme.laplacian_order}) {
     if (*order == model::spectral) *order = 2;
   }
@@ -112,8 +112,7 @@ std::vector<CellNumber> cell_numbers(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem));
   if (!central) return {};
-  const std::optional<LinearStep> own =
-      model::follows_flow(problem.scheme.advect) ? std::nullopt : linear_step(problem);
+  const std::optional<LinearStep> own = problem.scheme.follows_flow() ? std::nullopt : linear_step(problem);
   return LargestNumbers(session, *central, own).run();
 }
 

@@ -114,8 +114,9 @@ double largest_step_where(double rate, double factor, const std::function<bool(d
 
 /// The equations by differences of order 8, whatever the scheme's are.
 model::Problem with_fine_differences(model::Problem problem) {
-  problem.scheme.advect = model::Advection::central;
-  problem.scheme.advect_order = problem.scheme.derivative_order = problem.scheme.laplacian_order = 8;
+  problem.scheme.transport = {model::Advection::central, 8};
+  problem.scheme.transports.clear();
+  problem.scheme.derivative_order = problem.scheme.laplacian_order = 8;
   problem.scheme.dealias = false;
   return problem;
 }
@@ -127,7 +128,7 @@ Positivity positivity_of(driver::Session& session, double step) {
   const model::Problem& problem = session.problem();
   const std::optional<LinearStep> linear = linear_step(session, found.why);
   if (!linear) return found;
-  if (problem.scheme.advect == model::Advection::maccormack && linear->follows_flow()) {
+  if (problem.scheme.has_clamp() && linear->follows_flow()) {
     found.why = "its clamp is not linear";
     return found;
   }

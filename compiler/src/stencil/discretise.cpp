@@ -139,7 +139,7 @@ Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank
       reading_(std::move(reading)),
       placements_(std::move(placements)) {
   if (placements_.is_staggered()) base_.reset();
-  require(!model::follows_flow(scheme_.advect), "advection along the flow is no difference");
+  require(!scheme_.follows_flow(), "advection along the flow is no difference");
 }
 
 /// Sets the base for a while.
@@ -409,7 +409,8 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)])
     return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
-    if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;
+    const bool is_central = model::transport_of(scheme_, *a).advect == model::Advection::central;
+    if (is_central && !model::is_constant(a->velocity[axis], 0)) return true;
   }
   bool found = false;
   model::for_each_part(e, [&](const model::Expr& child) { found = found || belongs_midway(child, axis); });
@@ -474,14 +475,15 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
 }
 
 Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place& place) {
-  if (scheme_.advect != model::Advection::central) return upwind_at(e, place);
+  const model::Transport& transport = model::transport_of(scheme_, e);
+  if (transport.advect != model::Advection::central) return upwind_at(e, place);
   std::vector<Quotient> terms;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;
     const Quotient speed = velocity_at(e.velocity[axis], place);
     const bool has_base = base_ || placements_.only(e.operand) == parity(place);
     const Within within(*this, base_ ? base_ : has_base ? std::optional(parity(place)) : std::nullopt);
-    const Quotient slope = derivative_at(model::Derivative{e.operand, axis, 1}, place, scheme_.advect_order);
+    const Quotient slope = derivative_at(model::Derivative{e.operand, axis, 1}, place, transport.order);
     Quotient term{speed.top * slope.top, speed.number * slope.number};
     for (int a = 0; a < max_rank; ++a) term.powers[a] = speed.powers[a] + slope.powers[a];
     terms.push_back(term);

@@ -80,12 +80,14 @@ using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform, Prepare
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
  public:
-  /// `scheme.advect` does not follow the flow. Lets take names that `names` does not know.
+  /// No transport of `scheme` follows the flow. Lets take names that `names` does not know.
   Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {},
               model::Placements placements = {});
 
   /// `e` at the current cell's point of a placement.
   Expr operator()(const model::Expr& e, const model::Placement& placement = {});
+  /// A component of the velocity that carries what lies at `placement`, interpolated to there.
+  Expr velocity(const model::Expr& e, const model::Placement& placement);
   const model::Placements& placements() const { return placements_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
@@ -142,7 +144,7 @@ class Discretiser {
   std::string stored_transform(Transform transform);
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);
-  Expr chosen_difference(const Expr& speed, const std::function<Expr(int)>& cell);
+  Expr chosen_difference(const model::Transport& transport, const Expr& speed, const std::function<Expr(int)>& cell);
   Quotient combine(const Difference& difference, int axis, const model::Expr& e, const Place& place);
   Quotient placed_derivative(const model::Derivative& e, const Place& place, int accuracy);
   Expr named_derivative(const model::Derivative& e, const std::string& field, const Place& place, int accuracy);

@@ -15,10 +15,10 @@ namespace {
 /// Of those that weno weighs, see weno_difference.
 constexpr double smallest_rise = 1e-18, smallest_single_rise = 1e-12;
 
-Limiter limiter_of(const model::Scheme& scheme) {
-  switch (scheme.limiter) {
+Limiter limiter_of(const model::Transport& transport, Precision real) {
+  switch (transport.limiter) {
     case model::Limiter::minmod: return minmod_slope;
-    case model::Limiter::van_leer: return scheme.real == Precision::f32 ? van_leer_slope_in_f32 : van_leer_slope;
+    case model::Limiter::van_leer: return real == Precision::f32 ? van_leer_slope_in_f32 : van_leer_slope;
     case model::Limiter::mc: return mc_slope;
   }
   unreachable("limiter");
@@ -26,12 +26,18 @@ Limiter limiter_of(const model::Scheme& scheme) {
 
 }  // namespace
 
+Expr Discretiser::velocity(const model::Expr& e, const model::Placement& placement) {
+  const bool fits = base_ || placements_.natural(e).value_or(placement) == placement;
+  return (*this)(fits ? e : model::interpolate(e), placement);
+}
+
 /// Of a linear scheme both sides are taken, times the parts of the speed that go each way; of another one the side is
 /// chosen first, as its difference costs more. At rest it is the side of a flow to higher cells either way.
 Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
   for (int axis = 0; axis < max_rank; ++axis) {
     if (is_midway(place, axis)) return at_halfway(model::Expr(model::Node{e}), place, axis);
   }
+  const model::Transport& transport = model::transport_of(scheme_, e);
   Expr sum = 0.0;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;
@@ -41,27 +47,28 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
       there[axis] += 2 * distance;
       return distance == 0 ? at(e.operand, place).value() : inside_difference(e.operand, there).value();
     };
-    if (scheme_.advect == model::Advection::upwind) {
+    if (transport.advect == model::Advection::upwind) {
       if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
       const auto part = [&](Fn side, const Rise& rise) {
-        const UpwindDifference difference = upwind_difference(scheme_.advect_order, rise);
+        const UpwindDifference difference = upwind_difference(transport.order, rise);
         return call(side, {speed, 0.0}) * difference.sum / (difference.denominator * spacing(axis));
       };
       sum = sum + part(Fn::max, [&](int k) { return cell(k) - cell(k - 1); });
       sum = sum + part(Fn::min, [&](int k) { return cell(1 - k) - cell(-k); });
     } else {
       speed = shared("velocity_" + axis_letter(axis), speed);
-      sum = sum + speed * chosen_difference(speed, cell) / spacing(axis);
+      sum = sum + speed * chosen_difference(transport, speed, cell) / spacing(axis);
     }
   }
   return Quotient{sum};
 }
 
 /// Lets may stand within differences here: they are of their own place, and used nowhere else.
-Expr Discretiser::chosen_difference(const Expr& speed, const std::function<Expr(int)>& cell) {
+Expr Discretiser::chosen_difference(const model::Transport& transport, const Expr& speed,
+                                    const std::function<Expr(int)>& cell) {
   const auto share = [this](const std::string& wish, const Expr& value) { return shared(wish, value); };
-  const bool is_weno = scheme_.advect == model::Advection::weno;
-  const int upstream = is_weno ? (scheme_.advect_order + 1) / 2 : 2;
+  const bool is_weno = transport.advect == model::Advection::weno;
+  const int upstream = is_weno ? (transport.order + 1) / 2 : 2;
   std::vector<Expr> faces;  // rises across those between the cells -upstream to upstream
   for (int k = 1 - upstream; k <= upstream; ++k) faces.push_back(share("rise", cell(k) - cell(k - 1)));
   const auto face = [&](int k) { return faces[static_cast<std::size_t>(k - 1 + upstream)]; };
@@ -70,8 +77,8 @@ Expr Discretiser::chosen_difference(const Expr& speed, const std::function<Expr(
     rises.push_back(share("rise", select(binary(BinaryOp::greater_equal, speed, 0.0), face(k), face(1 - k))));
   const Rise rise = [&](int k) { return rises[static_cast<std::size_t>(k - 1 + upstream)]; };
   const double smallest = scheme_.real == Precision::f32 ? smallest_single_rise : smallest_rise;
-  return share("difference", is_weno ? weno_difference(scheme_.advect_order, rise, share, smallest)
-                                     : muscl_difference(limiter_of(scheme_), rise, share));
+  return share("difference", is_weno ? weno_difference(transport.order, rise, share, smallest)
+                                     : muscl_difference(limiter_of(transport, scheme_.real), rise, share));
 }
 
 }  // namespace dpde::stencil

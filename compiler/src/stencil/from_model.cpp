@@ -12,14 +12,11 @@
 #include "stencil/events.h"
 #include "stencil/exponential.h"
 #include "stencil/idle_walls.h"
-#include "stencil/implicit_schemes.h"
 #include "stencil/lowering.h"
-#include "stencil/multistep.h"
 #include "stencil/operator_order.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
-#include "stencil/subcycles.h"
-#include "stencil/time_schemes.h"
+#include "stencil/step.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -83,7 +80,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);
-  if (model::follows_flow(problem.scheme.advect)) check_semi_lagrangian(problem, sink);
+  if (problem.scheme.follows_flow()) check_semi_lagrangian(problem, sink);
   if (problem.task) {
     for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
     for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink, true);
@@ -208,21 +205,12 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
 
   std::vector<std::string> next;
   for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
-  std::vector<Stage> stages;
-  if (model::follows_flow(problem.scheme.advect)) {
-    stages = semi_lagrangian_stages(lowering, next);
-  } else {
-    std::vector<Advance> advances;
-    for (std::size_t i = 0; i < problem.states.size(); ++i) {
-      const model::State& state = problem.states[i];
-      advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
-    }
-    const model::TimeScheme time = problem.scheme.time;
-    stages = model::has_memory(time)       ? multistep_stages(lowering, advances, name)
-             : model::is_exponential(time) ? exponential_stages(lowering, advances, problem.scene)
-             : model::is_implicit(time)    ? implicit_stages(lowering, advances, name)
-                                           : subcycled_stages(lowering, advances, name);
+  std::vector<Advance> advances;
+  for (std::size_t i = 0; i < problem.states.size(); ++i) {
+    const model::State& state = problem.states[i];
+    advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
   }
+  std::vector<Stage> stages = step_stages(lowering, advances, name);
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];

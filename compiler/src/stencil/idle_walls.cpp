@@ -259,8 +259,7 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
 
 void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
   const model::Problem& problem = lowering.problem();
-  if (!problem.program.empty() || model::follows_flow(problem.scheme.advect))
-    return;  // departure points may lie anywhere
+  if (!problem.program.empty() || problem.scheme.follows_flow()) return;  // departure points may lie anywhere
   const Readers readers(lowering);
   for (const model::State& state : problem.states) {
     const bool is_stated = state.velocity_of.empty() && problem.find_projection(state.name) == nullptr;

@@ -117,11 +117,11 @@ struct Equation {
 
 class ImplicitScheme {
  public:
-  ImplicitScheme(Lowering& lowering, const std::vector<Advance>& advances, std::string name)
-      : lowering_(lowering), name_(std::move(name)) {
+  ImplicitScheme(Lowering& lowering, const std::vector<Advance>& advances, std::string name, bool is_projected)
+      : lowering_(lowering), name_(std::move(name)), is_projected_(is_projected) {
     for (const Advance& advance : advances)
       equations_.push_back({advance, model::implicit_part(lowering.problem(), advance.state, advance.rate),
-                            lowering.problem().is_projected(advance.state)});
+                            is_projected && lowering.problem().is_projected(advance.state)});
   }
 
   std::vector<Stage> by(const Tableau& tableau) {
@@ -171,7 +171,7 @@ class ImplicitScheme {
     if (!is_last) {
       for (const model::Projection& projection : lowering_.problem().projections) into_.erase(projection.multiplier);
     }
-    const FieldsOfStates left = before_projection(lowering_, into_);
+    const FieldsOfStates left = is_projected_ ? before_projection(lowering_, into_) : into_;
     for (Equation& equation : equations_) {
       const auto found = left.find(equation.advance.state);
       equation.left.push_back(found == left.end() ? equation.advance.state : found->second);
@@ -181,6 +181,7 @@ class ImplicitScheme {
   void add_solution(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
     stages.push_back(solution(own, time, of_rest));
     if (stages.back().kernel.stores.empty()) stages.pop_back();
+    if (!is_projected_) return;
     FieldsOfStates left;
     for (const Equation& equation : equations_) left[equation.advance.state] = equation.left.back();
     std::ranges::move(projection_stages(lowering_, {kernel_name("stage"), left, into_, time_after(time),
@@ -268,14 +269,16 @@ class ImplicitScheme {
 
   Lowering& lowering_;
   std::string name_;
+  bool is_projected_;
   std::vector<Equation> equations_;
   FieldsOfStates into_;  // of the stage under way
 };
 
 }  // namespace
 
-std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
-  ImplicitScheme scheme(lowering, advances, name);
+std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
+                                   bool is_projected) {
+  ImplicitScheme scheme(lowering, advances, name, is_projected);
   const model::TimeScheme time = lowering.problem().scheme.time;
   return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal() : scheme.by(tableau_of(time));
 }

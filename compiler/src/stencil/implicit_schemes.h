@@ -17,7 +17,9 @@
 
 namespace dpde::stencil {
 
-/// One step. Kernels are called NAME_right1, NAME_stage1, NAME_right2, ...
-std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);
+/// One step. Kernels are called NAME_right1, NAME_stage1, NAME_right2, ... Constraints are made true behind each stage
+/// where `is_projected`.
+std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
+                                   bool is_projected = true);
 
 }  // namespace dpde::stencil

@@ -287,11 +287,7 @@ std::string Lowering::field_beside(const std::string& state, const std::string& 
 }
 
 Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken) const {
-  model::Scheme scheme = problem_.scheme;
-  if (model::follows_flow(scheme.advect)) {
-    scheme.advect = model::Advection::central;
-    scheme.advect_order = 2;
-  }
+  const model::Scheme scheme = model::with_differences(problem_.scheme);
   NameSupply names = names_;
   for (const Let& let : taken) names.reserve(let.name);
   return {scheme, std::move(names), rank(), std::move(reading), placements_};
@@ -323,6 +319,12 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
 /// Of a field that is no state.
 std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const {
   std::vector<AxisBoundary> boundary = plain_boundary();
+  const auto placed = placed_.find(field);
+  for (std::size_t axis = 0; placed != placed_.end() && axis < boundary.size(); ++axis) {
+    if (!placed->second[axis] || boundary[axis].topology == Topology::periodic) continue;
+    boundary[axis].low = {SideKind::linear, 0.0, 0.0, 0.0, true};
+    boundary[axis].high = {SideKind::outflow, 0.0, 0.0, 0.0, true};
+  }
   const model::Coefficient* coefficient = problem_.find_coefficient(field);
   for (std::size_t axis = 0; coefficient && axis < boundary.size(); ++axis) {
     if (model::goes_on_beyond(problem_, *coefficient, axis, true)) boundary[axis].low.kind = SideKind::linear;

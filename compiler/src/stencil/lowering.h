@@ -50,6 +50,10 @@ class Lowering {
   bool stands_for_state(const std::string& field) const;
   /// A new field with no boundary of its own, as u_exact.
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
+  /// One that lies where `placement` says. On low walls, which have no point of it, it is what its straight line is.
+  std::string fresh_field_at(const std::string& wish, const model::Placement& placement) {
+    return placed_.emplace(names_.fresh(wish), placement).first->first;
+  }
 
   /// Transport along the flow is no difference: where it was chosen, an advect that is left is central(2).
   /// Lets get other names than those of `taken`.
@@ -83,7 +87,8 @@ class Lowering {
   const model::Problem& problem_;
   model::Placements placements_;
   NameSupply names_;
-  std::map<std::string, std::string> state_of_;  // the states, and the fields beside them
+  std::map<std::string, std::string> state_of_;     // the states, and the fields beside them
+  std::map<std::string, model::Placement> placed_;  // fields without a boundary that lie somewhere
 };
 
 }  // namespace dpde::stencil

@@ -202,15 +202,14 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";
   const bool transports = holds([](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); });
-  if (transports && model::follows_flow(problem.scheme.advect)) return "it holds an advect that follows the flow";
+  if (transports && problem.scheme.follows_flow()) return "it holds an advect that follows the flow";
   return "";
 }
 
 MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
   if (const std::string why = reason_not_to_measure(problem, body); !why.empty())
     return {MeasuredOrder::Kind::unknown, 0, why};
-  model::Scheme scheme = problem.scheme;
-  if (model::follows_flow(scheme.advect)) scheme.advect = model::Advection::central;
+  const model::Scheme scheme = model::with_differences(problem.scheme);
   Discretiser at_point(scheme, NameSupply(), static_cast<int>(problem.axes.size()));
   const Expr value = at_point(body);
   if (at_point.gave_up()) return {MeasuredOrder::Kind::unknown, 0, "its differences are too many"};

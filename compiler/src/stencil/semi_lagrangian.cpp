@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "model/build.h"
+#include "model/placement.h"
 #include "stencil/build.h"
+#include "stencil/departure.h"
 #include "stencil/time_schemes.h"
 
 namespace dpde::stencil {
@@ -51,14 +53,6 @@ std::optional<model::Expr> without_transport(const model::Expr& e) {
   return model::Expr(model::Node{model::Neg{*right}, e->origin});
 }
 
-const model::Advect* find_transport(const model::State& state) {
-  const std::vector<Term> terms = model::terms_of(*state.rhs);
-  for (const Term& term : terms) {
-    if (const model::Advect* advect = as_advect(term.value)) return advect;  // lives as long as the equation
-  }
-  return nullptr;
-}
-
 void check_state(const model::State& state, DiagnosticSink& sink) {
   const std::vector<Term> terms = model::terms_of(*state.rhs);
   int transports = 0;
@@ -87,8 +81,9 @@ bool has_moving_walls(const model::Problem& problem, const model::State& state) 
 /// MacCormack takes velocities at both ends of the step from states whose halos are filled for the later one: a
 /// velocity made of differences would see a wall that moves at the wrong time.
 void check_velocity(const model::Problem& problem, const model::State& state, DiagnosticSink& sink) {
-  const model::Advect* transport = find_transport(state);
+  const model::Advect* transport = find_transport(*state.rhs);
   if (!transport) return;
+  const model::Placements placements(problem);
   for (const model::State& read : problem.states) {
     if (!has_moving_walls(problem, read)) continue;
     const auto looks_around = [&](const model::Expr& part) {
@@ -98,7 +93,8 @@ void check_velocity(const model::Problem& problem, const model::State& state, Di
       return is_difference && model::reads(part, read.name);
     };
     for (const model::Expr& component : transport->velocity) {
-      if (!model::any_part(component, looks_around)) continue;
+      const bool is_elsewhere = placements.natural(component).value_or(state.placement) != state.placement;
+      if (!model::any_part(component, looks_around) && !(is_elsewhere && model::reads(component, read.name))) continue;
       sink.report(
           "not-allowed-here", component->origin.range.is_known() ? component->origin.range : state.origin.range,
           {"a velocity with differences of " + read.name + ", whose walls move,", "a scene with advect = maccormack"},
@@ -108,125 +104,23 @@ void check_velocity(const model::Problem& problem, const model::State& state, Di
   }
 }
 
-/// The way of the flow in a step, backwards or forwards, in cells.
-std::vector<Expr> way(const model::Advect& advect, bool backwards, Discretiser& at_point) {
-  std::vector<Expr> result;
-  for (int axis = 0; axis < static_cast<int>(advect.velocity.size()); ++axis) {
-    const Expr cells = param("dt") * at_point(advect.velocity[axis]) / spacing(axis);
-    result.push_back(backwards ? -cells : cells);
+/// How a state is carried.
+enum class Method { interpolated, traced, corrected };
+
+/// A state, what carries it, and what it is called in the parts of a step.
+struct Moved {
+  const Advance* advance;
+  const model::State* state;
+  const model::Advect* transport;  // nullptr: nothing carries it, or differences do
+  model::Transport way;
+  Method method = Method::interpolated;
+  std::string mid = {}, ahead = {};  // behind the other terms; behind the prediction
+  bool is_done = false;              // the prediction is the result
+
+  Along along() const {
+    return way.advect == model::Advection::semi_lagrangian && way.order == 3 ? Along::cubic : Along::linear;
   }
-  return result;
-}
-
-std::vector<Expr> shared_way(const std::string& wish, std::vector<Expr> way, Discretiser& at_point) {
-  for (std::size_t axis = 0; axis < way.size(); ++axis) {
-    way[axis] = at_point.shared(wish + "_" + axis_letter(static_cast<int>(axis)), way[axis]);
-  }
-  return way;
-}
-
-Expr taken(const std::string& field, const std::vector<Expr>& way, Along along) {
-  Interp value{field, {}, way, {}};
-  std::fill_n(value.along.begin(), way.size(), along);
-  return interp(value);
-}
-
-Along interpolation(const model::Problem& problem) {
-  return problem.scheme.advect == model::Advection::semi_lagrangian && problem.scheme.advect_order == 3 ? Along::cubic
-                                                                                                        : Along::linear;
-}
-
-/// The least and the greatest of the corners of the cell that `way` leads to.
-struct Bounds {
-  Expr least, greatest;
 };
-
-Bounds bounds_at(const std::string& field, const std::vector<Expr>& way, Discretiser& at_point) {
-  std::optional<Bounds> bounds;
-  for (int corner = 0; corner < 1 << way.size(); ++corner) {
-    Interp read{field, {}, way, {}};
-    for (std::size_t axis = 0; axis < way.size(); ++axis)
-      read.along[axis] = corner >> axis & 1 ? Along::upper : Along::lower;
-    const Expr value = at_point.shared(field + "_corner", interp(read));
-    if (!bounds) {
-      bounds = {value, value};
-      continue;
-    }
-    bounds = {at_point.shared(field + "_least", call(Fn::min, {bounds->least, value})),
-              at_point.shared(field + "_greatest", call(Fn::max, {bounds->greatest, value}))};
-  }
-  return *bounds;
-}
-
-/// `value` where neither way leads beyond a wall, else 0.
-Expr within_walls(Expr value, const std::vector<model::Axis>& axes, const std::vector<Expr>& back,
-                  const std::vector<Expr>& forth) {
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    if (axes[axis].topology == Topology::periodic) continue;
-    const Expr place = access(axis_letter(static_cast<int>(axis)));
-    const Expr room =
-        call(Fn::min, {place - axes[axis].low, axes[axis].high - place}) / spacing(static_cast<int>(axis));
-    const Expr longest = call(Fn::max, {call(Fn::abs, {back[axis]}), call(Fn::abs, {forth[axis]})});
-    value = select(binary(BinaryOp::less_equal, longest, room), value, 0.0);
-  }
-  return value;
-}
-
-/// What the states are called in the parts of a step.
-using Fields = std::map<std::string, std::string>;
-
-std::string name_in(const Fields& fields, const std::string& state) {
-  const auto found = fields.find(state);
-  return found == fields.end() ? state : found->second;
-}
-
-/// All terms but transport, by the time integrator; `mid` gets the names of the fields that hold the states then.
-std::vector<Stage> stages_of_terms(Lowering& lowering, Fields& mid) {
-  std::vector<Advance> advances;
-  for (const model::State& state : lowering.problem().states) {
-    const std::optional<model::Expr> terms = without_transport(*state.rhs);
-    if (!terms || model::is_constant(*terms, 0)) continue;
-    mid[state.name] = lowering.field_beside(state.name, "mid");
-    advances.push_back({state.name, *terms, mid[state.name], state.origin});
-  }
-  if (advances.empty()) return {};
-  const std::string& scene = lowering.problem().scene;
-  return time_stages(lowering, advances, scene + "_terms", scene);
-}
-
-Stage semi_lagrangian_stage(const Lowering& lowering, const Fields& mid, const std::vector<std::string>& into) {
-  const model::Problem& problem = lowering.problem();
-  Reading reading;
-  reading.fields = mid;
-  reading.time = param("t") + param("dt");
-  Discretiser at_point = lowering.discretiser(reading);
-  Kernel kernel = lowering.kernel(problem.scene + "_advect");
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    const model::State& state = problem.states[i];
-    const std::string field = name_in(mid, state.name);
-    const model::Advect* transport = find_transport(state);
-    const Expr value =
-        transport ? taken(field, way(*transport, true, at_point), interpolation(problem)) : access(field);
-    kernel.stores.push_back({into[i], false, value, state.origin});
-  }
-  return Lowering::stage(std::move(kernel), at_point, reading.time);
-}
-
-/// The step forwards with the velocity where it begins; `ahead` gets the names of its results.
-Stage prediction(Lowering& lowering, const Fields& mid, Fields& ahead) {
-  const model::Problem& problem = lowering.problem();
-  Discretiser at_point = lowering.discretiser();
-  Kernel kernel = lowering.kernel(problem.scene + "_advect");
-  ahead = mid;
-  for (const model::State& state : problem.states) {
-    const model::Advect* transport = find_transport(state);
-    if (!transport) continue;
-    ahead[state.name] = lowering.field_beside(state.name, "ahead");
-    const Expr value = taken(name_in(mid, state.name), way(*transport, true, at_point), interpolation(problem));
-    kernel.stores.push_back({ahead[state.name], false, value, state.origin});
-  }
-  return Lowering::stage(std::move(kernel), at_point, param("t") + param("dt"));
-}
 
 /// What a velocity depends on.
 bool is_of_states(const model::Problem& problem, const model::Advect& advect) {
@@ -255,133 +149,248 @@ class Ways {
   Ways(Lowering& lowering, const std::string& scene)
       : lowering_(lowering), at_point_(lowering.discretiser()), kernel_(lowering.kernel(scene + "_trace")) {}
 
-  const std::vector<std::string>& of(const model::Advect& transport, const Origin& origin) {
-    for (const auto& [velocity, fields] : known_) {
-      if (velocity == transport.velocity) return fields;
+  const std::vector<std::string>& of(const Moved& moved) {
+    for (const Known& known : known_) {
+      if (known.velocity == moved.transport->velocity && known.placement == moved.state->placement) return known.fields;
     }
-    const std::vector<Expr> back = way(transport, true, at_point_);
+    const std::vector<Expr> back = Departure(lowering_.problem(), *moved.state, at_point_).way(*moved.transport, true);
     std::vector<std::string> fields;
     for (std::size_t axis = 0; axis < back.size(); ++axis) {
-      fields.push_back(lowering_.fresh_field("way_" + axis_letter(static_cast<int>(axis))));
-      kernel_.stores.push_back({fields.back(), false, back[axis], origin});
+      fields.push_back(lowering_.fresh_field_at("way_" + axis_letter(static_cast<int>(axis)), moved.state->placement));
+      kernel_.stores.push_back({fields.back(), false, back[axis], moved.state->origin});
     }
-    return known_.emplace_back(transport.velocity, std::move(fields)).second;
+    known_.push_back({moved.transport->velocity, moved.state->placement, std::move(fields)});
+    return known_.back().fields;
   }
   Stage stage() { return Lowering::stage(std::move(kernel_), at_point_, param("t") + param("dt")); }
 
  private:
+  struct Known {
+    std::vector<model::Expr> velocity;
+    model::Placement placement;
+    std::vector<std::string> fields;
+  };
   Lowering& lowering_;
   Discretiser at_point_;
   Kernel kernel_;
-  std::vector<std::pair<std::vector<model::Expr>, std::vector<std::string>>> known_;
+  std::vector<Known> known_;
 };
 
-/// Departure points of second order: the way back is the mean of that with the velocity where and when the step ends,
-/// and of that with the velocity where the former leads to, when the step begins.
-std::vector<Stage> traced_stages(Lowering& lowering, const Fields& mid, const std::vector<std::string>& into) {
-  const model::Problem& problem = lowering.problem();
-  std::vector<Stage> stages;
-  Fields ahead = mid;
-  const auto looks_at_states = [&](const model::State& state) {
-    const model::Advect* transport = find_transport(state);
-    return transport && is_of_states(problem, *transport);
-  };
-  if (std::ranges::any_of(problem.states, looks_at_states)) stages.push_back(prediction(lowering, mid, ahead));
-  Ways ways(lowering, problem.scene);
-  Reading reading;
-  reading.fields = ahead;
-  reading.time = param("t") + param("dt");
-  Discretiser at_point = lowering.discretiser(reading);
-  Kernel kernel = lowering.kernel(problem.scene + "_carry");
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    const model::State& state = problem.states[i];
-    Expr value = access(name_in(mid, state.name));
-    if (const model::Advect* transport = find_transport(state)) {
-      std::vector<Expr> back;
-      if (is_constant(*transport)) {
-        back = way(*transport, true, at_point);
-      } else {
-        const std::vector<std::string>& fields = ways.of(*transport, state.origin);
-        const bool is_steady = !is_of_time(*transport) && !is_of_states(problem, *transport);
-        for (std::size_t axis = 0; axis < fields.size() && is_steady; ++axis) back.push_back(access(fields[axis]));
-        if (!is_steady) back = shared_way("back", way(*transport, true, at_point), at_point);
-        const std::vector<Expr> first = back;
-        for (std::size_t axis = 0; axis < fields.size(); ++axis)
-          back[axis] = (first[axis] + taken(fields[axis], first, Along::cubic)) / 2.0;
-        back = shared_way("mean", back, at_point);
-      }
-      value = taken(name_in(mid, state.name), back, Along::cubic);
+class TransportStep {
+ public:
+  TransportStep(Lowering& lowering, const std::vector<Advance>& advances) : lowering_(lowering) {
+    const model::Scheme& scheme = lowering.problem().scheme;
+    for (const Advance& advance : advances) {
+      const model::Transport& way = scheme.transport_of(advance.state);
+      const model::Advect* transport = model::follows_flow(way.advect) ? find_transport(advance.rate) : nullptr;
+      moved_.push_back({&advance, lowering.problem().find_state(advance.state), transport, way});
+      moved_.back().mid = moved_.back().ahead = advance.state;
     }
-    kernel.stores.push_back({into[i], false, value, state.origin});
+    choose_methods();
   }
-  stages.push_back(ways.stage());
-  stages.push_back(Lowering::stage(std::move(kernel), at_point, reading.time));
-  return stages;
-}
 
-/// The step backwards and the correction by half of what it leaves.
-Stage correction(const Lowering& lowering, const Fields& mid, const Fields& ahead,
-                 const std::vector<std::string>& into) {
-  const model::Problem& problem = lowering.problem();
-  Discretiser at_point = lowering.discretiser();
-  std::vector<std::vector<Expr>> back;
-  for (const model::State& state : problem.states) {
-    const model::Advect* transport = find_transport(state);
-    back.push_back(transport ? shared_way("back", way(*transport, true, at_point), at_point) : std::vector<Expr>{});
+  std::vector<Stage> take() {
+    std::vector<Stage> stages = stages_of_terms();
+    if (Stage first = prediction(); !first.kernel.stores.empty()) stages.push_back(std::move(first));
+    const auto has = [&](Method method) { return std::ranges::find(moved_, method, &Moved::method) != moved_.end(); };
+    const auto is_left = [](const Moved& moved) { return moved.method == Method::interpolated && !moved.is_done; };
+    if (std::ranges::any_of(moved_, is_left)) stages.push_back(interpolated());
+    if (has(Method::traced)) add_traced(stages);
+    if (has(Method::corrected)) stages.push_back(corrected());
+    return stages;
   }
-  Reading reading;
-  reading.fields = ahead;
-  reading.time = param("t") + param("dt");
-  at_point.read(reading);
-  Kernel kernel = lowering.kernel(problem.scene + "_correct");
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    const model::State& state = problem.states[i];
-    const std::string field = name_in(mid, state.name), predicted = name_in(ahead, state.name);
-    Expr value = access(field);
-    if (const model::Advect* transport = find_transport(state)) {
-      const std::vector<Expr> forth = shared_way("forth", way(*transport, false, at_point), at_point);
-      const Expr error = (value - taken(predicted, forth, Along::linear)) / 2.0;
-      const Expr corrected = access(predicted) + within_walls(error, problem.axes, back[i], forth);
-      const Bounds bounds = bounds_at(field, back[i], at_point);
-      value = call(Fn::min, {bounds.greatest, call(Fn::max, {corrected, bounds.least})});
+
+ private:
+  const model::Problem& problem() const { return lowering_.problem(); }
+
+  /// A state that nothing carries goes along with one that is.
+  void choose_methods() {
+    const auto is_traced = [](const Moved& moved) {
+      return moved.transport && moved.along() == Along::cubic && !is_constant(*moved.transport);
+    };
+    const bool traces = std::ranges::any_of(moved_, is_traced);
+    std::optional<Method> any;
+    for (Moved& moved : moved_) {
+      if (model::corrects(moved.way.advect)) {
+        moved.method = Method::corrected;
+      } else if (traces && moved.along() == Along::cubic) {
+        moved.method = Method::traced;
+      }
+      if (moved.transport) any = moved.method;
     }
-    kernel.stores.push_back({into[i], false, value, state.origin});
+    for (Moved& moved : moved_) {
+      if (!moved.transport && any && !has_carried(moved.method)) moved.method = *any;
+    }
   }
-  return Lowering::stage(std::move(kernel), at_point, reading.time);
-}
+
+  bool has_carried(Method method) const {
+    return std::ranges::any_of(
+        moved_, [&](const Moved& moved) { return moved.transport != nullptr && moved.method == method; });
+  }
+
+  /// All terms but transport, by the time integrator; `mid` gets the names of the fields that hold the states then.
+  std::vector<Stage> stages_of_terms() {
+    std::vector<Advance> advances;
+    for (Moved& moved : moved_) {
+      const std::optional<model::Expr> terms =
+          moved.transport ? without_transport(moved.advance->rate) : moved.advance->rate;
+      if (!terms || model::is_constant(*terms, 0)) continue;
+      moved.mid = moved.ahead = lowering_.field_beside(moved.state->name, "mid");
+      advances.push_back({moved.state->name, *terms, moved.mid, moved.state->origin});
+    }
+    if (advances.empty()) return {};
+    StepPart part;
+    part.is_projected = false;  // that is done where the step ends
+    return time_stages(lowering_, advances, problem().scene + "_terms", problem().scene, part);
+  }
+
+  /// How fields are called behind the other terms, or ahead, with the time where the step ends.
+  Reading reading(std::string Moved::*name) const {
+    Reading reading;
+    for (const Moved& moved : moved_) {
+      if (moved.*name != moved.state->name) reading.fields[moved.state->name] = moved.*name;
+    }
+    reading.time = param("t") + param("dt");
+    return reading;
+  }
+
+  /// Whether a velocity is asked for where the step ends that may hold any state there.
+  bool looks_ahead() const {
+    return std::ranges::any_of(moved_, [&](const Moved& moved) {
+      if (!moved.transport || moved.way.advect == model::Advection::maccormack_steady) return false;
+      return moved.method == Method::corrected ||
+             (moved.method == Method::traced && is_of_states(problem(), *moved.transport));
+    });
+  }
+
+  /// Where there are no other terms, velocities behind them are those where the step begins.
+  bool is_predicted(const Moved& moved) const {
+    const bool has_terms = std::ranges::any_of(moved_, [](const Moved& m) { return m.mid != m.state->name; });
+    return !has_terms && moved.method == Method::interpolated && !is_of_time(*moved.transport);
+  }
+
+  /// The step forwards with the velocity where it begins; `ahead` gets the names of its results.
+  Stage prediction() {
+    Discretiser at_point = lowering_.discretiser();
+    Kernel kernel = lowering_.kernel(problem().scene + "_advect");
+    const bool of_all = looks_ahead();
+    for (Moved& moved : moved_) {
+      if (!moved.transport || !(of_all || moved.method == Method::corrected)) continue;
+      moved.is_done = is_predicted(moved);
+      moved.ahead = moved.is_done ? moved.advance->into : lowering_.field_beside(moved.state->name, "ahead");
+      Departure departure(problem(), *moved.state, at_point);
+      const Expr value = departure.taken(moved.mid, departure.way(*moved.transport, true), moved.along());
+      kernel.stores.push_back({moved.ahead, false, value, moved.state->origin});
+    }
+    return Lowering::stage(std::move(kernel), at_point, param("t") + param("dt"));
+  }
+
+  void store(Kernel& kernel, const Moved& moved, const Expr& value) const {
+    kernel.stores.push_back({moved.advance->into, false, value, moved.state->origin});
+  }
+
+  Stage interpolated() const {
+    const Reading at_end = reading(&Moved::mid);
+    Discretiser at_point = lowering_.discretiser(at_end);
+    Kernel kernel = lowering_.kernel(problem().scene + "_advect");
+    for (const Moved& moved : moved_) {
+      if (moved.method != Method::interpolated || moved.is_done) continue;
+      Departure departure(problem(), *moved.state, at_point);
+      store(kernel, moved,
+            moved.transport ? departure.taken(moved.mid, departure.way(*moved.transport, true), moved.along())
+                            : access(moved.mid));
+    }
+    return Lowering::stage(std::move(kernel), at_point, at_end.time);
+  }
+
+  /// Departure points of second order: the way back is the mean of that with the velocity where and when the step ends,
+  /// and of that with the velocity where the former leads to, when the step begins.
+  void add_traced(std::vector<Stage>& stages) {
+    Ways ways(lowering_, problem().scene);
+    const Reading at_end = reading(&Moved::ahead);
+    Discretiser at_point = lowering_.discretiser(at_end);
+    Kernel kernel = lowering_.kernel(problem().scene + "_carry");
+    for (const Moved& moved : moved_) {
+      if (moved.method != Method::traced) continue;
+      Departure departure(problem(), *moved.state, at_point);
+      store(kernel, moved,
+            moved.transport ? departure.taken(moved.mid, traced_way(moved, departure, ways), Along::cubic)
+                            : access(moved.mid));
+    }
+    stages.push_back(ways.stage());
+    stages.push_back(Lowering::stage(std::move(kernel), at_point, at_end.time));
+  }
+
+  std::vector<Expr> traced_way(const Moved& moved, Departure& departure, Ways& ways) const {
+    const model::Advect& transport = *moved.transport;
+    if (is_constant(transport)) return departure.way(transport, true);
+    const std::vector<std::string>& fields = ways.of(moved);
+    const bool is_steady = !is_of_time(transport) && !is_of_states(problem(), transport);
+    std::vector<Expr> back;
+    for (std::size_t axis = 0; axis < fields.size() && is_steady; ++axis) back.push_back(access(fields[axis]));
+    if (!is_steady) back = departure.shared_way("back", departure.way(transport, true));
+    const std::vector<Expr> first = back;
+    for (std::size_t axis = 0; axis < fields.size(); ++axis)
+      back[axis] = (first[axis] + departure.taken(fields[axis], first, Along::cubic)) / 2.0;
+    return departure.shared_way("mean", back);
+  }
+
+  /// The step backwards and the correction by half of what it leaves.
+  Stage corrected() const {
+    Discretiser at_point = lowering_.discretiser();
+    std::vector<std::vector<Expr>> back, forth(moved_.size());
+    for (std::size_t i = 0; i < moved_.size(); ++i) {
+      const Moved& moved = moved_[i];
+      const bool is_here = moved.method == Method::corrected && moved.transport;
+      Departure departure(problem(), *moved.state, at_point);
+      back.push_back(is_here ? departure.shared_way("back", departure.way(*moved.transport, true))
+                             : std::vector<Expr>{});
+      if (is_here && moved.way.advect == model::Advection::maccormack_steady)
+        for (const Expr& way : back.back()) forth[i].push_back(-way);
+    }
+    const Reading at_end = reading(&Moved::ahead);
+    at_point.read(at_end);
+    Kernel kernel = lowering_.kernel(problem().scene + "_correct");
+    for (std::size_t i = 0; i < moved_.size(); ++i) {
+      const Moved& moved = moved_[i];
+      if (moved.method != Method::corrected) continue;
+      Departure departure(problem(), *moved.state, at_point);
+      store(kernel, moved, moved.transport ? clamped(moved, departure, back[i], forth[i]) : access(moved.mid));
+    }
+    return Lowering::stage(std::move(kernel), at_point, at_end.time);
+  }
+
+  /// `forth` is none where the velocity at the end of the step is to be taken.
+  static Expr clamped(const Moved& moved, Departure& departure, const std::vector<Expr>& back,
+                      std::vector<Expr> forth) {
+    const bool is_steady = moved.way.advect == model::Advection::maccormack_steady;
+    if (!is_steady) forth = departure.shared_way("forth", departure.way(*moved.transport, false));
+    const Expr error = (access(moved.mid) - departure.taken(moved.ahead, forth, Along::linear)) / 2.0;
+    const Expr corrected = access(moved.ahead) + (is_steady ? error : departure.within_walls(error, back, forth));
+    const Bounds bounds = departure.bounds(moved.mid, back);
+    return call(Fn::min, {bounds.greatest, call(Fn::max, {corrected, bounds.least})});
+  }
+
+  Lowering& lowering_;
+  std::vector<Moved> moved_;
+};
 
 }  // namespace
 
 void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink) {
   const std::size_t before = sink.all().size();
+  const auto advection_of = [&](const model::State& state) { return problem.scheme.transport_of(state.name).advect; };
   for (const model::State& state : problem.states) {
-    if (state.rhs) check_state(state, sink);
+    if (state.rhs && model::follows_flow(advection_of(state))) check_state(state, sink);
   }
-  if (problem.scheme.advect != model::Advection::maccormack || sink.all().size() > before) return;
+  if (sink.all().size() > before) return;
   for (const model::State& state : problem.states) {
-    if (state.rhs) check_velocity(problem, state, sink);
+    if (state.rhs && advection_of(state) == model::Advection::maccormack) check_velocity(problem, state, sink);
   }
 }
 
-std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<std::string>& into) {
-  Fields mid, ahead;
-  std::vector<Stage> stages = stages_of_terms(lowering, mid);
-  const model::Problem& problem = lowering.problem();
-  if (problem.scheme.advect == model::Advection::semi_lagrangian) {
-    const bool is_traced =
-        interpolation(problem) == Along::cubic && std::ranges::any_of(problem.states, [](const model::State& state) {
-          const model::Advect* transport = find_transport(state);
-          return transport && !is_constant(*transport);
-        });
-    const std::vector<Stage> traced =
-        is_traced ? traced_stages(lowering, mid, into) : std::vector{semi_lagrangian_stage(lowering, mid, into)};
-    stages.insert(stages.end(), traced.begin(), traced.end());
-  } else {
-    Stage first = prediction(lowering, mid, ahead);
-    if (!first.kernel.stores.empty()) stages.push_back(std::move(first));
-    stages.push_back(correction(lowering, mid, ahead, into));
-  }
-  return stages;
+std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<Advance>& advances) {
+  return TransportStep(lowering, advances).take();
 }
 
 }  // namespace dpde::stencil

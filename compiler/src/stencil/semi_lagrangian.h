@@ -10,6 +10,11 @@
 //   u_next = u_ahead + (u_mid - A'(u_ahead))/2, clamped to the corners of the cell of u_mid that A has read.
 // A goes with the velocity at t, A' with that at t + dt (of the states ahead): of order 2 also where the flow varies in
 // time or carries itself. Where one of the ways leads beyond a wall, A' says nothing about A, and u_ahead stays.
+//
+// maccormack(steady): the same with the velocity where the step begins both ways, and the correction everywhere.
+//
+// Each state has the way that the scheme says for it; differences, where it says these, are other terms. Velocities are
+// interpolated to where the state lies.
 #pragma once
 
 #include <vector>
@@ -17,13 +22,15 @@
 #include "model/model.h"
 #include "source/diagnostic.h"
 #include "stencil/lowering.h"
+#include "stencil/time_schemes.h"
 
 namespace dpde::stencil {
 
-/// Reports every state whose equation is not dt(u) = -advect(v, u) + terms without advect.
+/// Reports every state whose advect follows the flow and whose equation is not dt(u) = -advect(v, u) + terms without
+/// advect.
 void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink);
 
-/// The step of a checked problem; `into` are the fields of the results, one a state.
-std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<std::string>& into);
+/// The step of a checked problem, or of a part of its terms. Constraints are left to whoever asks for it.
+std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<Advance>& advances);
 
 }  // namespace dpde::stencil

@@ -11,6 +11,7 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/implicit_schemes.h"
 #include "stencil/projections.h"
 #include "support/assert.h"
 
@@ -51,7 +52,8 @@ class Stages {
 
   /// Neither a rate nor a constraint changes it.
   bool is_at_rest(const Advance& advance) const {
-    return model::is_constant(advance.rate, 0) && !lowering_.problem().is_projected(advance.state);
+    return model::is_constant(advance.rate, 0) &&
+           !(part_.is_projected && lowering_.problem().is_projected(advance.state));
   }
 
   /// The fields of stage `number`, in the place of the states.
@@ -118,7 +120,8 @@ class Stages {
 };
 
 /// A single stage is called `name`.
-std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, Stages stages, const std::string& name) {
+std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, Stages stages, const std::string& name,
+                             const StepPart& part) {
   std::vector<std::map<std::string, std::string>> fields(
       1);  // of each stage; those of the first one stand for themselves
   for (std::size_t i = 1; i < tableau.size(); ++i) fields.push_back(stages.fields(static_cast<int>(i)));
@@ -140,8 +143,10 @@ std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, Stages stages,
     };
     const bool is_last = i + 1 == tableau.size();
     const std::string stage_name = tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1);
-    const FieldsOfStates into = is_last ? stages.results() : fields[i + 1], left = before_projection(lowering, into);
+    const FieldsOfStates into = is_last ? stages.results() : fields[i + 1];
+    const FieldsOfStates left = part.is_projected ? before_projection(lowering, into) : into;
     result.push_back(stages.stage(stage_name, fields[static_cast<std::size_t>(row.from)], row.time, left, update));
+    if (!part.is_projected) continue;
     const Expr end = stages.time(is_last ? 1 : tableau[i + 1].time), length = stages.length(row.weight, row.over);
     std::ranges::move(projection_stages(lowering, {stage_name, left, into, end, length}), std::back_inserter(result));
   }
@@ -196,7 +201,7 @@ Expr StepPart::time_at(double fraction) const {
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part) {
   const auto by = [&](Tableau tableau) {
-    return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name);
+    return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name, part);
   };
   switch (lowering.problem().scheme.time) {
     case model::TimeScheme::euler: return by(euler);
@@ -213,7 +218,7 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::crank_nicolson:
     case model::TimeScheme::imex_euler:
     case model::TimeScheme::ars222:
-    case model::TimeScheme::ars443: break;
+    case model::TimeScheme::ars443: return implicit_stages(lowering, advances, name, part.is_projected);
   }
   unreachable("time scheme");
 }

@@ -30,6 +30,7 @@ struct StepPart {
   /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what
   /// they are.
   std::map<double, std::map<std::string, std::string>> others = {};
+  bool is_projected = true;  // constraints are made true behind each stage
 
   /// When this fraction of the part is over, from where the step begins, in steps.
   Expr time(double fraction) const;
@@ -37,7 +38,8 @@ struct StepPart {
   Expr time_at(double fraction) const;
 };
 
-/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it. A single
+/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it (whole where
+/// it solves for terms: implicit_schemes.h). A single
 /// kernel is called `name`, several PREFIX_stage1, PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state
 /// whose rate is 0 has no stages of its own.
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,

@@ -83,7 +83,8 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;
   Expr value;
-  std::optional<Expr> every;  // of a control: F = sin(t) every 0.1
+  std::optional<Expr> every;          // of a control: F = sin(t) every 0.1
+  std::optional<Identifier> of = {};  // of a scheme: advect marker = maccormack
 };
 // initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5
 // initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise

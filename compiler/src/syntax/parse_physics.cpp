@@ -166,8 +166,11 @@ ItemKind parse_value(Cursor& cursor) {
 }
 
 ItemKind parse_row(Cursor& cursor) {
-  auto [name, value] = parse_component_definition(cursor, "a name");
-  return ValueItem{std::move(name), std::move(value), {}};
+  Identifier key = cursor.expect_name("a key of a scheme");
+  std::optional<Identifier> of;
+  if (cursor.at(TokenKind::identifier)) of = cursor.expect_component("the name of a field");
+  cursor.expect(TokenKind::assign);
+  return ValueItem{std::move(key), parse_expression(cursor), {}, std::move(of)};
 }
 
 ItemKind parse_initial(Cursor& cursor) {
@@ -298,6 +301,12 @@ bool begins_value(const Cursor& cursor) {
   return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::dot);
 }
 
+/// key = value, or key FIELD = value
+bool begins_row(const Cursor& cursor) {
+  return begins_value(cursor) ||
+         (cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::identifier);
+}
+
 ItemKind parse_let(Cursor& cursor) {
   auto [name, value] = parse_definition(cursor, "a name");
   return LetItem{std::move(name), std::move(value)};
@@ -409,6 +418,6 @@ BlockRule scene_rule() {
           {begins_value, parse_value, "parameter = value"}};
 }
 
-BlockRule scheme_rule() { return {"scheme", {}, {begins_value, parse_row, "key = value"}}; }
+BlockRule scheme_rule() { return {"scheme", {}, {begins_row, parse_row, "key = value"}}; }
 
 }  // namespace dpde::ast

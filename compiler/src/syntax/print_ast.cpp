@@ -20,7 +20,7 @@ std::string print_list(const std::vector<Expr>& values) {
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
-std::string print_definition(const char* keyword, const Identifier& name, const Expr& value) {
+std::string print_definition(std::string_view keyword, const Identifier& name, const Expr& value) {
   return fmt::format("{}{} = {}", keyword, name.name, print(value));
 }
 
@@ -240,7 +240,8 @@ std::string print_item(const Item& item) {
       [](const SolvedItem& i) { return print_solved(i); }, [](const ConstraintItem& i) { return print_constraint(i); },
       [](const HeldItem& i) { return print_held(i); }, [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) {
-        return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");
+        return print_definition(i.of ? i.name.name + " " : "", i.of.value_or(i.name), i.value) +
+               (i.every ? " every " + print(*i.every) : "");
       },
       [](const InitialItem& i) {
         return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "");

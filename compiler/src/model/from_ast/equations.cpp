@@ -45,7 +45,7 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
     return;
   }
   const bool is_advected = any_part(parts->part, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
-  const Advection advect = draft.problem.scheme.advect;
+  const Advection advect = draft.problem.scheme.transport.advect;
   if (is_advected && advect != Advection::central && advect != Advection::upwind) {
     draft.sink.report("solve-does-not-fit", range, {name, "the scheme's advection is not linear in what is carried"},
                       "take advect = central(2), upwind(3), ...");

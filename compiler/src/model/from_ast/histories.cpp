@@ -76,7 +76,7 @@ void check_histories(Draft& draft) {
   const Problem& problem = draft.problem;
   if (!draft.model || !has_memory(problem.scheme.time)) return;
   const std::string time = print(problem.scheme.time);
-  if (follows_flow(problem.scheme.advect)) {
+  if (problem.scheme.follows_flow()) {
     draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {time, "advection along the flow"},
                       "take time = rk2, or advect = central(2) or upwind(3)");
   }

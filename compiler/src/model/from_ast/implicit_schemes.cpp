@@ -8,6 +8,7 @@
 #include "model/from_ast/parts.h"
 #include "model/implicit_part.h"
 #include "model/print_model.h"
+#include "model/split_terms.h"
 
 namespace dpde::model {
 
@@ -19,7 +20,9 @@ struct Obstacle {
 
 /// What of the scheme stands in the way.
 std::optional<Obstacle> obstacle(const Scheme& scheme) {
-  if (follows_flow(scheme.advect)) return Obstacle{"advection along the flow", "take advect = upwind(3) or central(4)"};
+  if (scheme.follows_flow() && !scheme.is_split())
+    return Obstacle{"advection along the flow in one step with other terms",
+                    "write split = lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)"};
   if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral)
     return Obstacle{"derivatives by Fourier series", "take dx and lap = central(4), or time = etdrk4"};
   if (scheme.dealias) return Obstacle{"dealias = two_thirds", "take time = etdrk4"};
@@ -34,7 +37,9 @@ bool holds_state(const Problem& problem, const Expr& e) {
 
 /// What of an equation stands in the way. `part` is what is solved for.
 std::optional<Obstacle> obstacle(const Problem& problem, const State& state, const LinearPart& parts) {
-  if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, parts.rest))
+  const bool is_carried = problem.scheme.is_split() && follows_flow(problem.scheme.transport_of(state.name).advect);
+  const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
+  if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, rest))
     return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
                     "take time = ars222, which takes other terms explicitly"};
   return std::nullopt;

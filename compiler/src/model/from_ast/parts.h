@@ -67,6 +67,15 @@ struct SchemeRefusal {
 };
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value);
 const std::vector<std::string>& scheme_keys();
+/// What rows say of single fields; after these.
+void bind_transports(Draft& draft);
+
+// split.cpp
+constexpr const char* split_key = "split";
+/// The parts of a step; after the fields.
+void bind_split(Draft& draft);
+/// Whether the parts are all there is; after the equations.
+void check_split(Draft& draft);
 
 // waves.cpp
 /// Whether a scheme made of waves fits the axes and the equations.

@@ -14,6 +14,7 @@ namespace dpde::model {
 
 namespace {
 
+constexpr int cells_of_cubics = 3;
 constexpr const char* placements_hint = "write on centres, on nodes, on faces.x, or vector ... on faces";
 
 int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
@@ -34,6 +35,10 @@ int walled_axis(const Draft& draft, const Placement& placement) {
       return axis;
   }
   return -1;
+}
+
+bool holds_advect(const Expr& e) {
+  return any_part(e, [](const Expr& part) { return std::holds_alternative<Advect>(part->kind); });
 }
 
 bool moves(const Expr& e) {
@@ -165,6 +170,18 @@ void check_formulas(Draft& draft, const Placements& placements) {
   }
 }
 
+/// Between walls on which a state lies a cubic goes through four points, those on the walls among them.
+void check_cubic(Draft& draft, const State& state) {
+  const Transport& transport = draft.problem.scheme.transport_of(state.name);
+  if (transport.advect != Advection::semi_lagrangian || transport.order != 3 || !holds_advect(*state.rhs)) return;
+  for (std::size_t i = 0; i < draft.problem.axes.size(); ++i) {
+    const Axis& axis = draft.problem.axes[i];
+    if (!state.placement[i] || axis.topology == Topology::periodic || axis.cells >= cells_of_cubics) continue;
+    draft.sink.report("transport-of-staggered", state.origin.range, {state.name, axis.name},
+                      "take more cells, or semi_lagrangian or maccormack for it in the scheme");
+  }
+}
+
 }  // namespace
 
 void check_placements(Draft& draft) {
@@ -175,11 +192,8 @@ void check_placements(Draft& draft) {
     check_no_wall_values(draft, placements, value, false, origin.range);
   };
   for (const State& state : draft.problem.states) {
-    if (follows_flow(draft.problem.scheme.advect) && state.placement != Placement{}) {
-      draft.sink.report("transport-of-staggered", state.origin.range, {state.name},
-                        "take advect = central(2) or upwind(3) in the scheme");
-    }
     if (!state.rhs) continue;
+    check_cubic(draft, state);
     if (const auto mistake = placements.find_mistake(*state.rhs, state.placement))
       report_misplaced(draft, *mistake, state.origin.range);
     check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);

@@ -50,10 +50,7 @@ bool has_stages(Draft& draft, SourceRange range, const char* what) {
   if (!subcycles.empty())
     draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", fmt::format("a scene with {}", what)},
                       "make all steps shorter");
-  if (follows_flow(scheme.advect))
-    draft.sink.report("not-allowed-here", range, {what, "a scene whose advection follows the flow"},
-                      "take advect = upwind(3) or central(2)");
-  return !by_time && subcycles.empty() && !follows_flow(scheme.advect);
+  return !by_time && subcycles.empty();
 }
 
 class Binder {
@@ -111,6 +108,11 @@ class Binder {
            std::ranges::any_of(draft_.problem.states, [](const State& state) { return state.held.has_value(); });
   }
 
+  bool keeps_multiplier() const {
+    const Scheme& scheme = draft_.problem.scheme;
+    return is_implicit(scheme.time) && !scheme.is_split();
+  }
+
   /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
   /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
   bool split_rates() {
@@ -124,7 +126,7 @@ class Binder {
         return false;
       }
       changed_.push_back({&state, parts->part});
-      if (!is_implicit(draft_.problem.scheme.time)) state.rhs = parts->rest;
+      if (!keeps_multiplier()) state.rhs = parts->rest;
     }
     if (changed_.empty())
       refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
@@ -155,12 +157,8 @@ class Binder {
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
     multiplier.boundary = *boundary;
-    Projection made{name_,
-                    value,
-                    solve({name_, operation, negate(found), *boundary}, {range_}),
-                    is_implicit(draft_.problem.scheme.time),
-                    {},
-                    {range_}};
+    Projection made{name_, value,   solve({name_, operation, negate(found), *boundary}, {range_}), keeps_multiplier(),
+                    {},    {range_}};
     for (const Changed& changed : changed_) {
       Origin none;
       const std::string& state = changed.state->name;

@@ -22,13 +22,12 @@ struct Choice {
 
 template <Advection advect, int order>
 void set_advect(Scheme& scheme) {
-  scheme.advect = advect;
-  scheme.advect_order = order;
+  scheme.transport = {advect, order};
 }
 template <Limiter limiter>
 void set_muscl(Scheme& scheme) {
   set_advect<Advection::muscl, 2>(scheme);
-  scheme.limiter = limiter;
+  scheme.transport.limiter = limiter;
 }
 template <int order>
 void set_derivative(Scheme& scheme) {
@@ -79,8 +78,12 @@ constexpr Choice choices[] = {
     {"advect", "muscl(van_leer)", {"muscl_van_leer"}, set_muscl<Limiter::van_leer>},
     {"advect", "muscl(mc)", {"muscl_mc"}, set_muscl<Limiter::mc>},
     {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
-    {"advect", "semi_lagrangian(cubic)", {"semi_lagrangian_cubic"}, set_advect<Advection::semi_lagrangian, 3>},
+    {"advect",
+     "semi_lagrangian(cubic)",
+     {"semi_lagrangian_cubic", "semi_lagrangian(3)"},
+     set_advect<Advection::semi_lagrangian, 3>},
     {"advect", "maccormack", {"maccormack()"}, set_advect<Advection::maccormack, 2>},
+    {"advect", "maccormack(steady)", {"maccormack_steady"}, set_advect<Advection::maccormack_steady, 2>},
     {"dx", "central(2)", {"central2"}, set_derivative<2>},
     {"dx", "central(4)", {"central4"}, set_derivative<4>},
     {"dx", "central(6)", {"central6"}, set_derivative<6>},
@@ -145,8 +148,8 @@ const ast::Scheme* choose(Draft& draft) {
   return chosen;
 }
 
-void bind_row(Draft& draft, const ast::ValueItem& row) {
-  const auto refusal = set_scheme_key(draft.problem.scheme, row.name.name, row.value);
+void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
+  const auto refusal = set_scheme_key(scheme, row.name.name, row.value);
   if (!refusal) return;
   const std::string list = fmt::format("choose one of: {}", fmt::join(refusal->choices, ", "));
   if (refusal->unknown_key) {
@@ -186,12 +189,33 @@ void bind_scheme(Draft& draft) {
     draft.problem.scheme.name = chosen->name.name;
     std::map<std::string, SourceRange> seen;
     for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
+      if (row.of || row.name.name == split_key) continue;
       const auto [first, is_new] = seen.emplace(row.name.name, row.name.range);
       if (!is_new) report_duplicate(draft, row.name.name, row.name.range, first->second);
-      if (is_new) bind_row(draft, row);
+      if (is_new) bind_row(draft, row, draft.problem.scheme);
     }
   }
   apply_scheme_settings(draft);
+}
+
+/// Of the fields that they name, which are known by now.
+void bind_transports(Draft& draft) {
+  const ast::Scheme* chosen = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
+  if (!chosen) return;
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
+    if (!row.of) continue;
+    if (row.name.name != "advect") {
+      draft.sink.report("not-allowed-here", row.of->range, {"a field", fmt::format("the row {}", row.name.name)},
+                        fmt::format("leave {} out; only advect is chosen field by field", row.of->name));
+      continue;
+    }
+    const std::vector<State*> states = find_states(draft, *row.of, "an advect of its own");
+    if (states.empty() || !is_first(draft, "the advect", *row.of, states, seen)) continue;
+    Scheme own;
+    bind_row(draft, row, own);
+    for (const State* state : states) draft.problem.scheme.transports[state->name] = own.transport;
+  }
 }
 
 }  // namespace dpde::model

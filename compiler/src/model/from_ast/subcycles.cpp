@@ -35,7 +35,7 @@ bool fits(Draft& draft, SourceRange range) {
   } else if (draft.program) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                       "run the kernels several times in the program");
-  } else if (follows_flow(scheme.advect)) {
+  } else if (scheme.follows_flow()) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"},
                       "take advect = upwind(3) or central(4)");
   } else {

@@ -14,7 +14,10 @@ namespace {
 std::string row_of_waves(const Scheme& scheme) {
   if (is_exponential(scheme.time)) return scheme.time == TimeScheme::etdrk2 ? "time = etdrk2" : "time = etdrk4";
   if (scheme.dealias) return "dealias = two_thirds";
-  if (scheme.advect == Advection::central && scheme.advect_order == spectral) return "advect = spectral";
+  if (is_spectral(scheme.transport)) return "advect = spectral";
+  for (const auto& [state, own] : scheme.transports) {
+    if (is_spectral(own)) return fmt::format("advect {} = spectral", state);
+  }
   if (scheme.derivative_order == spectral) return "dx = spectral";
   return scheme.laplacian_order == spectral ? "lap = spectral" : "";
 }
@@ -46,7 +49,7 @@ void check_waves(Draft& draft) {
   const bool has_parts = std::ranges::any_of(problem.states, [](const State& state) { return state.parts > 1; });
   if (has_parts && (is_exponential(problem.scheme.time) || problem.scheme.dealias))
     draft.sink.report("waves-do-not-fit", range, {row, "the scene has subcycles"}, "leave the subcycles out");
-  if (is_exponential(problem.scheme.time) && follows_flow(problem.scheme.advect))
+  if (is_exponential(problem.scheme.time) && problem.scheme.follows_flow())
     draft.sink.report("waves-do-not-fit", range, {row, "advection follows the flow"}, "take advect = spectral");
 }
 

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/scheme.h"
+
+#include "support/assert.h"
+
+namespace dpde::model {
+
+const char* name_of(Split::Terms terms) {
+  switch (terms) {
+    case Split::Terms::advect: return "advect";
+    case Split::Terms::sources: return "sources";
+    case Split::Terms::diffusion: return "diffusion";
+  }
+  unreachable("terms");
+}
+
+Scheme with_differences(Scheme scheme) {
+  const auto make_central = [](Transport& transport) {
+    if (follows_flow(transport.advect)) transport = {};
+  };
+  make_central(scheme.transport);
+  for (auto& [state, own] : scheme.transports) make_central(own);
+  return scheme;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scheme block says: how each part of the equations is discretised.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "support/vocabulary.h"
+
+namespace dpde::model {
+
+constexpr int spectral = 0;  // in place of an order: by Fourier series
+enum class Advection { central, upwind, weno, muscl, semi_lagrangian, maccormack, maccormack_steady };
+enum class Limiter { minmod, van_leer, mc };
+/// Whether it goes back along the flow, and is no difference.
+constexpr bool follows_flow(Advection advect) { return advect >= Advection::semi_lagrangian; }
+/// Whether it steps back as well, and clamps.
+constexpr bool corrects(Advection advect) { return advect >= Advection::maccormack; }
+/// How advect(v, f) is discretised.
+struct Transport {
+  Advection advect = Advection::central;
+  int order = 2;  // central: 2, 4, 6, 8 or spectral; upwind: 1, 3, 5 or 7; weno: 3 or 5; muscl, maccormack: 2;
+                  // semi_lagrangian: 1 or 3 (linear or cubic interpolation)
+  Limiter limiter = Limiter::minmod;  // of muscl
+  bool operator==(const Transport&) const = default;
+};
+/// By Fourier series.
+constexpr bool is_spectral(const Transport& transport) {
+  return transport.advect == Advection::central && transport.order == spectral;
+}
+enum class TimeScheme {
+  euler,
+  rk2,
+  rk4,
+  ssp_rk3,
+  verlet,
+  ab2,
+  ab3,
+  leapfrog,
+  etdrk2,
+  etdrk4,
+  backward_euler,
+  crank_nicolson,
+  imex_euler,
+  ars222,
+  ars443
+};
+/// Adams-Bashforth: it remembers the rates of the steps before.
+constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
+constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
+/// It treats the linear part exactly, as multipliers of waves.
+constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
+/// It solves for the terms of model/implicit_part.h.
+constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
+/// A step as several, one behind the other, each of a part of the right sides. strang: halves of all but the last, that
+/// one, and the halves again in the other order.
+struct Split {
+  enum class Kind { none, lie, strang };
+  /// The terms with an advect; those that implicit schemes solve for; all others.
+  enum class Terms { advect, sources, diffusion };
+  struct Part {
+    Terms terms;
+    std::vector<std::string> states = {};  // whose equations it is of; none: of all
+    bool operator==(const Part&) const = default;
+
+    bool is_of(const std::string& state) const { return states.empty() || has(state); }
+    bool has(const std::string& state) const { return std::ranges::find(states, state) != states.end(); }
+  };
+  Kind kind = Kind::none;
+  std::vector<Part> parts = {};
+  bool operator==(const Split&) const = default;
+};
+struct Scheme {
+  std::string name = "default";
+  Transport transport;                          // key advect
+  std::map<std::string, Transport> transports;  // of states for which the scheme names another one
+  int derivative_order = 2;                     // key dx: 2, 4, 6, 8 or spectral
+  int laplacian_order = 2;                      // key lap: the same, for second derivatives
+  TimeScheme time = TimeScheme::rk4;
+  Precision real = Precision::f64;
+  Precision networks = Precision::f32;  // what they compute in
+  bool dealias = false;                 // states hold no waves of three cells or fewer
+  Split split = {};
+  SolveMethod solve = SolveMethod::automatic;
+  bool operator==(const Scheme&) const = default;
+
+  const Transport& transport_of(const std::string& state) const {
+    const auto found = transports.find(state);
+    return found == transports.end() ? transport : found->second;
+  }
+  /// Whether any advect does.
+  bool follows_flow() const { return any_transport(model::follows_flow); }
+  bool has_clamp() const { return any_transport(corrects); }
+  bool is_split() const { return split.kind != Split::Kind::none; }
+
+ private:
+  bool any_transport(bool (*is_so)(Advection)) const {
+    bool found = is_so(transport.advect);
+    for (const auto& [state, own] : transports) found = found || is_so(own.advect);
+    return found;
+  }
+};
+
+/// The word for them.
+const char* name_of(Split::Terms terms);
+/// The scheme with central differences in the place of what follows the flow.
+Scheme with_differences(Scheme scheme);
+
+}  // namespace dpde::model
