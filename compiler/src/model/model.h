@@ -308,9 +308,11 @@ constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || 
 constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
 /// It treats the linear part exactly, as multipliers of waves.
 constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
-/// It solves for the terms of model/implicit_part.h.
 constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
 constexpr int spectral = 0;  // in place of an order: by Fourier series
+/// Which terms those solve for (model/implicit_part.h); all but the linear ones by Newton's method.
+enum class Implicit { linear, all_but_advect, all };
+
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
@@ -324,6 +326,7 @@ struct Scheme {
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer
   SolveMethod solve = SolveMethod::automatic;
+  Implicit implicit = Implicit::linear;
   bool operator==(const Scheme&) const = default;
 };
 

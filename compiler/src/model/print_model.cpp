@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/build.h"
+#include "model/implicit_part.h"
 #include "model/placement.h"
 #include "model/solves.h"
 #include "network/print_network.h"
@@ -443,6 +444,7 @@ std::string print(TimeScheme time) {
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
+  if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
   if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect_text(s),
                      order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
