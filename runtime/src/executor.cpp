@@ -2,9 +2,8 @@
 // The schedule of row calls: see executor.h for what holds.
 //
 // A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
-// to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles
-// where the grid is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while
-// they are in cache, the y and z halos afterwards.
+// to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles where the grid
+// is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while they are there.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
@@ -18,12 +17,12 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/layout.h"
-#include "field_solve.h"
 #include "fill.h"
 #include "fit.h"
 #include "inference.h"
 #include "line.h"
 #include "passes.h"
+#include "program_solve.h"
 #include "real.h"
 #include "reduce.h"
 #include "sweep.h"
@@ -41,10 +40,10 @@ struct Operation {
   FieldReduction reduction;
   Inference inference;
   FieldTransform transform;
-  FieldSolve solve;
+  ProgramSolve solve;
   Sweep sweep;
   Passes passes;
-  std::vector<Operation> block;  // of one pass, of a solve
+  std::vector<Operation> block, step;  // of one pass, of a solve
 };
 
 /// `f` on each sweep, in blocks too.
@@ -52,6 +51,7 @@ void for_each_sweep(auto& operations, const auto& f) {
   for (auto& operation : operations) {
     if (operation.kind == DPDE_SWEEP) f(operation.sweep);
     for_each_sweep(operation.block, f);
+    for_each_sweep(operation.step, f);
   }
 }
 
@@ -170,8 +170,10 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
       case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team); break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
       case DPDE_SOLVE:
-        operation.solve = FieldSolve(from.solve, program, layout);
+        operation.solve = ProgramSolve(from.solve, program, layout);
         operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
+        if (const dpde_solve* step = from.solve.step)
+          operation.step = make(program, step->operations, step->operation_count, layout);
         break;
       case DPDE_REPEAT:
         operation.passes = Passes(from.repeat, stacks);
@@ -291,7 +293,9 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_REDUCE: operation.reduction.run(fields); break;
       case DPDE_TRANSFORM: operation.transform.run(fields, uniforms); break;
       case DPDE_SOLVE:
-        operation.solve.run(fields, executor.params_.data(), [&] { run(operation.block, executor); });
+        operation.solve.run(
+            fields, executor.params_.data(), [&] { run(operation.block, executor); },
+            [&] { run(operation.step, executor); });
         break;
       case DPDE_REPEAT: {
         Passes& passes = operation.passes;

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
-#include "real.h"
 #include "solve/operator_probe.h"
 
 namespace dpde {
@@ -17,21 +16,6 @@ namespace {
 constexpr std::int64_t few_cells = 64;
 constexpr std::int64_t most_of_second_try = 100'000;
 constexpr double rounding_f64 = 0x1p-52, rounding_f32 = 0x1p-23;
-
-/// Periodic where a fill of the operator says so: that of the unknown, or any other.
-std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout) {
-  std::array<bool, 3> periodic{};
-  for (int32_t i = 0; i < solve.operation_count; ++i) {
-    const dpde_operation& operation = solve.operations[i];
-    const auto note = [&](const dpde_fill& fill) {
-      for (size_t axis = 0; axis < 3; ++axis)
-        periodic[axis] = static_cast<int32_t>(axis) < layout.rank && fill.axes[axis].low.rule == nullptr;
-    };
-    if (operation.kind == DPDE_FILL || operation.kind == DPDE_FOLD) note(operation.fill);
-    for (int32_t k = 0; operation.kind == DPDE_SWEEP && k < operation.then_count; ++k) note(operation.then[k]);
-  }
-  return periodic;
-}
 
 SolverMethod method_of(int32_t kind) {
   switch (kind) {
@@ -48,67 +32,20 @@ SolverMethod method_of(int32_t kind) {
 }  // namespace
 
 FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout)
-    : solve_(solve), layout_(layout), name_(program.fields[solve.unknown]), periodic_(periodic_axes(solve, layout)) {
-  std::size_t size = 1;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (static_cast<int32_t>(axis) >= layout.rank) layout_.cells[axis] = 1;
-    size *= static_cast<std::size_t>(layout_.cells[axis]);
-  }
-  coefficients_.assign(static_cast<std::size_t>(solve.coefficient_count), std::vector<double>(size));
-  params_.assign(static_cast<std::size_t>(solve.param_count), 0.0);
-  for (auto* values : {&values_, &right_, &solution_}) values->assign(size, 0.0);
-}
-
-void FieldSolve::read(const void* base, std::span<double> values) const {
-  with_real(layout_.real, [&](auto real) {
-    const auto* cells = static_cast<const decltype(real)*>(base);
-    auto to = values.begin();
-    for (std::int64_t z = 0; z < layout_.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout_.cells[1]; ++y) {
-        const auto* row = cells + y * layout_.stride[1] + z * layout_.stride[2];
-        to = std::copy_n(row, layout_.cells[0], to);
-      }
-    }
-  });
-}
-
-void FieldSolve::write(void* base, std::span<const double> values) const {
-  with_real(layout_.real, [&](auto real) {
-    using Real = decltype(real);
-    auto* cells = static_cast<Real*>(base);
-    const double* from = values.data();
-    for (std::int64_t z = 0; z < layout_.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout_.cells[1]; ++y) {
-        Real* row = cells + y * layout_.stride[1] + z * layout_.stride[2];
-        for (std::int64_t x = 0; x < layout_.cells[0]; ++x) row[x] = static_cast<Real>(*from++);
-      }
-    }
-  });
-}
-
-/// Keeps what is new.
-bool FieldSolve::has_changed(void* const* fields, const double* params) {
-  bool changed = solver_ == nullptr;
-  for (std::size_t i = 0; i < params_.size(); ++i) {
-    const double now = params[solve_.params[i]];
-    changed = changed || now != params_[i];
-    params_[i] = now;
-  }
-  for (std::size_t i = 0; i < coefficients_.size(); ++i) {
-    read(fields[solve_.coefficients[i]], values_);
-    if (values_ == coefficients_[i]) continue;
-    changed = true;
-    std::swap(values_, coefficients_[i]);
-  }
-  return changed;
+    : solve_(solve),
+      layout_(with_three_axes(layout)),
+      name_(program.fields[solve.unknowns[0]]),
+      periodic_(periodic_axes(solve, layout)),
+      inputs_(solve, layout) {
+  for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
 }
 
 /// \throws dpde::Error that names the unknown.
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
-    write(fields[solve_.unknown], values);
+    write_cells(layout_, fields[solve_.unknowns[0]], values);
     apply();
-    read(fields[solve_.image], made);
+    read_cells(layout_, fields[solve_.images[0]], made);
   };
   const double rounding = layout_.real == DPDE_F32 ? rounding_f32 : rounding_f64;
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
@@ -147,14 +84,15 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
-  read(fields[solve_.right], right_);
+  read_cells(layout_, fields[solve_.rights[0]], right_);
   const auto is_finite = [](double value) { return std::isfinite(value); };
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
-    write(fields[solve_.unknown], solution_);
+    write_cells(layout_, fields[solve_.unknowns[0]], solution_);
   };
   if (!std::ranges::all_of(right_, is_finite)) return give_up();
-  if (has_changed(fields, params)) make_solver(fields, apply);
+  const bool has_changed = inputs_.have_changed(fields, params);
+  if (has_changed || solver_ == nullptr) make_solver(fields, apply);
   std::ranges::fill(solution_, 0.0);
   SolveReport report = solver_->solve(right_, solution_);
   if (!report.converged) report = solve_again(report);
@@ -174,7 +112,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
         fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
                     "tolerance {:.3g}",
                     name_, report.iterations, name_of(report.method), report.residual, report.bound));
-  write(fields[solve_.unknown], solution_);
+  write_cells(layout_, fields[solve_.unknowns[0]], solution_);
 }
 
 }  // namespace dpde

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A linear solve of a program, resolved for one layout (dpde_solve of kernel_abi.h).
+// A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
 // The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
 // first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0, so
@@ -15,6 +15,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "solve/linear_solver.h"
+#include "solve/solve_inputs.h"
 
 namespace dpde {
 
@@ -28,20 +29,16 @@ class FieldSolve {
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
 
  private:
-  bool has_changed(void* const* fields, const double* params);
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
   SolveReport solve_again(const SolveReport& first);
-  void read(const void* base, std::span<double> values) const;
-  void write(void* base, std::span<const double> values) const;
 
   dpde_solve solve_{};
   dpde_layout layout_{};
   std::string name_;  // of the unknown
   std::array<bool, 3> periodic_{};
-  std::vector<std::vector<double>> coefficients_;  // those that the solver was made for
-  std::vector<double> params_;
-  std::vector<double> values_, right_, solution_;
+  SolveInputs inputs_;
+  std::vector<double> right_, solution_;
   StencilMatrix matrix_;
   SolveOptions options_;
   std::string why_not_;

@@ -65,8 +65,19 @@ void Rollout::Impl::bind_buffers(const StateBuffer& from, const StateBuffer& to)
 void Rollout::Impl::part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to) {
   bind_buffers(from, to);
   set_step(forward->program, n, part, parts);
-  forward->program.executor.run();
+  run_in_step(forward->program.executor, n);
   ++parts_made;
+}
+
+/// What stops it, as a solve that does not converge, says in which step.
+void Rollout::Impl::run_in_step(Executor& executor, int n) const {
+  try {
+    executor.run();
+  } catch (const NotFinite&) {
+    throw;
+  } catch (const Error& error) {
+    throw Error(error.kind(), fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
+  }
 }
 
 void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {

@@ -342,7 +342,7 @@ void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& 
   set_step(backward->program, n, part, parts);
   bind_reverse(state, bar);
   if (part + 1 == parts && has_losses(n + 1)) prepare_seeds();
-  backward->program.executor.run();
+  run_in_step(backward->program.executor, n);
   after_reverse(n);
 }
 

@@ -183,6 +183,7 @@ struct Rollout::Impl {
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
   int parts_of(int n, const StateBuffer& state);
+  void run_in_step(Executor& executor, int n) const;
   void part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to);
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "adjoint/newton_steps.h"
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "loop/from_stencil.h"
@@ -69,7 +70,7 @@ using Compile = std::function<std::shared_ptr<codegen::CompiledModule>(const loo
 
 void expect_same_results(const testing::ProgramCase& c, Precision real, const Compile& compile) {
   const Variants variants = variants_of(c);
-  const loop::Module loops = loop::from_stencil(variants.module, variants.programs, real);
+  const loop::Module loops = loop::from_stencil(adjoint::with_newton_steps(variants.module), variants.programs, real);
   ASSERT_EQ(loop::verify(loops), std::vector<std::string>{}) << loop::print(loops);
   const auto code = compile(loops);
   ASSERT_TRUE(code);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <regex>
 
+#include "adjoint/newton_steps.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/executor.h"
@@ -69,7 +70,8 @@ void expect_stays_inside(const testing::ProgramCase& c, Precision real) {
     if (!module.find_kernel(kernel.name)) module.kernels.push_back(kernel);
   }
   module.programs.push_back(*derived.module.find_program(derived.program));
-  const codegen::JitResult code = codegen::jit(loop::from_stencil(module, {"p", derived.program}, real), {});
+  const codegen::JitResult code =
+      codegen::jit(loop::from_stencil(adjoint::with_newton_steps(module), {"p", derived.program}, real), {});
   ASSERT_EQ(code.error, "");
   for (const std::string& name : {std::string("p"), derived.program}) {
     for (const int64_t x : {16, 17, 31, 33}) {

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "adjoint/newton_steps.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "codegen/llvm/jit.h"
 #include "loop/from_stencil.h"
@@ -62,8 +63,8 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
     if (!module.find_kernel(kernel.name)) module.kernels.push_back(kernel);
   }
   module.programs.push_back(*derived.module.find_program(derived.program));
-  const codegen::JitResult code =
-      codegen::jit(loop::from_stencil(module, {"p", derived.program}, real), {.variants = true});
+  const codegen::JitResult code = codegen::jit(
+      loop::from_stencil(adjoint::with_newton_steps(module), {"p", derived.program}, real), {.variants = true});
   EXPECT_EQ(code.error, "");
   int count = 0;
   for (const std::string& name : {std::string("p"), derived.program}) {

@@ -159,6 +159,7 @@ const std::vector<Level> levels{
       "lowering",
       "lowering_solves",
       "multistep",
+      "newton_stages",
       "operator_order",
       "projections",
       "quantities",

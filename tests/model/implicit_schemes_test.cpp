@@ -31,6 +31,19 @@ TEST(ImplicitPart, LeavesWhatIsNotLinearOrHoldsOtherFields) {
   }
 }
 
+TEST(ImplicitPart, IsWhatTheSchemeSays) {
+  const auto split_by = [](Implicit implicit) {
+    Problem problem = problem_of(
+        text_with("k*lap(u) - 2*advect(c, u) + u^2*v + t", 1, "  initial v = 0\n", "  field v\n  dt(v) = 0\n"));
+    problem.scheme.implicit = implicit;
+    const LinearPart parts = implicit_part(problem, "u", *problem.find_state("u")->rhs);
+    return print(parts.part) + " | " + print(parts.rest);
+  };
+  EXPECT_EQ(split_by(Implicit::linear), "k*d(u, x, 2) | -(2*advect(c, u)) + u^2*v + t");
+  EXPECT_EQ(split_by(Implicit::all_but_advect), "k*d(u, x, 2) + u^2*v + t | -(2*advect(c, u))");
+  EXPECT_EQ(split_by(Implicit::all), "k*d(u, x, 2) - 2*advect(c, u) + u^2*v + t | 0");
+}
+
 TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   const std::string heat = text_with("k*lap(u) - u");
   EXPECT_EQ(refusal_of(heat, {{"time", "ars222"}}), "");
@@ -50,7 +63,10 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}}),
             "time = backward_euler does not go with equations in which it finds nothing to solve for: E0555 it takes "
             "terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; take time = "
-            "rk2");
+            "rk2, or implicit = all for other terms too");
+  EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}, {"implicit", "all"}}), "");
+  EXPECT_EQ(refusal_of(text_with("-u"), {{"implicit", "all"}}),
+            "time = rk4 does not go with implicit = all: E0555 take time = ars222, or leave implicit out");
   EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
             "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
             "verlet");

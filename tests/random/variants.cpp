@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "adjoint/newton_steps.h"
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
 #include "stencil/with_rounding.h"
@@ -84,6 +85,7 @@ double distance(const Outcome& got, const Outcome& wanted) {
 }
 
 Module lowered(Module module, bool with_passes) {
+  module = adjoint::with_newton_steps(std::move(module));
   if (!with_passes) return module;
   for (const Pass& pass : default_passes) module = pass.run(module);
   for (const Pass& pass : loop_passes) module = pass.run(module);

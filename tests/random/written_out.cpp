@@ -111,7 +111,9 @@ class Writer {
           body.push_back(Run{kernel, run.grow});
         },
         [&](Solve solve) {
-          for (std::string* field : {&solve.image, &solve.right, &solve.unknown}) *field = name(*field);
+          for (auto* fields : {&solve.images, &solve.rights, &solve.unknowns}) {
+            for (std::string& field : *fields) field = name(field);
+          }
           std::vector<Statement> block;
           for (const Statement& inner : solve.body) add(inner, names, numbers, pass, block);
           solve.body = std::move(block);

@@ -133,6 +133,22 @@ TEST(Verdict, OfImplicitSchemesIsThatOfWhatIsExplicit) {
   }
 }
 
+/// Diffusion with the eigenvalues 0.4 and 0.6 and reactions are solved for, by Newton's method and both fields at once.
+TEST(Verdict, OfCoupledImplicitSchemesIsThatOfWhatIsExplicit) {
+  const std::string reacting = "field v; dt(u) = lap(u) - 1e4*u*v\n  dt(v) = lap(v) - 1e4*(v^2 - 1) + u";
+  for (const char* scheme : {"backward_euler", "crank_nicolson", "ars222", "ars443"}) {
+    const Verdict verdict =
+        verdict_on(reacting, "  initial v = 1\n" + run, std::string("implicit = all; time = ") + scheme);
+    EXPECT_TRUE(verdict.is_analysed()) << scheme;
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << scheme;
+  }
+  const Verdict verdict = verdict_on(
+      "field v; dt(u) = -advect(2, u) + 0.5*lap(u) + 0.1*lap(v)\n  dt(v) = -advect(2, v) + 0.1*lap(u) + 0.5*lap(v)",
+      "  initial v = 1\n" + run, "advect = central(2); implicit = all_but_advect; time = imex_euler");
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(verdict.limit.step, 2 * 0.4 / (2 * 2), 1e-3);
+}
+
 /// Of flows without divergence: RK4 is stable up to 2.8284 on the imaginary axis and to 2.7853 on the real one. What
 /// moves the divergence alone has no limit, as a projection takes it away.
 TEST(Verdict, OfConstraintsIsThatOfWhatFulfilsThem) {

@@ -171,6 +171,9 @@ TEST(StencilFromAst, SolvesSayWhatIsWrong) {
       std::string::npos);
   EXPECT_NE(in_solve("solve r = u for w", "run c").find("solves for w, which its block does not read"),
             std::string::npos);
+  EXPECT_EQ(in_solve("newton r = u for w", "fill w periodic; run k"), "");
+  EXPECT_EQ(in_solve("solve r, r = u for w", "fill w periodic; run k").substr(0, 91),
+            "E0368 1 fields are sought, with 1 right sides for 2 fields that the block makes | w | name ");
   EXPECT_NE(in_solve("solve r = u for w", "run s").find("solves for w with sums or networks in the block"),
             std::string::npos);
   EXPECT_NE(in_solve("solve r = w for w", "fill w periodic; run k").find("solves for w, which is the right side"),

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs with solves: definite, singular, not symmetric, wide, of several kernels; their coefficients vary too.
+// Programs with solves: definite, singular, not symmetric, wide, of several kernels, for several fields, and by
+// Newton's method; their coefficients vary too.
+#include <algorithm>
+#include <iterator>
+
 #include "support/program_cases.h"
 
 namespace dpde::testing {
@@ -39,9 +43,7 @@ kernel use(u: field, phi: field halo 1, out v: field, c: param) {
 }
 )";
 
-}  // namespace
-
-std::vector<ProgramCase> solve_cases() {
+std::vector<ProgramCase> linear_cases() {
   const adjoint::Activity all{{"u", "k"}, {"c"}}, without_k{{"u"}, {"c"}};
   return {
       {"solve periodic", 1,
@@ -135,6 +137,97 @@ std::vector<ProgramCase> solve_cases() {
                       "fill phi periodic; run use; swap u, v }",
        without_k},
   };
+}
+
+const std::string reactions = R"(
+kernel begin(u: field, k: field, out b: field, out d: field, c: param) { b = u; d = k + 0.1*c*u }
+kernel react(p: field, q: field, out r: field, out s: field, c: param) {
+  r = p - 0.3*(1 - (c + 1)*p + p^2*q)
+  s = q - 0.3*(c*p - p^2*q)
+}
+kernel spread(p: field halo 1, q: field halo 1, m: field halo 1, out r: field, out s: field, c, hx: param) {
+  r = p - 0.3*(1 - (c + 1)*p + p^2*q + 0.05*((m + m[+1])/2*(p[+1] - p) - (m[-1] + m)/2*(p - p[-1]))/hx^2)
+  s = q - 0.3*(c*p - p^2*q + 0.02*(q[-1] - 2*q + q[+1])/hx^2)
+}
+kernel couple(p: field halo 1, q: field halo 1, m: field halo 1, out r: field, out s: field, c, hx: param) {
+  r = (2 + c)*p - m*q[+1] - 0.1*p[-1]
+  s = 3*q + c*p + 0.05*(q[-1] - 2*q + q[+1])/hx
+}
+kernel cubic(p: field halo 1, out r: field, c, hx: param) { r = p + c*p^3 - 0.02*(p[-1] - 2*p + p[+1])/hx^2 }
+kernel end(u: field, p: field halo 1, q: field, out v: field, out w: field, sum e: param, c: param) {
+  v = u + 0.2*c*(p[+1] - p[-1])*q
+  w = q*p
+  e += c*p*q
+}
+kernel end_one(u: field, p: field halo 1, out v: field, c: param) { v = u + 0.2*c*(p[+1] - p[-1])*p }
+)";
+const std::string reactions_2d = R"(
+kernel begin(u: field, k: field, out b: field, out d: field, c: param) { b = u; d = k + 0.1*c*u }
+kernel spread(p: field halo 1, q: field, out r: field, out s: field, c, hx, hy: param) {
+  r = p - 0.3*(1 - (c + 1)*p + p^2*q + 0.02*(p[+1, 0] - 2*p + p[-1, 0])/hx^2 + 0.02*(p[0, +1] - 2*p + p[0, -1])/hy^2)
+  s = q - 0.3*(c*p - p^2*q)
+}
+kernel end(u: field, p: field halo 1, q: field, out v: field, c: param) {
+  v = u + 0.2*c*(p[+1, 0] - p[0, -1]) + 0.3*c*p*q
+}
+)";
+
+std::vector<ProgramCase> coupled_cases() {
+  const adjoint::Activity all{{"u", "k"}, {"c"}};
+  const std::string ends = "fill p x.low = 0.4, x.high = zero_gradient; run end; swap u, v; keep w }";
+  return {
+      {"solve for two fields, periodic", 1,
+       reactions +
+           "program p { run begin; solve r, s = b, d for p, q { fill p periodic; fill q periodic; run couple }; "
+           "fill p periodic; run end; swap u, v; keep w }",
+       all},
+      {"solve for two fields between walls, coefficients of it", 1,
+       reactions +
+           "program p { run begin; solve r, s = b, d for p, q { fill p x.low = 0, x.high = zero_gradient; fill "
+           "q x = zero_gradient; run couple }; " +
+           ends,
+       all},
+      {"newton in each cell", 1,
+       reactions + "program p { run begin; newton r, s = b, d for p, q { run react }; " + ends, all},
+      {"newton periodic",
+       1,
+       reactions + "program p { run begin; newton r, s = b, d for p, q { fill p periodic; fill q periodic; fill m "
+                   "periodic; run spread }; fill p periodic; run end; swap u, v; keep w }",
+       {{"u", "k", "m"}, {"c"}}},
+      {"weights that vary, in a newton",
+       1,
+       reactions +
+           "program p { run begin; newton r, s = b, d for p, q { fill p x.low = 0.3, x.high = mixed(c, 0.7, "
+           "0.2); fill q x = zero_gradient; fill m x = zero_gradient; run spread }; " +
+           ends,
+       {{"u", "k", "m"}, {"c"}}},
+      {"newton for one field, of another newton", 1,
+       reactions +
+           "program p { run begin; newton r = b for p { fill p x = zero_gradient; run cubic }; newton r_2 = p for "
+           "q { fill q x = 0.2; run cubic_2 }; fill q x = 0.2; run end_2; swap u, v } "
+           "kernel cubic_2(q: field halo 1, out r_2: field, c, hx: param) { r_2 = q + c*q^3 - 0.02*(q[-1] - 2*q + "
+           "q[+1])/hx^2 } kernel end_2(u: field, q: field halo 1, out v: field, c: param) { v = u + 0.2*c*(q[+1] - "
+           "q[-1])*q }",
+       all},
+      {"newton in a repeat", 1,
+       reactions +
+           "program p { repeat 3 { run begin; newton r = b for p { fill p periodic; run cubic }; fill p periodic; "
+           "run end_one; swap u, v } }",
+       all},
+      {"newton in 2-D", 2,
+       reactions_2d + "program p { run begin; newton r, s = b, d for p, q { fill p x periodic, y.low = 0.3, y.high = "
+                      "zero_gradient; run spread }; fill p x periodic, y.low = 0.3, y.high = zero_gradient; run end; "
+                      "swap u, v }",
+       all},
+  };
+}
+
+}  // namespace
+
+std::vector<ProgramCase> solve_cases() {
+  std::vector<ProgramCase> cases = linear_cases();
+  std::ranges::move(coupled_cases(), std::back_inserter(cases));
+  return cases;
 }
 
 }  // namespace dpde::testing

@@ -106,8 +106,9 @@ void grow_varied(const Module& module, const std::vector<Statement>& statements,
         },
         [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); },
         [&](const Solve& solve) {
-          const bool varies = varied.fields.contains(solve.right) || has_varied_operator(module, solve, varied);
-          if (varies) varied.fields.insert(solve.unknown);
+          const auto is_varied = [&](const std::string& field) { return varied.fields.contains(field); };
+          if (std::ranges::any_of(solve.rights, is_varied) || has_varied_operator(module, solve, varied))
+            varied.fields.insert(solve.unknowns.begin(), solve.unknowns.end());
         },
         [&](const Repeat& repeat) {
           grow_varied(repeat, varied);

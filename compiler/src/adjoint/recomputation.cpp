@@ -120,7 +120,8 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
           return true;
         },
         [&](const Solve& solve) {
-          if (!needed.contains(solve.unknown)) return false;
+          if (std::ranges::none_of(solve.unknowns, [&](const auto& field) { return needed.contains(field); }))
+            return false;
           for (const std::string& field : effects(module, solve).reads) needed.insert(field);
           add_kernels(kernels, module, operator_of(solve, program));
           return true;

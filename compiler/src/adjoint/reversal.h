@@ -86,8 +86,9 @@ class Reversal {
 
   /// One solve with the transposed operator, and what the coefficients of the operator get.
   void reverse_solve(const stencil::Solve& solve, int index);
-  std::string add_transposed_solve(const stencil::Solve& solve, const std::string& seed, int index);
-  void reverse_coefficients(const stencil::Solve& solve, const std::string& multiplier, int index);
+  std::vector<std::string> add_transposed_solve(const stencil::Solve& solve, const std::vector<std::string>& seeds,
+                                                int index);
+  void reverse_coefficients(const stencil::Solve& solve, const std::vector<std::string>& multipliers, int index);
 
   /// Fields, and what is to be added to their bars.
   using Contributions = std::vector<std::pair<std::string, std::string>>;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Transposes of linear solves: see adjoint/solves.h.
+#include <algorithm>
+
 #include "adjoint/reversal.h"
 #include "adjoint/solves.h"
 #include "stencil/build.h"
@@ -10,45 +12,63 @@ namespace dpde::adjoint {
 using namespace stencil;
 
 void Reversal::reverse_solve(const Solve& solve, int index) {
-  if (bars_.erase(solve.unknown) == 0) return;
-  const std::string seed = names_.of(solve.unknown);
-  const bool right_varies = varied_.fields.contains(solve.right);
+  std::vector<std::string> seeds;
+  bool has_seed = false;
+  for (const std::string& unknown : solve.unknowns) has_seed = has_seed || bars_.contains(unknown);
+  if (!has_seed) return;
+  for (const std::string& unknown : solve.unknowns) {
+    seeds.push_back(names_.of(unknown));
+    if (bars_.erase(unknown) == 0) add_store(seeds.back(), 0.0, "seed", {program_, "_adjoint", names_, kernels_, body});
+  }
+  const auto varies = [&](const std::string& field) { return varied_.fields.contains(field); };
   const bool operator_varies = has_varied_operator(module_, solve, varied_);
-  if (!right_varies && !operator_varies) return;
-  const std::string multiplier = add_transposed_solve(solve, seed, index);
-  if (operator_varies) reverse_coefficients(solve, multiplier, index);
-  if (right_varies) add_inside(solve.right, access(multiplier));
+  if (!operator_varies && std::ranges::none_of(solve.rights, varies)) return;
+  const std::vector<std::string> multipliers = add_transposed_solve(solve, seeds, index);
+  if (operator_varies) reverse_coefficients(solve, multipliers, index);
+  for (std::size_t i = 0; i < multipliers.size(); ++i) {
+    if (varies(solve.rights[i])) add_inside(solve.rights[i], access(multipliers[i]));
+  }
 }
 
-/// Returns the field that holds A^+T*seed.
-std::string Reversal::add_transposed_solve(const Solve& solve, const std::string& seed, int index) {
+/// Returns the fields that hold A^+T*seeds. Where the solve is not linear A is the derivative of its block at the
+/// solution: that is what the copy of the unknown holds.
+std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, const std::vector<std::string>& seeds,
+                                                        int index) {
   Module source;
-  const Solve copy = copy_of(module_, solve, names_.fresh(solve.unknown), names_, source);
+  std::vector<std::string> unknowns;
+  for (const std::string& unknown : solve.unknowns) unknowns.push_back(names_.fresh(unknown));
+  const Solve copy = copy_of(module_, solve, unknowns, names_, source);
   const Program program = operator_of(copy, program_);
-  const Varied varied = find_varied(source, program, {{copy.unknown}, {}});
+  const Varied varied = find_varied(source, program, {{unknowns.begin(), unknowns.end()}, {}});
   Reversal block(source, program, varied, names_, kernels_, sink_);
   block.reverse_all();
-  block.finish({copy.unknown});
+  block.finish({unknowns.begin(), unknowns.end()});
   block.restore_seed_names();
-  Solve transposed{names_.of(copy.unknown),    seed,     names_.of(copy.image),
-                   block.statements(kernels_), solve.by, solve.written};
+  Solve transposed{{}, seeds, {}, block.statements(kernels_), solve.by, solve.written};
+  for (const std::string& unknown : unknowns) transposed.images.push_back(names_.of(unknown));
+  for (const std::string& image : copy.images) transposed.unknowns.push_back(names_.of(image));
   for (const std::string& field : coefficients_of(kernels_, transposed)) {
-    if (field != copy.unknown) {
+    const auto unknown = std::ranges::find(unknowns, field);
+    if (unknown == unknowns.end()) {
       needed[field] = index;
-    } else {  // a kernel that makes a coefficient makes something of the unknown too, which nobody reads
-      add_store(field, 0.0, "unused", {program_, "_adjoint", names_, kernels_, body});
+      continue;
     }
+    // Of a linear operator a kernel that makes a coefficient makes something of the unknown too, which nobody reads.
+    const std::string& solution = solve.unknowns[static_cast<std::size_t>(unknown - unknowns.begin())];
+    if (!solve.is_linear) needed[solution] = index;
+    add_store(field, solve.is_linear ? Expr(0.0) : access(solution), solve.is_linear ? "unused" : "solution",
+              {program_, "_adjoint", names_, kernels_, body});
   }
   for (const std::string& field : spoiled_.add(effects(kernels_, transposed))) filled_.erase(field);
-  const std::string multiplier = transposed.unknown;
+  std::vector<std::string> multipliers = transposed.unknowns;
   body.push_back(std::move(transposed));
   refused.merge(block.refused);
   has_failed = has_failed || block.has_failed || !check_overwritten(source, program, block.needed, sink_);
-  return multiplier;
+  return multipliers;
 }
 
-/// -multiplier is the seed of the image of a copy of the operator.
-void Reversal::reverse_coefficients(const Solve& solve, const std::string& multiplier, int index) {
+/// -multipliers are the seeds of the images of a copy of the operator.
+void Reversal::reverse_coefficients(const Solve& solve, const std::vector<std::string>& multipliers, int index) {
   const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
   for (const auto& [input, copied] : copy.inputs) {
     needed[input] = index;
@@ -56,7 +76,8 @@ void Reversal::reverse_coefficients(const Solve& solve, const std::string& multi
   }
   const Writing into{program_, "_adjoint", names_, kernels_, body};
   add_copies(copy, into);
-  add_store(names_.of(copy.image), -access(multiplier), "seed", into);
+  for (std::size_t i = 0; i < multipliers.size(); ++i)
+    add_store(names_.of(copy.images[i]), -access(multipliers[i]), "seed", into);
   const Activity active = copy.activity(varied_);
   const Varied varied = find_varied(copy.module, copy.program, active);
   Reversal block(copy.module, copy.program, varied, names_, kernels_, sink_);

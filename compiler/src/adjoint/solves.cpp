@@ -36,13 +36,13 @@ Renaming fresh_names(const std::vector<std::string>& fields, DerivedNames& names
 
 }  // namespace
 
-Solve copy_of(const Module& module, const Solve& solve, const std::string& unknown, DerivedNames& names,
+Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::string>& unknowns, DerivedNames& names,
               Module& kernels) {
   Renaming renaming = fresh_names(effects(module, solve).inner, names);
-  renaming.fields[solve.unknown] = unknown;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) renaming.fields[solve.unknowns[i]] = unknowns[i];
   Solve copy = solve;
-  copy.unknown = unknown;
-  copy.image = renaming.field(solve.image);
+  copy.unknowns = unknowns;
+  for (std::string& image : copy.images) image = renaming.field(image);
   copy.body = renamed(module, solve.body, renaming, kernels);
   return copy;
 }
@@ -50,12 +50,13 @@ Solve copy_of(const Module& module, const Solve& solve, const std::string& unkno
 OperatorCopy copy_with_inputs(const Module& module, const Solve& solve, const Program& program, DerivedNames& names) {
   std::vector<std::string> inputs = coefficients_of(module, solve), fields = effects(module, solve).inner;
   std::erase_if(inputs, is_coordinate);
-  inputs.push_back(solve.unknown);
+  inputs.insert(inputs.end(), solve.unknowns.begin(), solve.unknowns.end());
   fields.insert(fields.end(), inputs.begin(), inputs.end());
   const Renaming renaming = fresh_names(fields, names);
-  OperatorCopy copy{{}, operator_of(solve, program), renaming.field(solve.image), {}, solve.unknown};
+  OperatorCopy copy{{}, operator_of(solve, program), solve.images, {}, solve.unknowns};
   copy.program.body = renamed(module, solve.body, renaming, copy.module);
-  copy.program.keeps = {copy.image};
+  for (std::string& image : copy.images) image = renaming.field(image);
+  copy.program.keeps = copy.images;
   for (const std::string& input : inputs) copy.inputs.emplace_back(input, renaming.field(input));
   return copy;
 }

@@ -318,14 +318,20 @@ class TangentWriter {
     derived.body.push_back(run);
   }
 
-  /// A*x = b: A*x_dot = b_dot - A_dot*x, with the same operator.
+  /// A*x = b: A*x_dot = b_dot - A_dot*x, with the same operator; see adjoint/solves.h.
   void add_solve(const Solve& solve, Program& derived) {
     derived.body.push_back(solve);
     add_kernels(kernels_, module_, operator_of(solve, program_));
-    if (!varied_.fields.contains(solve.unknown)) return;
-    const std::string rate = names_.of(solve.unknown);
-    const bool right_varies = varied_.fields.contains(solve.right);
-    Expr right = right_varies ? access(names_.of(solve.right)) : Expr(0.0);
+    if (!varied_.fields.contains(solve.unknowns.front())) return;
+    std::vector<std::string> rates;
+    std::vector<Expr> rights;
+    bool right_varies = false;
+    for (const std::string& unknown : solve.unknowns) rates.push_back(names_.of(unknown));
+    for (const std::string& right : solve.rights) {
+      const bool varies = varied_.fields.contains(right);
+      right_varies = right_varies || varies;
+      rights.push_back(varies ? access(names_.of(right)) : Expr(0.0));
+    }
     Writing into{program_, "_tangent", names_, kernels_, derived.body};
     if (has_varied_operator(module_, solve, varied_)) {
       const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
@@ -337,13 +343,18 @@ class TangentWriter {
                     into);
       }
       TangentWriter(copy.module, copy.program, inside, names_, form_, kernels_).add(copy.program.body, derived);
-      right = right - access(names_.of(copy.image));
-    } else if (!right_varies) {
-      return add_store(rate, 0.0, "still", into);  // it varies by what is added to it later
+      for (std::size_t i = 0; i < rights.size(); ++i) {
+        if (inside.fields.contains(copy.images[i])) rights[i] = rights[i] - access(names_.of(copy.images[i]));
+      }
+    } else if (!right_varies) {  // they vary by what is added to them later
+      for (const std::string& rate : rates) add_store(rate, 0.0, "still", into);
+      return;
     }
-    Solve moved = copy_of(module_, solve, rate, names_, kernels_);
-    moved.right = names_.fresh(rate + "_right");
-    add_store(moved.right, right, "right", into);
+    Solve moved = linearised(module_, program_, solve, rates, names_, kernels_);
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      moved.rights.push_back(names_.fresh(rates[i] + "_right"));
+      add_store(moved.rights.back(), rights[i], "right", into);
+    }
     derived.body.push_back(std::move(moved));
   }
 
@@ -375,6 +386,40 @@ class TangentWriter {
   Module& kernels_;
   bool failed_ = false;
 };
+
+}  // namespace
+
+Solve linearised(const Module& module, const Program& program, const Solve& solve,
+                 const std::vector<std::string>& rates, DerivedNames& names, Module& kernels) {
+  if (solve.is_linear) {
+    Solve copy = copy_of(module, solve, rates, names, kernels);
+    copy.rights.clear();
+    return copy;
+  }
+  Module source;
+  std::vector<std::string> unknowns;
+  for (const std::string& unknown : solve.unknowns) unknowns.push_back(names.fresh(unknown));
+  const Solve copy = copy_of(module, solve, unknowns, names, source);
+  const Program block = operator_of(copy, program);
+  const Varied varied = find_varied(source, block, {{unknowns.begin(), unknowns.end()}, {}});
+  Program derived = operator_of(copy, program);
+  derived.body.clear();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    names.of(unknowns[i]);
+    names.rebind(unknowns[i], rates[i]);
+    add_store(unknowns[i], access(solve.unknowns[i]), "solution", {program, "_tangent", names, kernels, derived.body});
+  }
+  TangentWriter(source, block, varied, names, SumForm::derivative, kernels).add(block.body, derived);
+  Solve result{{}, {}, rates, std::move(derived.body), solve.by, solve.written};
+  for (const std::string& image : copy.images) {
+    result.images.push_back(names.of(image));
+    if (!varied.fields.contains(image))
+      add_store(result.images.back(), 0.0, "still", {program, "_tangent", names, kernels, result.body});
+  }
+  return result;
+}
+
+namespace {
 
 /// nullopt when sums of squares were asked for and there are others.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form,

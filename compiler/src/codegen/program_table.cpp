@@ -138,6 +138,7 @@ struct ProgramTables::Table {
   std::vector<dpde_operation> operations;
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
+  std::deque<dpde_solve> steps;
   std::deque<std::vector<dpde_monomial>> symbols;
   std::deque<std::vector<dpde_transform_term>> transform_terms;
   std::deque<std::vector<dpde_operation>> blocks;
@@ -296,9 +297,18 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
     params.push_back(is_counter ? shared.params.count() + static_cast<int32_t>(counter - module.counters.begin())
                                 : shared.params.index_of(name));
   }
-  return {fields.index_of(source.image),
-          fields.index_of(source.right),
-          fields.index_of(source.unknown),
+  const auto indices = [&](const std::vector<std::string>& names) {
+    std::vector<int32_t>& list = lists.emplace_back();
+    for (const std::string& name : names) list.push_back(fields.index_of(name));
+    return list.data();
+  };
+  const dpde_solve* step = nullptr;
+  for (const loop::Operation& one : source.step)
+    step = &steps.emplace_back(solve(module, program, std::get<loop::Solve>(one), row_code, shared));
+  return {static_cast<int32_t>(source.unknowns.size()),
+          indices(source.images),
+          indices(source.rights),
+          indices(source.unknowns),
           static_cast<int32_t>(block.size()),
           block.data(),
           kind_of(source.method),
@@ -307,7 +317,9 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           static_cast<int32_t>(coefficients.size()),
           coefficients.data(),
           static_cast<int32_t>(params.size()),
-          params.data()};
+          params.data(),
+          source.is_linear,
+          step};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

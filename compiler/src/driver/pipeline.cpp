@@ -7,6 +7,7 @@
 #include <chrono>
 #include <set>
 
+#include "adjoint/newton_steps.h"
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "driver/activity.h"
@@ -437,6 +438,7 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
 }
 
 loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs, Precision real) {
+  module = adjoint::with_newton_steps(std::move(module));
   for (const stencil::Pass& pass : stencil::loop_passes) {
     // Regrouped, the weights of u + dt*(...) are rounded one by one and do not add up to 1: floats would drift by it.
     if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;

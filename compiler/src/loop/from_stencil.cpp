@@ -120,6 +120,8 @@ class ModuleBuilder {
   std::vector<ScheduleItem> items_of(const stencil::Program& program);
   void add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat, const stencil::Program& program);
   void add_solve(std::vector<ScheduleItem>& items, const stencil::Solve& solve, const stencil::Program& program);
+  Solve solve_of(const stencil::Solve& solve, const stencil::Program& program,
+                 const std::set<std::string>& filled_each_run, std::vector<Fill>& prepare);
   int stack_number(const std::string& name);
   void add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run, const stencil::Program& program);
 
@@ -320,28 +322,42 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   items.push_back({std::move(result), std::move(modified), std::move(touched)});
 }
 
-/// The operator is scheduled as a program that is run again and again with other unknowns.
-void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::Solve& solve,
-                              const stencil::Program& program) {
+/// The operator is scheduled as a program that is run again and again with other unknowns; what it fills of the rest is
+/// to be done before. The operator of a step of Newton's method reads the unknowns too, which change from step to step.
+Solve ModuleBuilder::solve_of(const stencil::Solve& solve, const stencil::Program& program,
+                              const std::set<std::string>& filled_each_run, std::vector<Fill>& prepare) {
   const stencil::Program block = stencil::operator_of(solve, program);
-  const stencil::Effects known = stencil::effects(source_, solve);
-  Solve result{solve.image,
-               solve.right,
-               solve.unknown,
+  Solve result{solve.images,
+               solve.rights,
+               solve.unknowns,
                {},
                solve.by.method,
                solve.by.tolerance,
                stencil::reach_of_operator(source_, solve, program.axes.size()),
                stencil::coefficients_of(source_, solve),
-               known.params};
+               stencil::effects(source_, solve).params,
+               solve.is_linear};
   ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
   input.filled_each_run.insert(contested_.begin(), contested_.end());
+  input.filled_each_run.insert(filled_each_run.begin(), filled_each_run.end());
   Schedule scheduled = schedule(std::move(input));
   result.body = std::move(scheduled.body);
+  prepare.insert(prepare.end(), scheduled.prepare.begin(), scheduled.prepare.end());
+  for (const stencil::Statement& step : solve.step)
+    result.step.emplace_back(
+        solve_of(std::get<stencil::Solve>(step), program, {solve.unknowns.begin(), solve.unknowns.end()}, prepare));
+  return result;
+}
+
+void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::Solve& solve,
+                              const stencil::Program& program) {
+  const stencil::Effects known = stencil::effects(source_, solve);
+  std::vector<Fill> prepare;
+  Solve result = solve_of(solve, program, {}, prepare);
   std::set<std::string> modified(known.writes.begin(), known.writes.end()),
       touched(known.reads.begin(), known.reads.end());
   modified.insert(known.spoils.begin(), known.spoils.end());
-  for (Fill& fill : scheduled.prepare) {
+  for (Fill& fill : prepare) {
     modified.erase(fill.field);
     items.push_back({fill, {}, {fill.field}});
   }

@@ -255,15 +255,17 @@ struct Sweep {
 struct Solve;
 struct Repeat;
 using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Solve, Repeat>;
-/// `unknown` becomes what gives `right` where the body makes `image` of it.
+/// `unknowns` become what gives `rights` where the body makes `images` of them.
 struct Solve {
-  std::string image, right, unknown;
+  std::vector<std::string> images, rights, unknowns;
   std::vector<Operation> body;
   SolveMethod method = SolveMethod::automatic;
   double tolerance = 0;
   std::array<int, max_rank> reach{};      // how far away the image looks; -1: as far as the axis goes
-  std::vector<std::string> coefficients;  // the fields that the body reads beside the unknown
+  std::vector<std::string> coefficients;  // the fields that the body reads beside the unknowns
   std::vector<std::string> params;        // and parameters and counters
+  bool is_linear = true;
+  std::vector<Operation> step = {};  // of one that is not: a linear solve for the change of the unknowns
   bool operator==(const Solve& other) const;
 };
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
@@ -288,9 +290,10 @@ struct Repeat {
   bool operator==(const Repeat& other) const;
 };
 inline bool Solve::operator==(const Solve& other) const {
-  return image == other.image && right == other.right && unknown == other.unknown && body == other.body &&
+  return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
          method == other.method && tolerance == other.tolerance && reach == other.reach &&
-         coefficients == other.coefficients && params == other.params;
+         coefficients == other.coefficients && params == other.params && is_linear == other.is_linear &&
+         step == other.step;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

@@ -233,8 +233,10 @@ std::string repeat_text(const Module& module, const Repeat& repeat, const std::s
 }
 
 std::string solve_text(const Module& module, const Solve& solve, const std::string& margin) {
-  std::string text = fmt::format("solve {} = {} for {} by {} tolerance {} reach {} {{\n", solve.image, solve.right,
-                                 solve.unknown, name_of(solve.method), solve.tolerance, fmt::join(solve.reach, ", "));
+  std::string text =
+      fmt::format("{} {} = {} for {} by {} tolerance {} reach {} {{\n", solve.is_linear ? "solve" : "newton",
+                  fmt::join(solve.images, ", "), fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),
+                  name_of(solve.method), solve.tolerance, fmt::join(solve.reach, ", "));
   const auto add_list = [&](const char* word, const std::vector<std::string>& names) {
     if (!names.empty()) text += fmt::format("{}  {} {}\n", margin, word, fmt::join(names, ", "));
   };
@@ -242,6 +244,8 @@ std::string solve_text(const Module& module, const Solve& solve, const std::stri
   add_list("params", solve.params);
   for (const Operation& operation : solve.body)
     text += margin + "  " + operation_text(module, operation, margin + "  ") + "\n";
+  for (const Operation& step : solve.step)
+    text += margin + "  step " + operation_text(module, step, margin + "  ") + "\n";
   return text + margin + "}";
 }
 

@@ -276,8 +276,8 @@ class Sharing {
     for (Operation& operation : operations) {
       match(
           operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-          [](const Transform&) {}, [&](Sweep& sweep) { bind(sweep); }, [&](Solve& solve) { bind(solve.body); },
-          [&](Repeat& repeat) { bind(repeat.body); });
+          [](const Transform&) {}, [&](Sweep& sweep) { bind(sweep); },
+          [&](Solve& solve) { bind(solve.body), bind(solve.step); }, [&](Repeat& repeat) { bind(repeat.body); });
     }
   }
 

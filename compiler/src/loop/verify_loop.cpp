@@ -257,15 +257,20 @@ void Verifier::check_transform(const Program& program, const Transform& transfor
 }
 
 void Verifier::check_solve(const Program& program, const Solve& solve) {
-  for (const std::string& field : {solve.image, solve.right, solve.unknown})
-    check(has(program.fields, field), program.name, fmt::format("no field {}", field));
-  check(solve.right != solve.unknown && solve.image != solve.unknown, program.name,
-        fmt::format("solves for {} in the memory of another field", solve.unknown));
+  for (const auto* fields : {&solve.images, &solve.rights, &solve.unknowns}) {
+    for (const std::string& field : *fields)
+      check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+    check(fields->size() == solve.unknowns.size(), program.name, "solves for more fields than there are right sides");
+  }
+  for (const std::string& unknown : solve.unknowns)
+    check(!has(solve.rights, unknown) && !has(solve.images, unknown), program.name,
+          fmt::format("solves for {} in the memory of another field", unknown));
   for (const std::string& field : solve.coefficients)
     check(has(program.fields, field), program.name, fmt::format("no field {}", field));
   for (const std::string& param : solve.params)
     check(has(module_.params, param) || has(module_.counters, param), program.name, fmt::format("no param {}", param));
   check_operations(program, solve.body);
+  check_operations(program, solve.step);
 }
 
 void Verifier::check_repeat(const Program& program, const Repeat& repeat) {

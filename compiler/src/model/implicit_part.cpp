@@ -27,12 +27,32 @@ bool is_solved_for(const Problem& problem, const std::string& state, const Expr&
 
 }  // namespace
 
+std::string_view name_of(Implicit implicit) {
+  switch (implicit) {
+    case Implicit::linear: return "linear";
+    case Implicit::all_but_advect: return "all_but_advect";
+    case Implicit::all: return "all";
+  }
+  return "";
+}
+
 LinearPart implicit_part(const Problem& problem, const std::string& state, const Expr& rate) {
+  const Implicit implicit = problem.scheme.implicit;
   LinearPart result;
+  if (implicit == Implicit::all) {
+    result.part = rate;
+    return result;
+  }
   for (const Term& term : terms_of(rate)) {
     const auto add = [&](Expr& sum, const Expr& value) {
       sum = binary(term.negative ? BinaryOp::subtract : BinaryOp::add, sum, value, value->origin);
     };
+    if (implicit == Implicit::all_but_advect) {
+      const bool is_carried =
+          any_part(term.value, [](const Expr& part) { return std::holds_alternative<Advect>(part->kind); });
+      add(is_carried ? result.rest : result.part, term.value);
+      continue;
+    }
     Origin nonlinear;
     const std::optional<LinearPart> parts = linear_part(term.value, state, nonlinear);
     if (parts && is_solved_for(problem, state, parts->part)) {

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What implicit time schemes solve for: the terms of an equation that are stiff and linear. The rest is explicit.
+// What implicit time schemes solve for: the terms of an equation that are stiff and linear, or what the scheme says.
+// The rest is explicit.
 #pragma once
 
 #include "model/build.h"
 
 namespace dpde::model {
 
-/// `rate` of a state as part + rest. In the part are the terms with a second or higher derivative of the state that are
-/// linear in it and hold neither other states nor an advect; of a term that has more in it, k*(lap(u) + v), its share.
+std::string_view name_of(Implicit implicit);
+
+/// `rate` of a state as part + rest. Of Implicit::linear the terms with a second or higher derivative of the state are
+/// in the part that are linear in it and hold neither other states nor an advect; of a term that has more in it,
+/// k*(lap(u) + v), its share. Else all terms, or those without an advect.
 LinearPart implicit_part(const Problem& problem, const std::string& state, const Expr& rate);
 
 }  // namespace dpde::model

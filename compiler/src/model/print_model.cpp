@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/build.h"
+#include "model/implicit_part.h"
 #include "model/placement.h"
 #include "model/solves.h"
 #include "network/print_network.h"
@@ -454,6 +455,7 @@ std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
   if (s.is_split()) others += "; split = " + split_text(s.split);
+  if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
   if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));

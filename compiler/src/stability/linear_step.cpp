@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "stability/coupled_waves.h"
+#include "stability/survey.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/passes/passes.h"
@@ -86,8 +88,10 @@ class Evaluation {
   std::vector<NumberMonomial> numbers_of(const Expr& symbol);
   void transform(const Transform& transform);
   void add_waves(Value& to, WaveSum waves);
-  Value image_of_one(const Solve& solve);
+  void run_block(const Solve& solve);
   void solve(const Solve& solve);
+  void solve_coupled(const Solve& solve);
+  void solve_by_newton(const Solve& solve);
   void repeat(const Repeat& repeat);
 
   const Module& module_;
@@ -322,9 +326,8 @@ void Evaluation::add_waves(Value& to, WaveSum waves) {
   is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
 }
 
-/// What the block makes of a perturbation of its unknown; nothing in it is a stage of the states.
-Value Evaluation::image_of_one(const Solve& solve) {
-  fields_[solve.unknown] = {0, Form(0)};
+/// Nothing in it is a stage of the states.
+void Evaluation::run_block(const Solve& solve) {
   for (const Statement& statement : solve.body) {
     const Run* run = std::get_if<Run>(&statement);
     if (run == nullptr) continue;
@@ -332,14 +335,50 @@ Value Evaluation::image_of_one(const Solve& solve) {
     const std::vector<Value> values = stored_values(kernel);
     for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
   }
-  return field_value(solve.image);
+}
+
+/// What is not perturbed is nothing here but rates, which are 0.
+void Evaluation::solve_coupled(const Solve& solve) {
+  const std::size_t count = solve.unknowns.size();
+  std::vector<std::vector<Form>> matrix(count, std::vector<Form>(count));
+  std::vector<Form> rights;
+  for (const std::string& right : solve.rights) rights.push_back(field_value(right).form);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t i = 0; i < count; ++i) fields_[solve.unknowns[i]] = {0, i == k ? Form(0) : Form()};
+    run_block(solve);
+    for (std::size_t i = 0; i < count; ++i) matrix[i][k] = field_value(solve.images[i]).form;
+  }
+  std::vector<WaveSum> waves = coupled_waves(matrix, rights);
+  for (std::size_t i = 0; i < count; ++i) {
+    Value& result = fields_[solve.unknowns[i]] = {};
+    if (!waves.empty()) add_waves(result, std::move(waves[i]));
+  }
+}
+
+/// Stages of states are taken at dt = 0, where each is its right side, if the block is one of a time scheme.
+void Evaluation::solve_by_newton(const Solve& solve) {
+  const double step = std::exchange(dt_, 0);
+  for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
+    const Value right = field_value(solve.rights[i]);
+    fields_[solve.unknowns[i]] = {right.number, {}, right.slope};
+  }
+  run_block(solve);
+  dt_ = step;
+  for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
+    const double made = field_value(solve.images[i]).number, right = field_value(solve.rights[i]).number;
+    is_too_far_ = is_too_far_ || std::abs(made - right) > rounding * std::abs(right);
+  }
 }
 
 /// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point.
 void Evaluation::solve(const Solve& solve) {
-  const bool is_state = varied_.contains(solve.unknown);
+  if (!solve.is_linear) return solve_by_newton(solve);
+  if (solve.unknowns.size() > 1) return solve_coupled(solve);
+  const bool is_state = varied_.contains(solve.unknowns.front());
   const double step = is_state ? std::exchange(dt_, 0) : dt_;
-  const Form image = image_of_one(solve).form;
+  fields_[solve.unknowns.front()] = {0, Form(0)};
+  run_block(solve);
+  const Form image = field_value(solve.images.front()).form;
   dt_ = step;
   double of_constant = 0, of_all = 0;
   std::array<double, 3> of_slopes{};
@@ -350,7 +389,7 @@ void Evaluation::solve(const Solve& solve) {
     for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) of_slopes[axis] += term.coefficient * offset[axis];
   }
   if (std::abs(of_constant) < rounding * of_all) of_constant = 0;
-  const Value& right = field_value(solve.right);
+  const Value& right = field_value(solve.rights.front());
   Value result{right.number / of_constant, {}, right.slope};
   for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
     result.slope[axis] /= of_constant;
@@ -358,8 +397,8 @@ void Evaluation::solve(const Solve& solve) {
   }
   if (of_constant == 0 && of_constraints_) result = {0, {}, {}};
   if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
-  fields_[solve.unknown] = std::move(result);
-  fields_[solve.image] = right;
+  fields_[solve.unknowns.front()] = std::move(result);
+  fields_[solve.images.front()] = right;
 }
 
 /// Outside, what it carries keeps its value.
@@ -386,45 +425,6 @@ void Evaluation::run(const std::vector<Statement>& body) {
         [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Solve& s) { solve(s); },
         [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
-  }
-}
-
-/// What of a program a linear step cannot hold, or "".
-struct Survey {
-  std::string why;
-  bool follows_flow = false, reduces = false, solves = false;
-};
-
-bool holds_interp(const Expr& e) {
-  if (std::holds_alternative<Interp>(e->kind)) return true;
-  bool found = false;
-  for_each_child(e, [&](const Expr& child) { found = found || holds_interp(child); });
-  return found;
-}
-
-void survey(const Module& module, const std::vector<Statement>& body, Survey& result) {
-  for (const Statement& statement : body) {
-    match(
-        statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
-        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
-        [](const Transform&) {},
-        [&](const Run& run) {
-          const Kernel& kernel = kernel_of(module, run);
-          if (!kernel.scatters.empty()) result.why = "it scatters";
-          for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
-          for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
-        },
-        [&](const Solve& solve) {
-          result.solves = true;
-          const auto is_run = [](const Statement& s) {
-            return std::holds_alternative<Run>(s) || std::holds_alternative<Fill>(s);
-          };
-          if (!std::ranges::all_of(solve.body, is_run)) result.why = "a solve of more than kernels is in it";
-        },
-        [&](const Repeat& repeat) {
-          if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
-          survey(module, repeat.body, result);
-        });
   }
 }
 

@@ -92,11 +92,25 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
   return e;
 }
 
+/// What a step of Newton's method adds: it reads what the block reads, the unknowns, and what belongs to it alone.
+void add_step(const Effects& step, const Solve& solve, Effects& e) {
+  const auto add_inner = [&](const std::string& field) {
+    const bool is_known = has(e.reads, field) || has(solve.unknowns, field);
+    if (!is_known && !is_coordinate(field)) add_new(e.inner, field);
+  };
+  for (const auto* fields : {&step.inner, &step.writes, &step.reads}) std::ranges::for_each(*fields, add_inner);
+  for (const std::string& param : step.params) add_new(e.params, param);
+  for (const std::string& kernel : step.kernels) add_new(e.kernels, kernel);
+  for (const std::string& field : step.spoils) {
+    if (has(e.reads, field)) add_new(e.spoils, field);
+  }
+}
+
 Effects of_solve(const Module& module, const Solve& solve) {
   const Program block = operator_of(solve, {});
   const Interface known = interface_of(module, block);
   Effects e{.reads = coefficients_of(module, solve),
-            .writes = {solve.unknown},
+            .writes = solve.unknowns,
             .params = known.params,
             .sums = known.sums,
             .networks = known.networks,
@@ -105,19 +119,20 @@ Effects of_solve(const Module& module, const Solve& solve) {
   for_each_fill(block, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
   });
-  add_new(e.reads, solve.right);
+  for (const std::string& right : solve.rights) add_new(e.reads, right);
+  for (const Statement& step : solve.step) add_step(effects(module, step), solve, e);
   return e;
 }
 
 }  // namespace
 
 Program operator_of(const Solve& solve, const Program& program) {
-  return {program.name, program.axes, solve.body, {}, {solve.image}};
+  return {program.name, program.axes, solve.body, {}, solve.images};
 }
 
 NameList coefficients_of(const Module& module, const Solve& solve) {
   NameList fields = interface_of(module, operator_of(solve, {})).inputs;
-  std::erase(fields, solve.unknown);
+  std::erase_if(fields, [&](const std::string& field) { return has(solve.unknowns, field); });
   return fields;
 }
 
@@ -172,7 +187,10 @@ void add_parts(const std::vector<Statement>& statements, Parts& parts) {
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
         [&](const NetworkCall& network_call) { add_new(parts.networks, network_call.network); },
         [](const Transform&) {}, [&](const Run& run) { parts.kernels.insert(run.kernel); },
-        [&](const Solve& solve) { add_parts(solve.body, parts); },
+        [&](const Solve& solve) {
+          add_parts(solve.body, parts);
+          add_parts(solve.step, parts);
+        },
         [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
   }
 }

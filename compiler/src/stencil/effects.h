@@ -30,9 +30,9 @@ Effects effects(const Module& module, const Statement& statement);
 
 /// One pass of a repeat as a program of its own, with what it loads as inputs.
 Program pass_of(const Repeat& repeat, const Program& program);
-/// The block of a solve as a program of its own, which keeps the image; the unknown is one of its inputs.
+/// The block of a solve as a program of its own, which keeps the images; the unknowns are inputs of it.
 Program operator_of(const Solve& solve, const Program& program);
-/// What the operator reads beside the unknown.
+/// What the operator reads beside the unknowns.
 std::vector<std::string> coefficients_of(const Module& module, const Solve& solve);
 
 /// The numbers of passes in the statements, those of repeats in repeats too, in the order in which they appear.
@@ -60,7 +60,10 @@ void for_each_fill(std::span<const Statement> statements, const F& f) {
     match(
         statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {},
         [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
-        [&](const Solve& solve) { for_each_fill(std::span(solve.body), f); },
+        [&](const Solve& solve) {
+          for_each_fill(std::span(solve.body), f);
+          for_each_fill(std::span(solve.step), f);
+        },
         [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
   }
 }
@@ -69,18 +72,27 @@ void for_each_fill(const Program& program, const F& f) {
   for_each_fill(std::span(program.body), f);
 }
 
-/// `f` on each run of a kernel, in blocks too, which it may change where the program (or the block) may be changed.
-template <class AnyProgram, class F>
-void for_each_run(AnyProgram& program, const F& f) {
-  using AnyRun = std::conditional_t<std::is_const_v<AnyProgram>, const Run, Run>;
-  using AnySolve = std::conditional_t<std::is_const_v<AnyProgram>, const Solve, Solve>;
-  using AnyRepeat = std::conditional_t<std::is_const_v<AnyProgram>, const Repeat, Repeat>;
-  for (auto& statement : program.body) {
+/// `f` on each run of a kernel, in blocks too, which it may change where the statements may be changed.
+template <class AnyStatement, class F>
+void for_each_run(std::span<AnyStatement> statements, const F& f) {
+  constexpr bool is_const = std::is_const_v<AnyStatement>;
+  using AnyRun = std::conditional_t<is_const, const Run, Run>;
+  using AnySolve = std::conditional_t<is_const, const Solve, Solve>;
+  using AnyRepeat = std::conditional_t<is_const, const Repeat, Repeat>;
+  for (auto& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [&](AnyRun& run) { f(run); }, [&](AnySolve& solve) { for_each_run(solve, f); },
-        [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
+        [](const Transform&) {}, [&](AnyRun& run) { f(run); },
+        [&](AnySolve& solve) {
+          for_each_run(std::span(solve.body), f);
+          for_each_run(std::span(solve.step), f);
+        },
+        [&](AnyRepeat& repeat) { for_each_run(std::span(repeat.body), f); });
   }
+}
+template <class AnyProgram, class F>
+void for_each_run(AnyProgram& program, const F& f) {
+  for_each_run(std::span(program.body), f);
 }
 
 }  // namespace dpde::stencil

@@ -244,7 +244,7 @@ class ModuleReader {
   }
 
   void read_solve(const ast::SolveItem& source, SourceRange range) {
-    const std::optional<SolveBy> by = read_solve_by(source, sink_);
+    Solve solve = read_solve_head(source, sink_);
     std::vector<Statement> outer = std::exchange(program_.body, {});
     const std::map<std::string, Fill> filled = filled_;
     ranges_.push_back(range);
@@ -254,12 +254,8 @@ class ModuleReader {
     }
     std::swap(outer, program_.body);
     filled_ = filled;
-    program_.body.push_back(Solve{source.image.name,
-                                  source.right.name,
-                                  source.unknown.name,
-                                  std::move(outer),
-                                  by.value_or(SolveBy{}),
-                                  {"", source.unknown.range}});
+    solve.body = std::move(outer);
+    program_.body.push_back(std::move(solve));
   }
 
   void read_fill(const ast::FillItem& fill, SourceRange range) {

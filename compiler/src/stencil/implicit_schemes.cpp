@@ -11,6 +11,7 @@
 #include "model/build.h"
 #include "model/implicit_part.h"
 #include "stencil/build.h"
+#include "stencil/newton_stages.h"
 #include "stencil/projections.h"
 #include "support/assert.h"
 
@@ -107,6 +108,7 @@ struct Equation {
   bool is_projected = false;             // a constraint changes it
   std::vector<std::string> rights = {};  // R_1, R_2, ...; of a state that is not solved for U_1, ...
   std::vector<std::string> values = {};  // U_1, U_2, ...
+  std::string unknown = {};              // of Newton's method, in the last stage
   std::vector<std::string> left = {};    // the same before constraints are true: sums are made of these, so that the
                                          // last stage finds all that they do to the step
 
@@ -179,6 +181,7 @@ class ImplicitScheme {
   }
 
   void add_solution(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
+    if (uses_newton()) add_newton(stages, own, time, of_rest);
     stages.push_back(solution(own, time, of_rest));
     if (stages.back().kernel.stores.empty()) stages.pop_back();
     if (!is_projected_) return;
@@ -219,7 +222,7 @@ class ImplicitScheme {
         value = side.of_rest < 0 ? value - scaled(weighted(-side.of_rest, param("dt")), rest)
                                  : value + scaled(weighted(side.of_rest, param("dt")), rest);
       }
-      const bool is_begin = equation.is_solved() && value == access(state);
+      const bool is_begin = equation.is_solved() && !uses_newton() && value == access(state);
       equation.rights.push_back(is_begin               ? state
                                 : equation.is_solved() ? lowering_.fresh_field(state + "_right" + suffix())
                                                        : equation.left.back());
@@ -241,11 +244,40 @@ class ImplicitScheme {
       const std::string& into = equation.left.back();
       if (into == advance.state || (!equation.is_at_rest() && into == equation.rights.back())) continue;
       model::Expr value = model::field(equation.is_at_rest() ? advance.state : equation.rights.back(), advance.origin);
+      if (uses_newton() && equation.is_solved()) {
+        kernel.stores.push_back({into, false, access(equation.unknown), advance.origin});
+        continue;
+      }
       if (of_rest != 0) value = model::binary(BinaryOp::add, value, times_step(of_rest, equation.parts.rest));
       if (equation.is_solved()) value = solved(equation, own, value);
       kernel.stores.push_back({into, false, at_point(value, lowering_.placement_of(advance.state)), advance.origin});
     }
     return Lowering::stage(std::move(kernel), at_point, reading.time);
+  }
+
+  bool uses_newton() const { return lowering_.problem().scheme.implicit != model::Implicit::linear; }
+
+  /// What solves for all of the fields at once; what is not solved for is there already.
+  void add_newton(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
+    Reading reading;
+    reading.time = time_after(time);
+    std::vector<NewtonEquation> solved;
+    for (Equation& equation : equations_) {
+      const Advance& advance = equation.advance;
+      if (!equation.is_solved()) {
+        if (!equation.is_at_rest()) reading.fields[advance.state] = equation.left.back();
+        continue;
+      }
+      equation.unknown = lowering_.fresh_field(advance.state + "_solved");
+      NewtonEquation one{advance.state, equation.rights.back(), equation.unknown, {}, advance.origin};
+      one.parts.emplace_back(weighted(own, param("dt")), equation.parts.part);
+      if (of_rest != 0 && equation.has_rest())
+        one.parts.emplace_back(weighted(of_rest, param("dt")), equation.parts.rest);
+      solved.push_back(std::move(one));
+    }
+    if (solved.empty()) return;
+    std::ranges::move(newton_stages(lowering_, kernel_name("newton"), solved, std::move(reading)),
+                      std::back_inserter(stages));
   }
 
   static model::Expr times_step(Weight weight, const model::Expr& e) {

@@ -417,16 +417,16 @@ class Interpreter {
     const Values seen = values_of(coefficients_of(module_, solve)), whole = cells_kept_by(known);
     const Image image = [&](const std::vector<double>& x) {
       set(seen);
-      state_.set(solve.unknown, x);
+      set_all(state_, solve.unknowns, x);
       run(block);
-      return state_.get(solve.image);
+      return values_of_all(state_, solve.images);
     };
-    std::vector<double> x = smallest_solution({solve, seen, params_}, image, state_.get(solve.right), state_);
+    std::vector<double> x = solution({solve, seen, params_}, image, state_);
     for (double& value : x) value = state_.stored(value);
     for (const std::string& field : known.inner) state_.poison(field);
     set(seen);
     for (const auto& [field, cells] : whole) state_.set_cells(field, cells);
-    state_.set(solve.unknown, x);
+    set_all(state_, solve.unknowns, x);
   }
 
   void repeat(const Repeat& repeat, const Program& program) {

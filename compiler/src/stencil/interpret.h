@@ -104,7 +104,7 @@ void apply(State& state, const NetworkCall& network_call, const network::Network
 /// Sets the interior of the result.
 void apply(State& state, const Transform& transform, const Params& params);
 
-/// What an operator, linear, makes of the interior values of a field.
+/// What an operator makes of the interior values of its fields, one behind the other.
 using Image = std::function<std::vector<double>(const std::vector<double>&)>;
 /// What an operator is made of.
 struct OperatorParts {
@@ -113,10 +113,13 @@ struct OperatorParts {
   Params params;
   bool operator==(const OperatorParts&) const = default;
 };
-/// Of all values for which the distance of their image from `right` is least the smallest (2-norm). `state` says how
-/// images are rounded.
-std::vector<double> smallest_solution(const OperatorParts& parts, const Image& image, const std::vector<double>& right,
-                                      const State& state);
+/// Of all values for which the distance of their image from the right sides is least the smallest (2-norm). Where the
+/// operator is not linear, by Newton's method from the right sides on, with difference quotients for its matrix; NaNs
+/// where that comes to nothing. `state` says how images are rounded.
+std::vector<double> solution(const OperatorParts& parts, const Image& image, const State& state);
+/// The interiors of fields, one behind the other.
+std::vector<double> values_of_all(const State& state, const std::vector<std::string>& fields);
+void set_all(State& state, const std::vector<std::string>& fields, const std::vector<double>& values);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meaning of a solve: the matrix of the operator, a column for each cell, and its pseudo-inverse.
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "stencil/interpret.h"
@@ -40,9 +44,30 @@ Inverse inverse_of(const Image& image, Eigen::Index cells, Precision real) {
 class Inverses {
  public:
   std::vector<std::pair<OperatorParts, Inverse>> known;
+  std::vector<std::pair<std::pair<OperatorParts, std::vector<double>>, std::vector<double>>> solutions;  // by Newton
 };
 
 std::shared_ptr<Inverses> new_inverses() { return std::make_shared<Inverses>(); }
+
+std::vector<double> values_of_all(const State& state, const std::vector<std::string>& fields) {
+  std::vector<double> all;
+  for (const std::string& field : fields) {
+    const std::vector<double> values = state.get(field);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return all;
+}
+
+void set_all(State& state, const std::vector<std::string>& fields, const std::vector<double>& values) {
+  const auto size = static_cast<std::ptrdiff_t>(values.size() / fields.size());
+  auto from = values.begin();
+  for (const std::string& field : fields) {
+    state.set(field, {from, from + size});
+    from += size;
+  }
+}
+
+namespace {
 
 std::vector<double> smallest_solution(const OperatorParts& parts, const Image& image, const std::vector<double>& right,
                                       const State& state) {
@@ -56,6 +81,97 @@ std::vector<double> smallest_solution(const OperatorParts& parts, const Image& i
   }
   const Eigen::VectorXd x = found->second.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), cells));
   return {x.data(), x.data() + cells};
+}
+
+/// Newton's method with its matrix by differences, as long as that leads on: what it comes to does not hang on that
+/// matrix.
+class Newton {
+ public:
+  Newton(const Image& image, const std::vector<double>& right, const State& state)
+      : image_(image), right_(right), state_(state), step_(std::sqrt(rounding_of(state.real()))) {}
+
+  std::vector<double> run() {
+    std::vector<double> x = right_, best;
+    double nearest = std::numeric_limits<double>::infinity();
+    int worse = 0;
+    std::optional<Eigen::PartialPivLU<Eigen::MatrixXd>> factors;
+    for (int k = 0; k < most_iterations && worse < 3; ++k) {
+      const Eigen::VectorXd left = residual(x);
+      const double distance = left.norm();
+      if (!std::isfinite(distance)) break;
+      if (!(distance < nearest / 8)) factors.reset();
+      worse = distance < nearest ? 0 : worse + 1;
+      if (distance < nearest) {
+        nearest = distance;
+        best = x;
+      }
+      if (distance == 0) break;
+      if (!factors) factors.emplace(matrix(x, left));
+      x = nearer(x, factors->solve(left), distance);
+    }
+    const double size = Eigen::Map<const Eigen::VectorXd>(right_.data(), count()).norm();
+    const bool has_come = !best.empty() && nearest <= 1e4 * rounding_of(state_.real()) * (size + scale_of(best));
+    return has_come ? best : std::vector<double>(right_.size(), std::nan(""));
+  }
+
+ private:
+  static constexpr int most_iterations = 100;
+  static double rounding_of(Precision real) { return real == Precision::f32 ? 0x1p-23 : 0x1p-52; }
+  Eigen::Index count() const { return static_cast<Eigen::Index>(right_.size()); }
+
+  Eigen::VectorXd residual(const std::vector<double>& x) const {
+    const std::vector<double> made = image_(x);
+    return Eigen::Map<const Eigen::VectorXd>(right_.data(), count()) -
+           Eigen::Map<const Eigen::VectorXd>(made.data(), count());
+  }
+
+  Eigen::MatrixXd matrix(std::vector<double> x, const Eigen::VectorXd& left) {
+    Eigen::MatrixXd slopes(count(), count());
+    for (Eigen::Index column = 0; column < count(); ++column) {
+      double& value = x[static_cast<std::size_t>(column)];
+      const double middle = value, step = step_ * std::max(std::abs(middle), 1.0);
+      value = state_.stored(middle + step);
+      slopes.col(column) = (left - residual(x)) / (value - middle);
+      value = middle;
+    }
+    largest_slope_ = slopes.cwiseAbs().maxCoeff();
+    return slopes;
+  }
+
+  double scale_of(const std::vector<double>& x) const {
+    return largest_slope_ * Eigen::Map<const Eigen::VectorXd>(x.data(), count()).norm();
+  }
+
+  /// Halves a change that leads away.
+  std::vector<double> nearer(const std::vector<double>& x, const Eigen::VectorXd& change, double distance) const {
+    std::vector<double> next = x;
+    for (double part = 1; part > 1e-3; part /= 2) {
+      for (std::size_t i = 0; i < x.size(); ++i)
+        next[i] = state_.stored(x[i] + part * change[static_cast<Eigen::Index>(i)]);
+      if (residual(next).norm() <= distance) return next;
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) next[i] = state_.stored(x[i] + change[static_cast<Eigen::Index>(i)]);
+    return next;
+  }
+
+  const Image& image_;
+  const std::vector<double>& right_;
+  const State& state_;
+  const double step_;
+  double largest_slope_ = 0;
+};
+
+}  // namespace
+
+std::vector<double> solution(const OperatorParts& parts, const Image& image, const State& state) {
+  const std::vector<double> right = values_of_all(state, parts.solve.rights);
+  if (parts.solve.is_linear) return smallest_solution(parts, image, right, state);
+  Inverses own;
+  auto& known = (state.inverses ? *state.inverses : own).solutions;
+  const auto found = std::ranges::find_if(
+      known, [&](const auto& one) { return one.first.second == right && one.first.first == parts; });
+  if (found != known.end()) return found->second;
+  return known.emplace_back(std::pair(parts, right), Newton(image, right, state).run()).second;
 }
 
 }  // namespace dpde::stencil

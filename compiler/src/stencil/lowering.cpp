@@ -221,9 +221,8 @@ class BlockScope {
 
  private:
   void leave() {
-    Repeat repeat{block_->count, std::exchange(program_.body, std::move(outer_body_)), block_->carries};
-    repeat.counter.name = block_->counter;
-    const Effects known = effects(module_, repeat);
+    const Statement statement = statement_of(*block_, std::exchange(program_.body, std::move(outer_body_)));
+    const Effects known = effects(module_, statement);
     filled_ = std::move(outer_filled_);
     grown_ = std::move(outer_grown_);
     walls_.remember(std::move(outer_walls_));
@@ -231,7 +230,18 @@ class BlockScope {
       for (const std::string& field : *fields) filled_.erase(field);
     }
     spoiled_.insert(known.spoils.begin(), known.spoils.end());
-    program_.body.push_back(std::move(repeat));
+    program_.body.push_back(statement);
+  }
+
+  static Statement statement_of(const StageBlock& block, std::vector<Statement> body) {
+    if (block.solve) {
+      Solve solve = *block.solve;
+      solve.body = std::move(body);
+      return solve;
+    }
+    Repeat repeat{block.count, std::move(body), block.carries};
+    repeat.counter.name = block.counter;
+    return repeat;
   }
 
   const Module& module_;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,13 @@
 
 namespace dpde::stencil {
 
-/// Stages that are the passes of a repeat.
+/// Stages that are the passes of a repeat, or the block of a solve.
 struct StageBlock {
   int count = 1;
-  std::string counter;
-  std::vector<Carry> carries;
+  std::string counter = {};
+  std::vector<Carry> carries = {};
   Expr end;  // the time where a pass ends
+  std::optional<Solve> solve = std::nullopt;
 };
 
 /// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values

@@ -88,7 +88,8 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads&
   }
   walls.remember(std::move(outer));
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
-  program.body.push_back(Solve{solve.image, solve.right, solve.unknown, std::move(block.body), {solve.method}, {}});
+  program.body.push_back(
+      Solve{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), {solve.method}, {}});
 }
 
 }  // namespace dpde::stencil

@@ -22,9 +22,16 @@ class ReachFinder {
   ReachFinder(const Module& module, std::size_t rank) : module_(module), rank_(rank) {}
 
   Reach run(const Solve& solve) {
-    reach_[solve.image] = {};
+    for (const std::string& image : solve.images) reach_[image] = {};
     for (auto statement = solve.body.rbegin(); statement != solve.body.rend(); ++statement) add(*statement);
-    return reach_[solve.unknown];
+    Reach all{};
+    for (const std::string& unknown : solve.unknowns) {
+      for (std::size_t axis = 0; axis < rank_; ++axis) {
+        const int one = reach_[unknown][axis];
+        all[axis] = all[axis] == anywhere || one == anywhere ? anywhere : std::max(all[axis], one);
+      }
+    }
+    return all;
   }
 
  private:
@@ -53,13 +60,15 @@ class ReachFinder {
       known[axis] = known[axis] == anywhere || by[axis] == anywhere ? anywhere : std::max(known[axis], by[axis]);
   }
 
-  /// Values on walls are made of two cells inside.
+  /// What lies on walls and has no value there is made of two cells inside.
   void add_walls(const std::string& field, const std::vector<AxisBoundary>& axes) {
     const auto known = reach_.find(field);
     if (known == reach_.end()) return;
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-      const bool is_on_wall = axes[axis].topology == Topology::bounded && axes[axis].low.on_wall;
-      if (is_on_wall && known->second[axis] != anywhere) known->second[axis] += 3;
+      const auto is_made = [](const Side& side) { return side.on_wall && side.kind != SideKind::value; };
+      const bool is_bounded = axes[axis].topology == Topology::bounded;
+      if (is_bounded && (is_made(axes[axis].low) || is_made(axes[axis].high)) && known->second[axis] != anywhere)
+        known->second[axis] += 3;
     }
   }
 

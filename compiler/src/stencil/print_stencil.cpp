@@ -234,7 +234,9 @@ std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::strin
 }
 
 std::string solve_text(const Solve& solve, std::size_t rank, const std::string& margin) {
-  std::string text = fmt::format("solve {} = {} for {}", solve.image, solve.right, solve.unknown);
+  std::string text =
+      fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", fmt::join(solve.images, ", "),
+                  fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "));
   if (solve.by.method != SolveMethod::automatic) text += fmt::format(" by {}", name_of(solve.by.method));
   if (solve.by.tolerance != SolveBy{}.tolerance) text += fmt::format(" tolerance {}", solve.by.tolerance);
   text += " {\n";

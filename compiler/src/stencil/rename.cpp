@@ -30,8 +30,11 @@ class Renamer {
           },
           [&](Run& run) { run.kernel = copy_of(run.kernel); },
           [&](Solve& solve) {
-            rename(solve.image), rename(solve.right), rename(solve.unknown);
+            for (auto* fields : {&solve.images, &solve.rights, &solve.unknowns}) {
+              for (std::string& field : *fields) rename(field);
+            }
             solve.body = this->run(std::move(solve.body));
+            solve.step = this->run(std::move(solve.step));
           },
           [&](Repeat& repeat) {
             for (Carry& carry : repeat.carries) rename(carry.state), rename(carry.next), rename(carry.result);

@@ -217,9 +217,12 @@ class RequiredHalo {
         },
         [&](const Run& run) { add_run(run); },
         [&](const Solve& solve) {
-          result_[solve.right];
-          result_[solve.unknown];
-          for (const Statement& inner : solve.body) add(inner);
+          for (const auto* fields : {&solve.rights, &solve.unknowns}) {
+            for (const std::string& field : *fields) result_[field];
+          }
+          for (const auto* statements : {&solve.body, &solve.step}) {
+            for (const Statement& inner : *statements) add(inner);
+          }
         },
         [&](const Repeat& repeat) {
           for (const Statement& inner : repeat.body) add(inner);

@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/solves_from_ast.h"
 
+#include <fmt/format.h>
+
+#include <optional>
+
 #include "stencil/expr_from_ast.h"
 #include "stencil/networks_from_ast.h"
 #include "syntax/item_kinds.h"
 
 namespace dpde::stencil {
 
+namespace {
+
+std::vector<std::string> names_of(const std::vector<ast::Identifier>& all) {
+  std::vector<std::string> names;
+  for (const ast::Identifier& one : all) names.push_back(one.name);
+  return names;
+}
+
+/// nullopt where something was reported.
 std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSink& sink) {
   SolveBy by;
   if (source.method) {
@@ -31,15 +44,27 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
   return by;
 }
 
+}  // namespace
+
+Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
+  const std::size_t count = source.unknowns.size();
+  if (source.images.size() != count || source.rights.size() != count) {
+    sink.report("bad-program", source.unknowns.front().range,
+                {fmt::format("{} fields are sought, with {} right sides for {} fields that the block makes", count,
+                             source.rights.size(), source.images.size())},
+                "name as many of each: solve y, w = b, c for x, v");
+  }
+  const std::optional<SolveBy> by = read_solve_by(source, sink);
+  return {names_of(source.images),   names_of(source.rights),
+          names_of(source.unknowns), {},
+          by.value_or(SolveBy{}),    {"", source.unknowns.front().range},
+          source.is_linear};
+}
+
 std::vector<std::string> fields_named(const ast::Item& item) {
   using Names = std::vector<std::string>;
-  const auto names_of = [](const std::vector<ast::Identifier>& all) {
-    Names names;
-    for (const ast::Identifier& one : all) names.push_back(one.name);
-    return names;
-  };
   return match(
-      item.kind, [&](const ast::RepeatItem& repeat) { return names_of(repeat.to); },
+      item.kind, [](const ast::RepeatItem& repeat) { return names_of(repeat.to); },
       [](const ast::SwapItem& swap) { return Names{swap.state.name}; },
       [](const ast::ReduceItem& reduce) {
         return Names{reduce.field.name, reduce.result.name};
@@ -51,7 +76,12 @@ std::vector<std::string> fields_named(const ast::Item& item) {
         return names;
       },
       [](const ast::SolveItem& solve) {
-        return Names{solve.image.name, solve.right.name, solve.unknown.name};
+        Names names;
+        for (const auto* fields : {&solve.images, &solve.rights, &solve.unknowns}) {
+          const Names named = names_of(*fields);
+          names.insert(names.end(), named.begin(), named.end());
+        }
+        return names;
       },
       [](const ast::ApplyItem& apply) { return fields_of(apply); },
       [](const ast::OneOf<ast::FillItem, ast::RunItem, ast::StackItem, ast::KeepItem, ast::AxesItem> auto&) {

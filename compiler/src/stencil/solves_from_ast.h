@@ -2,7 +2,6 @@
 // How a solve is to be done, and the fields that items of programs name.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +11,8 @@
 
 namespace dpde::stencil {
 
-/// nullopt where something was reported.
-std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSink& sink);
+/// All but the block.
+Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink);
 
 /// Those of the item itself, not of its block or of what it runs.
 std::vector<std::string> fields_named(const ast::Item& item);

@@ -55,7 +55,11 @@
 //    interior cells. Behind it x is what gives b: of all x for which |Ax - b| is least the smallest one, known in the
 //    interior. So where A takes every constant to 0 and sums to 0, the mean of b is not looked at and x has none. The
 //    block sees the interior of what it reads from outside; what it writes is known in it only. `by` names a method,
-//    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step (the interpreter solves exactly).
+//    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step (the interpreter solves exactly). There
+//    may be several of each, solve y, w = b, c for x, v { ... }: A makes y and w of x and v.
+//  - newton y, w = b, c for x, v { block }: the same where the block is not linear, y, w = F(x, v). Behind it x, v is
+//    the solution to which Newton's method comes that begins with b, c; `tolerance` is the last change of a field over
+//    the field.
 //  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside
 //    it sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
 //    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap;
@@ -314,12 +318,16 @@ struct SolveBy {
 struct Solve;
 struct Repeat;
 using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Solve, Repeat>;
-/// `unknown` becomes what the block has to read there to make `image` equal to `right`.
+/// `unknowns` become what the block has to read there to make `images` equal to `rights`, as many of each.
 struct Solve {
-  std::string image, right, unknown;
+  std::vector<std::string> images, rights, unknowns;
   std::vector<Statement> body;
   SolveBy by = {};
   Written written = {};
+  bool is_linear = true;
+  /// Of one that is not, where it is known (adjoint/newton_steps.h): a linear solve with what is left of `rights` for
+  /// what is to be added to the unknowns.
+  std::vector<Statement> step = {};
   bool operator==(const Solve& other) const;
 };
 
@@ -364,8 +372,8 @@ struct Program {
 };
 
 inline bool Solve::operator==(const Solve& other) const {
-  return image == other.image && right == other.right && unknown == other.unknown && body == other.body &&
-         by == other.by;
+  return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
+         by == other.by && is_linear == other.is_linear && step == other.step;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

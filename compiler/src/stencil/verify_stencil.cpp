@@ -12,6 +12,7 @@
 #include "stencil/symbol.h"
 #include "stencil/verify_kernel.h"
 #include "support/bound_names.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -92,23 +93,34 @@ class ProgramCheck {
     inside.check_statements();
     statement_ = inside.statement_;
     const Effects known = effects(module_, solve);
-    if (!inside.is_written(solve.image)) violation("solves for {}, which its block does not write", solve.image);
-    if (inside.is_written(solve.unknown)) violation("solves for {} and writes it in the block", solve.unknown);
-    if (!inside.fields_.contains(solve.unknown))
-      violation("solves for {}, which its block does not read", solve.unknown);
+    const std::string all = fmt::format("{}", fmt::join(solve.unknowns, ", "));
+    if (solve.images.size() != solve.unknowns.size() || solve.rights.size() != solve.unknowns.size())
+      violation("solves for {}: as many images, right sides and unknowns", all);
+    for (const std::string& image : solve.images) {
+      if (!inside.is_written(image)) violation("solves for {}, which its block does not write", image);
+    }
     if (!known.sums.empty() || !known.networks.empty())
-      violation("solves for {} with sums or networks in the block", solve.unknown);
+      violation("solves for {} with sums or networks in the block", all);
     if (!(solve.by.tolerance > 0 && solve.by.tolerance < 1))
-      violation("solves for {} to the tolerance {}: it lies between 0 and 1", solve.unknown, solve.by.tolerance);
+      violation("solves for {} to the tolerance {}: it lies between 0 and 1", all, solve.by.tolerance);
     std::set<std::string> own = inside.written_;
     own.merge(inside.inner_);
-    own.insert(solve.unknown);
+    own.insert(solve.unknowns.begin(), solve.unknowns.end());
     leave_block(inside, own);
-    fields_.insert(solve.right);
-    note_read(solve.right);
-    if (solve.right == solve.unknown) violation("solves for {}, which is the right side", solve.unknown);
-    check_write(solve.unknown);
-    grown_[solve.unknown] = 0;
+    for (const std::string& right : solve.rights) {
+      fields_.insert(right);
+      note_read(right);
+    }
+    for (const std::string& unknown : solve.unknowns) check_unknown(solve, unknown, inside);
+  }
+
+  void check_unknown(const Solve& solve, const std::string& unknown, const ProgramCheck& inside) {
+    if (inside.is_written(unknown)) violation("solves for {} and writes it in the block", unknown);
+    if (!inside.fields_.contains(unknown)) violation("solves for {}, which its block does not read", unknown);
+    if (contains(solve.rights, unknown)) violation("solves for {}, which is the right side", unknown);
+    if (std::ranges::count(solve.unknowns, unknown) > 1) violation("solves for {} more than once", unknown);
+    check_write(unknown);
+    grown_[unknown] = 0;
   }
 
   /// What holds behind a block, whose `own` fields nobody knows outside.

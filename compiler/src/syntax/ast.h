@@ -269,7 +269,8 @@ struct RepeatItem {
 };
 /// solve y = b for x by multigrid tolerance 1e-8 { fill x ...; run ... }      The block makes y of x.
 struct SolveItem {
-  Identifier image, right, unknown;
+  bool is_linear = true;  // newton y = b for x { ... } where not
+  std::vector<Identifier> images, rights, unknowns;
   std::optional<Identifier> method;
   std::optional<Expr> tolerance;
   std::vector<Item> items;

@@ -47,7 +47,7 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const SwapItem& swap) { return Identifiers{swap.state}; },
       [&](const RunItem& run) { return inputs_of(file, run.kernel.name); },
       [](const FillItem&) { return Identifiers(); }, [](const StackItem&) { return Identifiers(); },
-      [](const RepeatItem&) { return Identifiers(); }, [](const SolveItem& solve) { return Identifiers{solve.right}; },
+      [](const RepeatItem&) { return Identifiers(); }, [](const SolveItem& solve) { return solve.rights; },
       [](const KeepItem&) { return Identifiers(); }, [](const AxesItem&) { return Identifiers(); },
       [](const OutsidePrograms auto&) { return Identifiers(); });
 }

@@ -167,17 +167,18 @@ ItemKind parse_repeated(Cursor& cursor) {
 
 BlockRule operator_rule();
 
+template <bool is_linear>
 ItemKind parse_solve(Cursor& cursor) {
-  SolveItem item;
-  item.image = cursor.expect_component("the field that the block makes");
+  SolveItem item{.is_linear = is_linear};
+  item.images = parse_components(cursor, "the field that the block makes");
   cursor.expect(TokenKind::assign);
-  item.right = cursor.expect_component("the field that it shall be");
+  item.rights = parse_components(cursor, "the field that it shall be");
   cursor.expect_word("for");
-  item.unknown = cursor.expect_component("the field that is sought");
+  item.unknowns = parse_components(cursor, "the field that is sought");
   if (cursor.accept_word("by")) item.method = cursor.expect_name("a method, as multigrid");
   if (cursor.accept_word("tolerance")) item.tolerance = parse_expression(cursor);
   if (!cursor.begin_block(max_blocks_inside))
-    cursor.fail("repeats-too-deep", item.unknown.range, {std::to_string(max_blocks_inside)});
+    cursor.fail("repeats-too-deep", item.unknowns.front().range, {std::to_string(max_blocks_inside)});
   parse_items(cursor, item.layout, operator_rule(), item.items);
   cursor.end_block();
   return item;
@@ -286,7 +287,8 @@ BlockRule repeat_rule() {
            {"tangent", parse_apply<ApplyItem::Mode::tangent>},
            {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},
            {"repeat", parse_repeated},
-           {"solve", parse_solve},
+           {"solve", parse_solve<true>},
+           {"newton", parse_solve<false>},
            {"save", parse_stack<true>},
            {"load", parse_stack<false>},
            {"swap", parse_swap}},
@@ -295,7 +297,7 @@ BlockRule repeat_rule() {
 
 namespace {
 
-/// Of solves: they are linear, and not steps.
+/// Of solves: their blocks are no steps.
 BlockRule operator_rule() {
   BlockRule rule = repeat_rule();
   rule.name = "solve";

@@ -449,7 +449,8 @@ std::string print_repeat(const RepeatItem& repeat) {
 }
 
 std::string print_solve(const SolveItem& solve) {
-  std::string head = fmt::format("solve {} = {} for {}", solve.image.name, solve.right.name, solve.unknown.name);
+  std::string head = fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", print_names(solve.images),
+                                 print_names(solve.rights), print_names(solve.unknowns));
   if (solve.method) head += " by " + solve.method->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
   return print_inner_block(head, solve.layout, solve.items);

@@ -140,7 +140,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
         },
         [&](const SolveItem& solve) {
           reserve_fields(solve.items);
-          names_.reserve(solve.unknown.name);
+          for (const Identifier& unknown : solve.unknowns) names_.reserve(unknown.name);
         },
         [](const RunItem&) {}, [](const StackItem&) {}, [](const KeepItem&) {}, [](const AxesItem&) {},
         [](const OutsidePrograms auto&) {});
@@ -214,14 +214,14 @@ void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {
   emit(std::move(apply), item.range);
 }
 
-/// Its block knows the unknown by the name that it has behind it.
+/// Its block knows the unknowns by the names that they have behind it.
 void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
-  solve.right.name = read(solve.right.name, solve.right.range);
-  solve.unknown.name = write(solve.unknown.name, solve.unknown.range);
+  for (Identifier& right : solve.rights) right.name = read(right.name, right.range);
+  for (Identifier& unknown : solve.unknowns) unknown.name = write(unknown.name, unknown.range);
   std::vector<Item> outer = std::exchange(result_, {});
   for (const Item& inner : std::exchange(solve.items, {})) add(inner);
   solve.items = std::exchange(result_, std::move(outer));
-  solve.image.name = read(solve.image.name, solve.image.range);
+  for (Identifier& image : solve.images) image.name = read(image.name, image.range);
   emit(std::move(solve), item.range);
 }
 

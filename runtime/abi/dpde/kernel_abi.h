@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 17
+#define DPDE_ABI_VERSION 18
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -220,20 +220,25 @@ enum {
   DPDE_SOLVE_CG = 5,
   DPDE_SOLVE_BICGSTAB = 6
 };
-/* The operations make `image` of `unknown`, linearly: `unknown` becomes what makes it equal to `right` (indices into
+/* The operations make `images` of `unknowns`, linearly: these become what makes them equal to `rights` (indices into
  * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its
- * coefficients and parameters only. */
+ * coefficients and parameters only. Where it is not linear the unknowns are what Newton's method comes to that begins
+ * with `rights`: in each step `step` is a linear solve with what is left of the right sides (its `rights`) for what is
+ * to be added to the unknowns. */
 typedef struct dpde_solve {
-  int32_t image, right, unknown;
+  int32_t count; /* of images, as many right sides and unknowns */
+  const int32_t *images, *rights, *unknowns;
   int32_t operation_count;
   const struct dpde_operation* operations;
   int32_t method;
-  double tolerance;             /* of |image - right| / |right| */
+  double tolerance;             /* of |images - rights| / |rights|; not linear: of the last change / unknowns */
   int64_t reach[DPDE_MAX_RANK]; /* how many cells away the image looks; -1: as far as the axis goes */
   int32_t coefficient_count;
   const int32_t* coefficients; /* indices into dpde_program.fields */
   int32_t param_count;
   const int32_t* params; /* indices into parameters, with the numbers of counters behind them */
+  int32_t is_linear;
+  const struct dpde_solve* step; /* null: of one that is linear, or that only an interpreter runs */
 } dpde_solve;
 
 enum {

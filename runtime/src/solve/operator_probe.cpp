@@ -5,47 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "dpde/runtime/error.h"
+#include "solve/axis_colours.h"
 
 namespace dpde {
 namespace {
-
-constexpr int none = std::numeric_limits<int>::min();
-
-/// Along one axis: cells of one colour are more than twice the reach apart, around the end of a periodic axis too.
-struct AxisColours {
-  AxisColours(std::int64_t cells, bool periodic, std::int64_t reach)
-      : count(cells), colour(static_cast<size_t>(cells)) {
-    const std::int64_t period = 2 * reach + 1;
-    const bool has_room = reach >= 0 && cells > period;
-    const std::int64_t whole = !has_room ? 0 : periodic ? cells / period * period : cells;
-    if (has_room) count = period + cells - whole;
-    for (std::int64_t i = 0; i < cells; ++i)
-      colour[static_cast<size_t>(i)] = has_room && i < whole ? i % period : i - whole + (has_room ? period : 0);
-    offsets.assign(static_cast<size_t>(cells * count), none);
-    const std::int64_t farthest = has_room ? reach : cells - 1;
-    for (std::int64_t i = 0; i < cells; ++i) {
-      for (std::int64_t step = 0; step <= 2 * farthest; ++step) {  // 0, 1, -1, 2, -2, ...
-        const std::int64_t offset = step % 2 == 0 ? -step / 2 : (step + 1) / 2;
-        std::int64_t j = i + offset;
-        if (periodic) j = ((j % cells) + cells) % cells;
-        if (j < 0 || j >= cells) continue;
-        int& known = offsets[static_cast<size_t>(i * count + colour[static_cast<size_t>(j)])];
-        if (known == none) known = static_cast<int>(offset);
-      }
-    }
-  }
-  /// To the cell of that colour that the image in cell i may depend on.
-  int offset(std::int64_t i, std::int64_t of_colour) const {
-    return offsets[static_cast<size_t>(i * count + of_colour)];
-  }
-
-  std::int64_t count;
-  std::vector<std::int64_t> colour;
-  std::vector<int> offsets;
-};
 
 double largest(std::span<const double> values) {
   double most = 0;
@@ -91,7 +56,7 @@ class Probe {
       std::array<int, 3> offset{};
       for (size_t axis = 0; axis < 3; ++axis) {
         offset[axis] = axes_[axis].offset(cell[axis], colour[axis]);
-        if (offset[axis] == none) return;  // found out by the check of linearity
+        if (offset[axis] == AxisColours::none) return;  // found out by the check of linearity
       }
       column(offset)[number] = to_[number];
     });

@@ -35,8 +35,25 @@ bool holds_state(const Problem& problem, const Expr& e) {
   });
 }
 
+/// What a block that Newton's method runs cannot hold.
+std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& state, const Expr& part) {
+  if (problem.scheme.is_split()) return Obstacle{"steps in parts", "take implicit = linear, or leave split out"};
+  const std::string where = fmt::format(" in what it solves for in the equation for {}", state.name);
+  const auto holds = [&](const auto& is_it) { return any_part(part, is_it); };
+  if (holds([](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind); }))
+    return Obstacle{"a network" + where, "take implicit = linear"};
+  if (holds([](const Expr& e) { return std::holds_alternative<Solve>(e->kind); }))
+    return Obstacle{"a solve" + where, "take implicit = linear"};
+  if (state.held) return Obstacle{"a mask that holds " + state.name, "take implicit = linear"};
+  if (!problem.projections.empty()) return Obstacle{"a constraint", "take implicit = linear"};
+  return std::nullopt;
+}
+
 /// What of an equation stands in the way. `part` is what is solved for.
 std::optional<Obstacle> obstacle(const Problem& problem, const State& state, const LinearPart& parts) {
+  if (problem.scheme.implicit != Implicit::linear) {
+    if (const auto found = newton_obstacle(problem, state, parts.part)) return found;
+  }
   const bool is_carried = problem.scheme.is_split() && follows_flow(problem.scheme.transport_of(state.name).advect);
   const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
   if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, rest))
@@ -45,11 +62,21 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
   return std::nullopt;
 }
 
+/// A time scheme that solves for nothing has no use for a choice of terms.
+void check_explicit(Draft& draft) {
+  const Problem& problem = draft.problem;
+  if (problem.scheme.implicit == Implicit::linear) return;
+  draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
+                    {print(problem.scheme.time), fmt::format("implicit = {}", name_of(problem.scheme.implicit))},
+                    "take time = ars222, or leave implicit out");
+}
+
 }  // namespace
 
 void check_implicit(Draft& draft) {
   const Problem& problem = draft.problem;
-  if (!draft.model || !is_implicit(problem.scheme.time) || problem.states.empty()) return;
+  if (!draft.model || problem.states.empty()) return;
+  if (!is_implicit(problem.scheme.time)) return check_explicit(draft);
   const auto report = [&](SourceRange range, const Obstacle& found) {
     draft.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);
   };
@@ -65,7 +92,7 @@ void check_implicit(Draft& draft) {
   if (!solves) {
     report(begin, {"equations in which it finds nothing to solve for",
                    "it takes terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; "
-                   "take time = rk2"});
+                   "take time = rk2, or implicit = all for other terms too"});
   }
 }
 

@@ -190,7 +190,9 @@ void declare_program(Draft& draft) {
   const auto transforms = items_of<ast::TransformItem>(draft.program->items);
   for (const auto& [transform, range] : transforms) written.insert(transform.result.name);
   const auto solves = items_of<ast::SolveItem>(draft.program->items);
-  for (const auto& [solve, range] : solves) written.insert(solve.unknown.name);
+  for (const auto& [solve, range] : solves) {
+    for (const ast::Identifier& unknown : solve.unknowns) written.insert(unknown.name);
+  }
   for (const auto& [repeat, range] : items_of<ast::RepeatItem>(draft.program->items)) {
     for (const ast::Identifier& result : repeat.to) written.insert(result.name);
     if (repeat.counter) written.insert(repeat.counter->name);
@@ -198,7 +200,9 @@ void declare_program(Draft& draft) {
   for (const auto& [load, range] : items_of<ast::StackItem>(draft.program->items)) written.insert(load.field.name);
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
-  for (const auto& [solve, range] : solves) declare_input(draft, solve.right, written);
+  for (const auto& [solve, range] : solves) {
+    for (const ast::Identifier& right : solve.rights) declare_input(draft, right, written);
+  }
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& input : apply.inputs) declare_input(draft, input, written);
   }

@@ -52,6 +52,11 @@ void set_solve(Scheme& scheme) {
   scheme.solve = method;
 }
 
+template <Implicit implicit>
+void set_implicit(Scheme& scheme) {
+  scheme.implicit = implicit;
+}
+
 template <Precision real>
 void set_real(Scheme& scheme) {
   scheme.real = real;
@@ -96,6 +101,9 @@ constexpr Choice choices[] = {
     {"lap", "spectral", {"spectral()"}, set_laplacian<spectral>},
     {"dealias", "none", {}, set_dealias<false>},
     {"dealias", "two_thirds", {"two_thirds()"}, set_dealias<true>},
+    {"implicit", "linear", {}, set_implicit<Implicit::linear>},
+    {"implicit", "all_but_advect", {}, set_implicit<Implicit::all_but_advect>},
+    {"implicit", "all", {}, set_implicit<Implicit::all>},
     {"solve", "automatic", {}, set_solve<SolveMethod::automatic>},
     {"solve", "direct", {}, set_solve<SolveMethod::direct>},
     {"solve", "tridiagonal", {}, set_solve<SolveMethod::tridiagonal>},
@@ -163,7 +171,8 @@ void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx", "lap", "dealias", "solve", "time", "real", "networks"};
+  static const std::vector<std::string> keys{"advect", "dx",   "lap",  "dealias", "implicit",
+                                             "solve",  "time", "real", "networks"};
   return keys;
 }
 

@@ -123,16 +123,24 @@ class Liveness {
 
   /// Leaves in its block what the image is made of.
   bool pass_solve(Solve& solve) {
-    if (!is_live(solve.unknown)) return false;
-    live_.erase(solve.unknown);
-    live_halos_.erase(solve.unknown);
+    if (std::ranges::none_of(solve.unknowns, [&](const std::string& field) { return is_live(field); })) return false;
     const Program block = operator_of(solve, program_);
     Liveness inside(module_, block, live_parts_);
     solve.body = inside.run();
-    inside.live_.erase(solve.unknown);
+    for (Statement& step : solve.step) inside.pass_step(std::get<Solve>(step));
+    for (const std::string& unknown : solve.unknowns) {
+      for (auto* fields : {&live_, &live_halos_, &inside.live_}) fields->erase(unknown);
+    }
     live_.merge(inside.live_);
-    live_.insert(solve.right);
+    live_.insert(solve.rights.begin(), solve.rights.end());
     return true;
+  }
+
+  /// What it makes is used whatever the block is.
+  void pass_step(Solve& step) {
+    live_.insert(step.unknowns.begin(), step.unknowns.end());
+    pass_solve(step);
+    for (const std::string& right : step.rights) live_.erase(right);
   }
 
   bool pass_network_call(const NetworkCall& network_call) {

@@ -60,7 +60,11 @@ void simplify_statements(std::vector<Statement>& statements) {
             term.by.factor = rebuild(term.by.factor, {});
           }
         },
-        [](const Run&) {}, [](Solve& solve) { simplify_statements(solve.body); },
+        [](const Run&) {},
+        [](Solve& solve) {
+          simplify_statements(solve.body);
+          simplify_statements(solve.step);
+        },
         [](Repeat& repeat) { simplify_statements(repeat.body); });
   }
 }

@@ -107,6 +107,7 @@ std::vector<Statement> running_parts(const std::vector<Statement>& statements, c
         },
         [&](Solve solve) {
           solve.body = running_parts(solve.body, parts_by_kernel);
+          solve.step = running_parts(solve.step, parts_by_kernel);
           body.push_back(std::move(solve));
         },
         [&](Repeat repeat) {

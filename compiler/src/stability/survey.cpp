@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/survey.h"
+
+#include <algorithm>
+
+#include "stability/coupled_waves.h"
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+bool holds_interp(const Expr& e) {
+  if (std::holds_alternative<Interp>(e->kind)) return true;
+  bool found = false;
+  for_each_child(e, [&](const Expr& child) { found = found || holds_interp(child); });
+  return found;
+}
+
+}  // namespace
+
+void survey(const Module& module, const std::vector<Statement>& body, Survey& result) {
+  for (const Statement& statement : body) {
+    match(
+        statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
+        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
+        [](const Transform&) {},
+        [&](const Run& run) {
+          const Kernel& kernel = kernel_of(module, run);
+          if (!kernel.scatters.empty()) result.why = "it scatters";
+          for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
+          for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
+        },
+        [&](const Solve& solve) {
+          result.solves = true;
+          const auto is_run = [](const Statement& s) {
+            return std::holds_alternative<Run>(s) || std::holds_alternative<Fill>(s);
+          };
+          if (solve.unknowns.size() > most_coupled) result.why = "a solve for many fields at once is in it";
+          if (!std::ranges::all_of(solve.body, is_run)) result.why = "a solve of more than kernels is in it";
+        },
+        [&](const Repeat& repeat) {
+          if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
+          survey(module, repeat.body, result);
+        });
+  }
+}
+
+}  // namespace dpde::stability

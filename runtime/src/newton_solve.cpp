@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "newton_solve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+
+namespace {
+
+constexpr int most_newton_steps = 50, most_halvings = 8;
+
+double length(std::span<const double> values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given)
+    : names_(names_of_unknowns(solve, program)),
+      tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
+      loose_(std::sqrt(rounding_of(given))) {
+  if (solve.step == nullptr) return;  // an interpreter runs the program
+  const dpde_layout layout = with_three_axes(given);
+  images_ = {solve.images, solve.count, layout};
+  rights_ = {solve.rights, solve.count, layout};
+  unknowns_ = {solve.unknowns, solve.count, layout};
+  step_rights_ = {solve.step->rights, solve.count, layout};
+  step_unknowns_ = {solve.step->unknowns, solve.count, layout};
+  step_ = CoupledSolve(*solve.step, program, given);
+  for (auto* values : {&right_, &x_, &next_, &left_, &change_}) values->assign(unknowns_.size(), 0.0);
+}
+
+void NewtonSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
+                      const std::function<void()>& apply_step) {
+  if (x_.empty())
+    throw Error(ErrorKind::machine, fmt::format("newton for {}: the program was compiled without its step", names_));
+  rights_.read(fields, right_);
+  x_ = right_;
+  unknowns_.write(fields, x_);
+  if (!std::isfinite(length(right_))) return;  // a run that has blown up: who looks after it finds it in the result
+  double left = distance(fields, apply), last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < most_newton_steps; ++k) {
+    if (!std::isfinite(left)) fail(k, left);
+    step_rights_.write(fields, left_);
+    step_.run(fields, params, apply_step);
+    step_unknowns_.read(fields, change_);
+    const double change = relative_change();
+    left = move(fields, apply, left, change > loose_);
+    if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return;
+    last = change;
+  }
+  fail(most_newton_steps, left);
+}
+
+/// Of what the operations make from the right sides; it is left in `left_`.
+double NewtonSolve::distance(void* const* fields, const std::function<void()>& apply) {
+  apply();
+  images_.read(fields, left_);
+  for (std::size_t i = 0; i < left_.size(); ++i) left_[i] = right_[i] - left_[i];
+  return length(left_);
+}
+
+/// The largest of the fields.
+double NewtonSolve::relative_change() const {
+  double most = 0;
+  for (std::size_t first = 0; first < x_.size(); first += unknowns_.cells()) {
+    const auto part = [&](const std::vector<double>& values) {
+      return std::span(values).subspan(first, unknowns_.cells());
+    };
+    const double change = largest_size(part(change_)),
+                 size = std::max(largest_size(part(x_)), largest_size(part(right_)));
+    if (change > 0) most = std::max(most, size > 0 ? change / size : 1.0);
+    if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
+  }
+  return most;
+}
+
+double NewtonSolve::move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve) {
+  double part = 1, left = 0;
+  for (int halving = 0; halving <= most_halvings; ++halving, part /= 2) {
+    for (std::size_t i = 0; i < x_.size(); ++i) next_[i] = x_[i] + part * change_[i];
+    unknowns_.write(fields, next_);
+    left = distance(fields, apply);
+    if (!may_halve || left <= 2 * before) break;
+  }
+  unknowns_.read(fields, x_);
+  return left;
+}
+
+void NewtonSolve::fail(int steps, double left) const {
+  const double size = length(right_);
+  throw Error(ErrorKind::run,
+              fmt::format("newton for {}: after {} steps {:.3g} is left of right sides of the size {:.3g}; take a "
+                          "shorter time step, or first values nearer to the solution",
+                          names_, steps, left, size));
+}
+
+}  // namespace dpde

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A solve that is not linear, by Newton's method: dpde_solve of kernel_abi.h with a step.
+//
+// x begins with b and gets F'(x)^-1*(b - F(x)), where F' is the compiled tangent of F, until a step changes no field by
+// more than the tolerance, as a part of its largest value. That step is taken too, so that what is left is the square
+// of it, or rounding. A step that makes what is left grow much is halved. Each solve begins anew: it remembers nothing.
+#pragma once
+
+#include "coupled_solve.h"
+
+namespace dpde {
+
+class NewtonSolve {
+ public:
+  NewtonSolve() = default;
+  NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout);
+
+  /// \throws dpde::Error where it does not converge: what is left, and what to try.
+  void run(void* const* fields, const double* params, const std::function<void()>& apply,
+           const std::function<void()>& apply_step);
+
+ private:
+  double distance(void* const* fields, const std::function<void()>& apply);
+  double relative_change() const;
+  double move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve);
+  [[noreturn]] void fail(int steps, double left) const;
+
+  std::string names_;
+  double tolerance_ = 0, loose_ = 0;
+  FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
+  CoupledSolve step_;
+  std::vector<double> right_, x_, next_, left_, change_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A solve of a program of whatever kind.
+#pragma once
+
+#include <functional>
+#include <variant>
+
+#include "field_solve.h"
+#include "newton_solve.h"
+
+namespace dpde {
+
+class ProgramSolve {
+ public:
+  ProgramSolve() = default;
+  ProgramSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout) {
+    if (solve.is_linear == 0) {
+      solve_.emplace<NewtonSolve>(solve, program, layout);
+    } else if (solve.count > 1) {
+      solve_.emplace<CoupledSolve>(solve, program, layout);
+    } else {
+      solve_.emplace<FieldSolve>(solve, program, layout);
+    }
+  }
+
+  /// `apply` runs the operations, `apply_step` those of a step of Newton's method. References to them need no memory.
+  template <class Apply, class ApplyStep>
+  void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step) {
+    if (auto* newton = std::get_if<NewtonSolve>(&solve_)) {
+      newton->run(fields, params, std::ref(apply), std::ref(apply_step));
+    } else if (auto* coupled = std::get_if<CoupledSolve>(&solve_)) {
+      coupled->run(fields, params, std::ref(apply));
+    } else {
+      std::get<FieldSolve>(solve_).run(fields, params, std::ref(apply));
+    }
+  }
+
+ private:
+  std::variant<FieldSolve, CoupledSolve, NewtonSolve> solve_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What solves of a program have in common: values of fields in rows one behind the other, and whether the operator has
+// changed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+/// The layout with one cell along axes that it has not.
+dpde_layout with_three_axes(dpde_layout layout);
+std::size_t cells_of(const dpde_layout& layout);
+
+/// Periodic where a fill of the operator says so: that of an unknown, or any other.
+std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout);
+
+/// The interior, x fastest. `base` points at the cell (0,0,0).
+void read_cells(const dpde_layout& layout, const void* base, std::span<double> values);
+void write_cells(const dpde_layout& layout, void* base, std::span<const double> values);
+
+/// Coefficients and parameters that an operator was seen with.
+class SolveInputs {
+ public:
+  SolveInputs() = default;
+  SolveInputs(const dpde_solve& solve, const dpde_layout& layout);
+
+  /// Whether they are others than before; keeps what is new.
+  bool have_changed(void* const* fields, const double* params);
+
+ private:
+  dpde_solve solve_{};
+  dpde_layout layout_{};
+  std::vector<std::vector<double>> coefficients_;
+  std::vector<double> params_, values_;
+  bool is_new_ = true;
+};
+
+}  // namespace dpde

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+// Implicit time schemes with reactions in what they solve for (implicit = all, all_but_advect): their orders on stiff
+// nonlinear equations with exact solutions, their stability functions, the stiff Brusselator against published values,
+// gradients against central differences, and what is said where Newton's method does not converge.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "../driver/driver_support.h"
+#include "dpde/runtime/error.h"
+#include "support/scene_run.h"
+
+namespace dpde::testing {
+namespace {
+
+/// Exact in space, as the solution is linear in x. What is stiff is nonlinear, and couples the fields.
+const std::string reacting = R"(
+function e(x, t) = 2 + sin(t)*x
+function e_rate(x, t) = cos(t)*x
+model pair {
+  field u, v
+  param stiff, nu
+  dt(u) = nu*lap(u) + stiff*(v - u^2) + e_rate(x, t)
+  dt(v) = nu*lap(v) - stiff*(u*v - e(x, t)^3) + 2*e(x, t)*e_rate(x, t) - 2*nu*sin(t)^2
+}
+model carried { field u; param stiff, nu
+  dt(u) = -advect(1, u) + nu*lap(u) - stiff*(u^3 - e(x, t)^3) + e_rate(x, t) + sin(t)
+}
+model on_faces { field u on faces.x; param stiff, nu
+  dt(u) = nu*lap(u) - stiff*(u^3 - e(x, t)^3) + e_rate(x, t)
+}
+scheme s { time = ars222; implicit = all }
+scene still : pair with s {
+  grid x = 0 .. 1, cells 4
+  stiff = 0.5
+  nu = 0
+  boundary u: x = zero_gradient
+  boundary v: x = zero_gradient
+  initial u = 2
+  initial v = 4
+  exact u = e(x, t)
+  exact v = e(x, t)^2
+  time 0 .. 1, step 1/8
+}
+scene stream : carried with s {
+  grid x = 0 .. 1, cells 6
+  stiff = 0.3
+  nu = 0.05
+  boundary u: x.low = e(0, t), x.high = e(1, t)
+  initial u = 2
+  exact u = e(x, t)
+  time 0 .. 1, step 1/8
+}
+scene faces : on_faces with s {
+  grid x = 0 .. 1, cells 6
+  stiff = 0.3
+  nu = 0.05
+  boundary u: x.low = e(0, t), x.high = e(1, t)
+  initial u = 2
+  exact u = e(x, t)
+  time 0 .. 1, step 1/8
+}
+)";
+
+double error_of(const std::string& scene, const std::string& time, const std::string& step, Overrides overrides = {}) {
+  overrides["time"] = time;
+  overrides["step"] = step;
+  return run_scene(reacting, scene, overrides).l2.begin()->second;
+}
+
+void expect_order_in_time(const std::string& scene, const std::string& time, double order, double finest_bound,
+                          const Overrides& overrides = {}) {
+  const std::vector<double> errors{error_of(scene, time, "1/32", overrides), error_of(scene, time, "1/64", overrides),
+                                   error_of(scene, time, "1/128", overrides)};
+  const std::string text = fmt::format("{} {}: errors {}", scene, time, fmt::join(errors, " "));
+  EXPECT_NEAR(std::log2(errors[0] / errors[1]), order, 0.25) << text;
+  EXPECT_NEAR(std::log2(errors[1] / errors[2]), order, 0.2) << text;
+  EXPECT_LT(errors[2], finest_bound) << text;
+}
+
+TEST(NewtonOrder, OfReactionsInEachCell) {
+  expect_order_in_time("still", "backward_euler", 1, 1e-1);
+  expect_order_in_time("still", "crank_nicolson", 2, 1e-3);
+  expect_order_in_time("still", "ars222", 2, 1e-3);
+  expect_order_in_time("still", "ars443", 3, 1e-4);
+}
+
+TEST(NewtonOrder, OfReactionsDiffusionAndTransport) {
+  for (const char* implicit : {"all", "all_but_advect"}) {
+    expect_order_in_time("stream", "imex_euler", 1, 1e-1, {{"implicit", implicit}});
+    expect_order_in_time("stream", "ars222", 2, 1e-3, {{"implicit", implicit}});
+    expect_order_in_time("stream", "ars443", 3, 1e-4, {{"implicit", implicit}});
+  }
+}
+
+TEST(NewtonOrder, OfWhatLiesOnWalls) {
+  expect_order_in_time("faces", "backward_euler", 1, 1e-1);
+  expect_order_in_time("faces", "ars222", 2, 1e-3);
+  expect_order_in_time("faces", "ars443", 3, 1e-4);
+}
+
+/// A reaction a million times faster than the step: L-stable methods stay on the slow solution. In the limit the error
+/// of a stiffly accurate method is that of its end point, which lies on it (Hairer and Wanner 1996, IV.15).
+TEST(NewtonOrder, StaysOnTheSlowSolutionOfAVeryStiffReaction) {
+  for (const char* time : {"backward_euler", "ars222", "ars443"})
+    EXPECT_LT(error_of("still", time, "1/16", {{"stiff", "1e6"}}), 1e-5) << time;
+}
+
+/// What a step leaves of a solution of dt(u) = z*u/h.
+double left_by(const std::string& scheme, double z) {
+  if (scheme == "crank_nicolson") return (1 + z / 2) / (1 - z / 2);
+  if (scheme == "ars222") {
+    const double g = 1 - std::sqrt(0.5);
+    return (1 + (1 - 2 * g) * z) / ((1 - g * z) * (1 - g * z));
+  }
+  if (scheme == "ars443") {
+    const double d = 1 - z / 2, a = 1 / d, b = (1 + z * a / 6) / d, c = (1 - z * a / 2 + z * b / 2) / d;
+    return (1 + 1.5 * z * a - 1.5 * z * b + z * c / 2) / d;
+  }
+  return 1 / (1 - z);
+}
+
+TEST(NewtonDecay, IsWhatTheStabilityFunctionSays) {
+  const std::string text = R"(
+model decay { field u; param k; dt(u) = -k*u }
+scheme s { implicit = all }
+scene spot : decay with s { grid x = 0 .. 1, cells 3, periodic; k = 1; initial u = 1 + x; time 0 .. 4, step 1 }
+)";
+  for (const std::string scheme : {"backward_euler", "crank_nicolson", "ars222", "ars443"}) {
+    for (const double k : {1e-3, 1.0, 50.0, 1e6}) {
+      for (const auto backend : {driver::Backend::jit, driver::Backend::interpreter}) {
+        const std::vector<double> u =
+            run_scene(text, "spot", {{"time", scheme}, {"k", fmt::format("{}", k)}}, backend).state.at("u");
+        const double left = std::pow(left_by(scheme, -k), 4);
+        for (std::size_t i = 0; i < u.size(); ++i)
+          EXPECT_NEAR(u[i], left * (1 + (static_cast<double>(i) + 0.5) / 3), 1e-12) << scheme << " " << k;
+      }
+    }
+  }
+}
+
+/// What is linear by Newton's method, and by the linear solves of each field by itself.
+TEST(Newton, TakesALinearEquationAsTheLinearSolvesDo) {
+  const std::string text = R"(
+model heat { vector u; param nu; dt(u) = nu*lap(u) }
+scheme s { time = ars443 }
+scene plate : heat with s {
+  grid x = 0 .. 1, cells 9
+  grid y = 0 .. 1, cells 8, periodic
+  nu = 0.3
+  boundary u: x.low = (0.2, cos(t)), x.high = zero_gradient
+  initial u = (sin(3*x)*cos(2*pi*y), x)
+  time 0 .. 0.5, step 0.1
+}
+)";
+  const SceneResult linear = run_scene(text, "plate");
+  for (const char* solve : {"automatic", "direct", "bicgstab"}) {
+    const SceneResult found = run_scene(text, "plate", {{"implicit", "all"}, {"solve", solve}});
+    for (const char* field : {"u.x", "u.y"}) {
+      for (std::size_t i = 0; i < linear.state.at(field).size(); ++i)
+        EXPECT_NEAR(found.state.at(field)[i], linear.state.at(field)[i], 1e-10) << field << i << solve;
+    }
+  }
+}
+
+std::string reacting_task(const std::string& time, int rank, bool periodic, const char* implicit) {
+  std::string text =
+      "model m { vector u; field q; coefficient k; param c\n"
+      "  dt(u) = -c*advect(u, u) + k*lap(u) - 3*dot(u, u)*u + q*u\n"
+      "  dt(q) = c*div(k*grad(q)) + 2*q*(1 - q) + c*dx(u.x) + 0.1*mean(u.x^2) + sin(3*t)*x }\n";
+  text += "scheme p { time = " + time + "; implicit = " + implicit + " }\nscene s : m with p {\n  c = 0.9\n" +
+          "  k = 0.02 + 0.01*sin(2*pi*x)\n";
+  for (int axis = 0; axis < rank; ++axis)
+    text += "  " + grid(std::string(1, "xy"[axis]), axis == 0 ? 7 : 5, periodic || axis > 0);
+  const std::string low = rank == 1 ? "0.2*cos(t)" : "(0.2*cos(t), 0.1)";
+  if (!periodic)
+    text += "  boundary u: x.low = " + low +
+            ", x.high = zero_gradient\n  boundary q: x.low = mixed(1, c, t), x.high = 0.1\n";
+  text += rank == 1 ? "  initial u = 0.3*sin(4*pi*x + 0.3) + 0.07\n"
+                    : "  initial u = (0.3*sin(4*pi*x + 0.3) + 0.07, 0.2*cos(2*pi*y*40/6) + 0.03)\n";
+  return text +
+         "  initial q = 0.5 + 0.4*cos(4*pi*x + 1)\n  time 0 .. 0.05, step 0.01\n}\n"
+         "task t : s {\n  unknown c\n  unknown k\n  unknown initial u\n  unknown initial q\n"
+         "  minimise mean(dot(u, u) + q^2)\n}\n";
+}
+
+TEST(NewtonCertificate, OfAllSchemes) {
+  for (const char* scheme : {"backward_euler", "crank_nicolson", "ars222", "ars443"}) {
+    for (const bool periodic : {true, false}) {
+      SCOPED_TRACE(fmt::format("{} {}", scheme, periodic));
+      expect_certified(reacting_task(scheme, 1, periodic, "all"), true);
+    }
+  }
+  expect_certified(reacting_task("ars222", 2, false, "all"), false);
+  expect_certified(reacting_task("ars222", 1, false, "all_but_advect"), true);
+}
+
+std::string brusselator(int cells, const std::string& rest) {
+  return fmt::format(R"(
+model brusselator {{
+  field u on faces.x
+  field v on faces.x
+  field w on faces.x
+  param a, b, eps, Du, Dv, Dw
+  dt(u) = Du*lap(u) + a - (w + 1)*u + v*u^2
+  dt(v) = Dv*lap(v) + w*u - v*u^2
+  dt(w) = Dw*lap(w) + (b - w)/eps - w*u
+}}
+scheme stiff {{ implicit = all; time = ars443 }}
+scene tube : brusselator with stiff {{
+  grid x = 0 .. 1, cells {}
+  a = 0.6; b = 2; eps = 1e-5
+  Du = 0.025; Dv = 0.025; Dw = 0.025
+  boundary u = a
+  boundary v = b/a
+  boundary w = b
+  initial u = a + 0.1*sin(pi*x)
+  initial v = b/a + 0.1*sin(pi*x)
+  initial w = b + 0.1*sin(pi*x)
+  {}
+)",
+                     cells, rest);
+}
+
+/// Over the points, the end at x = 0 too.
+double rms(const std::vector<double>& values, double at_begin) {
+  double sum = at_begin * at_begin;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size() + 1));
+}
+
+/// SUNDIALS, examples/arkode/C_serial/ark_brusselator1D: 201 points, root mean squares as that program prints them.
+TEST(Brusselator, HasTheValuesOfSundials) {
+  struct Reference {
+    const char *end, *step;
+    double u, v, w;
+  };
+  for (const Reference& wanted :
+       {Reference{"0.1", "1/400", 0.673914, 3.377329, 1.999987}, Reference{"1", "1/200", 0.791136, 3.140509, 1.999984},
+        Reference{"2", "1/200", 0.960034, 2.757426, 0}}) {
+    const SceneResult found =
+        run_scene(brusselator(200, "time 0 .. 1, step 1/100\n}"), "tube", {{"end", wanted.end}, {"step", wanted.step}});
+    EXPECT_NEAR(rms(found.state.at("u"), 0.6), wanted.u, 1e-5) << wanted.end;
+    EXPECT_NEAR(rms(found.state.at("v"), 2 / 0.6), wanted.v, 1e-5) << wanted.end;
+    if (wanted.w > 0) EXPECT_NEAR(rms(found.state.at("w"), 2), wanted.w, 1e-5) << wanted.end;
+  }
+}
+
+TEST(Brusselator, HasTheGradientOfCentralDifferences) {
+  const std::string task =
+      "time 0 .. 10, step 1/10\n}\ntask t : tube { unknown a from 0.6; unknown b from 2; unknown Du from 0.025\n"
+      "  unknown Dv from 0.025; unknown Dw from 0.025; minimise mean(u^2 + v^2 + w^2) }\n";
+  const auto loss_at = [&](const std::string& unknown, double value) {
+    std::string text = brusselator(16, task);
+    const std::string from = "unknown " + unknown + " from ";
+    const std::size_t begin = text.find(from) + from.size(), end = text.find_first_of(";\n", begin);
+    return task_gradient(text.replace(begin, end - begin, fmt::format("{}", value)), "t").loss;
+  };
+  const TaskResult found = task_gradient(brusselator(16, task), "t");
+  for (const auto& [unknown, value] :
+       std::map<std::string, double>{{"a", 0.6}, {"b", 2}, {"Du", 0.025}, {"Dv", 0.025}, {"Dw", 0.025}}) {
+    const double h = 1e-3 * value;  // differences of order 4; the loss is about 17, rounded, by h: that is the 1e-9
+    const double slope = (8 * (loss_at(unknown, value + h) - loss_at(unknown, value - h)) -
+                          (loss_at(unknown, value + 2 * h) - loss_at(unknown, value - 2 * h))) /
+                         (12 * h);
+    EXPECT_NEAR(found.gradient.at(unknown).front(), slope, 1e-6 * std::abs(slope) + 1e-9) << unknown;
+  }
+}
+
+/// X - h*exp(X) = R has no solution where R is above -1 - log(h).
+TEST(Newton, SaysThatItDoesNotConverge) {
+  const std::string text = R"(
+model flame { field u; dt(u) = exp(u) }
+scheme s { time = backward_euler; implicit = all }
+scene spot : flame with s { grid x = 0 .. 1, cells 3, periodic; initial u = 0; time 0 .. 2, step 0.5 }
+)";
+  try {
+    run_scene(text, "spot");
+    FAIL() << "no solution was found";
+  } catch (const Error& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("newton for u_solved: after"), std::string::npos) << said;
+    EXPECT_NE(said.find("take a shorter time step"), std::string::npos) << said;
+    EXPECT_NE(said.find("step"), std::string::npos) << said;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing

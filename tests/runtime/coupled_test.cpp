@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves for several fields at once against dense factors, and Newton's method on equations with known solutions;
+// nothing is allocated after the first time.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "allocations.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
+#include "newton_solve.h"
+#include "solve/coupled_matrix.h"
+
+namespace dpde {
+namespace {
+
+/// Numbers between -1 and 1 that are the same in each run.
+double arbitrary(std::size_t number) {
+  return std::sin(12.9898 * static_cast<double>(number) + 78.233 * std::cos(static_cast<double>(number)));
+}
+
+/// Each unknown looks at all unknowns in the cells within the reach, with weights that differ everywhere.
+Eigen::MatrixXd operator_of(const CoupledShape& shape) {
+  const auto& n = shape.cells;
+  const std::int64_t cells = n[0] * n[1] * n[2], size = cells * shape.unknowns;
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+  const auto distance = [&](std::int64_t i, std::int64_t j, std::size_t axis) {
+    const std::int64_t d = std::abs(i - j);
+    return shape.periodic[axis] ? std::min(d, n[axis] - d) : d;
+  };
+  const auto place = [&](std::int64_t cell) {
+    return std::array{cell % n[0], cell / n[0] % n[1], cell / (n[0] * n[1])};
+  };
+  for (std::int64_t row = 0; row < size; ++row) {
+    for (std::int64_t column = 0; column < size; ++column) {
+      const auto a = place(row % cells), b = place(column % cells);
+      bool is_near = true;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        is_near = is_near && (shape.reach[axis] < 0 || distance(a[axis], b[axis], axis) <= shape.reach[axis]);
+      if (is_near)
+        matrix(row, column) = arbitrary(static_cast<std::size_t>(row * size + column)) + (row == column ? 9 : 0);
+    }
+  }
+  return matrix;
+}
+
+TEST(CoupledMatrix, SolvesAsDenseFactorsDo) {
+  using Method = CoupledMatrix::Method;
+  for (const CoupledShape& shape : {CoupledShape{{9, 1, 1}, {false, false, false}, {1, 0, 0}, 3},
+                                    CoupledShape{{9, 1, 1}, {true, false, false}, {2, 0, 0}, 2},
+                                    CoupledShape{{3, 1, 1}, {true, false, false}, {2, 0, 0}, 2},
+                                    CoupledShape{{1, 1, 1}, {true, true, true}, {1, 1, 1}, 3},
+                                    CoupledShape{{7, 1, 1}, {false, false, false}, {-1, 0, 0}, 1},
+                                    CoupledShape{{6, 5, 1}, {true, false, false}, {1, 1, 0}, 2},
+                                    CoupledShape{{4, 3, 5}, {false, true, true}, {1, 1, 1}, 2},
+                                    CoupledShape{{5, 4, 2}, {true, true, true}, {0, 0, 0}, 4}}) {
+    const Eigen::MatrixXd wanted = operator_of(shape);
+    const auto size = static_cast<std::size_t>(wanted.rows());
+    std::vector<double> right(size), x(size);
+    for (std::size_t i = 0; i < size; ++i) right[i] = arbitrary(i);
+    const auto image = [&](std::span<const double> values, std::span<double> made) {
+      Eigen::Map<Eigen::VectorXd>(made.data(), wanted.rows()).noalias() =
+          wanted * Eigen::Map<const Eigen::VectorXd>(values.data(), wanted.rows());
+    };
+    const Eigen::VectorXd exact =
+        wanted.partialPivLu().solve(Eigen::Map<const Eigen::VectorXd>(right.data(), wanted.rows()));
+    for (const Method method : {Method::automatic, Method::direct, Method::bicgstab}) {
+      CoupledMatrix matrix(shape, method, 1e-13);
+      ASSERT_TRUE(matrix.make(std::ref(image)));
+      ASSERT_TRUE(matrix.solve(right, x));
+      const long before = test::allocations();
+      ASSERT_TRUE(matrix.make(std::ref(image)));
+      ASSERT_TRUE(matrix.solve(right, x));
+      EXPECT_EQ(test::allocations(), before);
+      for (std::size_t i = 0; i < size; ++i) EXPECT_NEAR(x[i], exact[static_cast<Eigen::Index>(i)], 1e-12) << i;
+    }
+  }
+}
+
+TEST(CoupledMatrix, SaysThatItIsSingular) {
+  for (const auto method : {CoupledMatrix::Method::direct, CoupledMatrix::Method::bicgstab}) {
+    CoupledMatrix matrix({{4, 1, 1}, {}, {0, 0, 0}, 2}, method, 1e-10);
+    EXPECT_FALSE(matrix.make([](std::span<const double> values, std::span<double> made) {
+      for (std::size_t i = 0; i < 4; ++i) made[i] = made[4 + i] = values[i] + values[4 + i];
+    }));
+  }
+}
+
+/// x - h*f(x, y) = b in each cell, with fields 0, 1: unknowns, 2, 3: images, 4, 5: right sides, 6, 7: changes, 8, 9:
+/// their images, 10, 11: what is left.
+class Reaction {
+ public:
+  explicit Reaction(double h) : h_(h), layout_(make_layout(std::array<std::int64_t, 1>{cells}, {1, 0, 0})) {
+    for (std::size_t i = 0; i < memory_.size(); ++i) {
+      memory_[i].assign(cells + 2, 0.0);
+      fields_[i] = memory_[i].data() + 1;
+      names_[i] = "f";
+    }
+    names_[0] = "x";
+    names_[1] = "y";
+    program_.fields = names_.data();
+    step_ = {.count = 2, .images = &numbers_[8], .rights = &numbers_[10], .unknowns = &numbers_[6], .tolerance = 1e-10};
+    step_.coefficient_count = 2;
+    step_.coefficients = &numbers_[0];
+    step_.is_linear = 1;
+    solve_ = {.count = 2, .images = &numbers_[2], .rights = &numbers_[4], .unknowns = &numbers_[0], .tolerance = 1e-10};
+    solve_.step = &step_;
+  }
+
+  double& at(int field, std::size_t cell) { return memory_[static_cast<std::size_t>(field)][cell + 1]; }
+  NewtonSolve solver() const { return {solve_, program_, layout_}; }
+
+  void run(NewtonSolve& newton) {
+    const auto apply = [this] {
+      for (std::size_t i = 0; i < cells; ++i) {
+        const double x = at(0, i), y = at(1, i);
+        at(2, i) = x - h_ * (1 - 3 * x + x * x * y);
+        at(3, i) = y - h_ * (2 * x - x * x * y);
+      }
+    };
+    const auto apply_step = [this] {
+      for (std::size_t i = 0; i < cells; ++i) {
+        const double x = at(0, i), y = at(1, i), dx = at(6, i), dy = at(7, i);
+        at(8, i) = dx - h_ * (-3 * dx + 2 * x * y * dx + x * x * dy);
+        at(9, i) = dy - h_ * (2 * dx - 2 * x * y * dx - x * x * dy);
+      }
+    };
+    newton.run(fields_.data(), nullptr, std::ref(apply), std::ref(apply_step));
+  }
+
+  static constexpr int cells = 5;
+
+ private:
+  double h_;
+  dpde_layout layout_;
+  std::array<std::vector<double>, 12> memory_;
+  std::array<void*, 12> fields_{};
+  std::array<const char*, 12> names_{};
+  std::array<int32_t, 12> numbers_{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+  dpde_program program_{};
+  dpde_solve solve_{}, step_{};
+};
+
+TEST(NewtonSolve, FindsWhatTheRightSidesWereMadeOf) {
+  for (const double h : {1e-3, 0.3, 1.0}) {
+    Reaction reaction(h);
+    NewtonSolve newton = reaction.solver();
+    const auto set_rights = [&](double shift) {
+      for (std::size_t i = 0; i < Reaction::cells; ++i) {
+        const double x = 0.4 + 0.02 * static_cast<double>(i) + shift, y = 1 + shift;
+        reaction.at(4, i) = x - h * (1 - 3 * x + x * x * y);
+        reaction.at(5, i) = y - h * (2 * x - x * x * y);
+      }
+    };
+    set_rights(0);
+    reaction.run(newton);
+    const long before = test::allocations();
+    set_rights(0.1);
+    reaction.run(newton);
+    EXPECT_EQ(test::allocations(), before);
+    for (std::size_t i = 0; i < Reaction::cells; ++i) {
+      EXPECT_NEAR(reaction.at(0, i), 0.5 + 0.02 * static_cast<double>(i), 1e-14);
+      EXPECT_NEAR(reaction.at(1, i), 1.1, 1e-14);
+    }
+  }
+}
+
+/// What has blown up goes on as NaN, so that who looks after the run finds it.
+TEST(NewtonSolve, LeavesWhatIsNotFiniteAsItIs) {
+  Reaction reaction(0.1);
+  NewtonSolve newton = reaction.solver();
+  reaction.at(4, 2) = std::nan("");
+  reaction.run(newton);
+  EXPECT_TRUE(std::isnan(reaction.at(0, 2)));
+}
+
+}  // namespace
+}  // namespace dpde
