@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <map>
 #include <numbers>
 
 namespace dpde::stability {
@@ -177,6 +180,37 @@ TEST(Verdict, IsNoneOfFlowsThatAreSolvedFor) {
                  "time = ars222", "sin(2*pi*x/64)*cos(2*pi*y/64)", 2);
   EXPECT_FALSE(verdict.is_analysed());
   EXPECT_EQ(verdict.why, "a solve is in it");
+}
+
+/// A way that ends on a wall is no instability of the points beside it.
+TEST(Verdict, IsNoLimitOfWaysThatEndOnWalls) {
+  for (const char* advect : {"semi_lagrangian", "semi_lagrangian(cubic)", "maccormack"}) {
+    const Verdict verdict = verdict_on(fmt::format(
+        "model m {{ field u on faces.x; param c; dt(u) = -advect(c, u) }}\nscheme s {{ advect = {}; time = euler }}\n"
+        "scene s : m with s {{\n  grid x = 0 .. 1, cells 40\n  c = 2\n  boundary u: x.low = 1, x.high = 0\n"
+        "  initial u = 0\n  time 0 .. 1, step 1/20\n}}\n",
+        advect));
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << advect;
+  }
+}
+
+/// What the parts make of the wave of two cells, one behind the other: 1 - 2*0.3*h by linear interpolation over a time
+/// h, 1 - 16*h by diffusion.
+TEST(Verdict, OfStepsInPartsIsThatOfTheirParts) {
+  const auto carried = [](double h) { return 1 - 0.6 * h; };
+  const auto spread = [](double h) { return 1 - 16 * h; };
+  const std::map<std::string, std::function<double(double)>> factors{
+      {"lie(advect, diffusion)", [&](double h) { return carried(h) * spread(h); }},
+      {"lie(diffusion, advect)", [&](double h) { return carried(h) * spread(h); }},
+      {"strang(advect, diffusion)", [&](double h) { return std::pow(carried(h / 2), 2) * spread(h); }},
+      {"strang(diffusion, advect)", [&](double h) { return carried(h) * std::pow(spread(h / 2), 2); }}};
+  for (const auto& [split, factor] : factors) {
+    const StepLimit limit = verdict_on("dt(u) = -advect(0.3, u) + 4*lap(u)", run,
+                                       "advect = semi_lagrangian; time = euler; split = " + split)
+                                .limit;
+    ASSERT_EQ(limit.kind, StepLimit::Kind::limit) << split;
+    EXPECT_NEAR(std::abs(factor(limit.step)), 1, 2e-3) << split;
+  }
 }
 
 }  // namespace

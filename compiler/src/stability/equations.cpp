@@ -9,8 +9,31 @@
 
 namespace dpde::stability {
 
-std::optional<LinearStep> linear_step(const model::Problem& problem) {
-  if (!problem.program.empty()) return std::nullopt;
+namespace {
+
+/// Whether some way of the flow ends on a wall: where it does depends on how far away that is, in the whole grid.
+bool have_ways_that_end(const model::Problem& problem) {
+  bool lies_on_walls = false;
+  for (const model::State& state : problem.states) {
+    for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+      const bool is_bounded = problem.axes[axis].topology == Topology::bounded;
+      lies_on_walls = lies_on_walls || (state.placement[axis] && is_bounded);
+    }
+  }
+  return lies_on_walls && problem.scheme.follows_flow();
+}
+
+/// The problem as it is away from walls.
+model::Problem boundless(model::Problem problem) {
+  for (model::Axis& axis : problem.axes) axis.topology = Topology::periodic;
+  return problem;
+}
+
+}  // namespace
+
+std::optional<LinearStep> linear_step(const model::Problem& written) {
+  if (!written.program.empty()) return std::nullopt;
+  const model::Problem problem = have_ways_that_end(written) ? boundless(written) : written;
   DiagnosticSink sink;
   const stencil::ProgramNames names = stencil::program_names(problem);
   stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
@@ -20,6 +43,7 @@ std::optional<LinearStep> linear_step(const model::Problem& problem) {
 }
 
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why) {
+  if (have_ways_that_end(session.problem())) return linear_step(session.problem());
   const driver::Compiled& compiled = session.compiled();
   return LinearStep::make(compiled.stencil, compiled.step_name(), why, model::are_constraints(session.problem()));
 }
@@ -29,6 +53,7 @@ model::Problem by_euler(model::Problem problem) {
   for (model::State& state : problem.states) state.parts = 1;
   problem.events.clear();
   problem.scheme.time = model::TimeScheme::euler;
+  problem.scheme.split = {};
   return problem;
 }
 

@@ -11,7 +11,8 @@
 
 namespace dpde::stability {
 
-/// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs.
+/// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
+/// end on walls it is the step as it is away from these, on rings.
 std::optional<LinearStep> linear_step(const model::Problem& problem);
 /// Those in the step that was compiled; `why` as of LinearStep::make.
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why);
