@@ -84,6 +84,7 @@ struct Executor::Plan {
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
   std::vector<Stack> stacks;
   bool has_stacks = false;  // in memory
+  std::shared_ptr<SolverShelf> shelf = std::make_shared<SolverShelf>();
   Team team;
 
   std::vector<Operation> make(const dpde_program& program, const dpde_operation* source, int count,
@@ -170,7 +171,7 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
       case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team); break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
       case DPDE_SOLVE:
-        operation.solve = ProgramSolve(from.solve, program, layout);
+        operation.solve = ProgramSolve(from.solve, program, layout, shelf);
         operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
         if (const dpde_solve* step = from.solve.step)
           operation.step = make(program, step->operations, step->operation_count, layout);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
+#include "solve/finite.h"
 #include "solve/operator_probe.h"
 
 namespace dpde {
@@ -31,12 +32,14 @@ SolverMethod method_of(int32_t kind) {
 
 }  // namespace
 
-FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout)
+FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
+                       std::shared_ptr<SolverShelf> shelf)
     : solve_(solve),
       layout_(with_three_axes(layout)),
       name_(program.fields[solve.unknowns[0]]),
       periodic_(periodic_axes(solve, layout)),
-      inputs_(solve, layout) {
+      inputs_(solve, layout),
+      shelf_(std::move(shelf)) {
   for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
 }
 
@@ -66,7 +69,7 @@ bool FieldSolve::fits(SolverMethod method) {
   try {
     SolveOptions options = options_;
     options.method = method;
-    solver_ = std::make_shared<LinearSolver>(matrix_, options);
+    solver_ = shelf_->solver_of(matrix_, options);
     return true;
   } catch (const Error& error) {
     why_not_ = error.what();
@@ -85,15 +88,14 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
   read_cells(layout_, fields[solve_.rights[0]], right_);
-  const auto is_finite = [](double value) { return std::isfinite(value); };
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
     write_cells(layout_, fields[solve_.unknowns[0]], solution_);
   };
-  if (!std::ranges::all_of(right_, is_finite)) return give_up();
+  if (!are_finite(right_)) return give_up();
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) make_solver(fields, apply);
-  std::ranges::fill(solution_, 0.0);
+  if (solver_->has_first_guess()) std::ranges::fill(solution_, 0.0);
   SolveReport report = solver_->solve(right_, solution_);
   if (!report.converged) report = solve_again(report);
   if (!std::isfinite(report.residual)) return give_up();

@@ -16,13 +16,16 @@
 #include "dpde/kernel_abi.h"
 #include "solve/linear_solver.h"
 #include "solve/solve_inputs.h"
+#include "solve/solver_shelf.h"
 
 namespace dpde {
 
 class FieldSolve {
  public:
   FieldSolve() = default;
-  FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout);
+  /// `shelf`: of the program.
+  FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
+             std::shared_ptr<SolverShelf> shelf);
 
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
   /// \throws dpde::Error where there is no solution to the tolerance: it says why.
@@ -42,6 +45,7 @@ class FieldSolve {
   StencilMatrix matrix_;
   SolveOptions options_;
   std::string why_not_;
+  std::shared_ptr<SolverShelf> shelf_;
   std::shared_ptr<LinearSolver> solver_;
 };
 

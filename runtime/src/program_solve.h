@@ -13,13 +13,14 @@ namespace dpde {
 class ProgramSolve {
  public:
   ProgramSolve() = default;
-  ProgramSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout) {
+  ProgramSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
+               const std::shared_ptr<SolverShelf>& shelf) {
     if (solve.is_linear == 0) {
       solve_.emplace<NewtonSolve>(solve, program, layout);
     } else if (solve.count > 1) {
       solve_.emplace<CoupledSolve>(solve, program, layout);
     } else {
-      solve_.emplace<FieldSolve>(solve, program, layout);
+      solve_.emplace<FieldSolve>(solve, program, layout, shelf);
     }
   }
 

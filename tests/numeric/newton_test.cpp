@@ -68,8 +68,8 @@ double error_of(const std::string& scene, const std::string& time, const std::st
   return run_scene(reacting, scene, overrides).l2.begin()->second;
 }
 
-void expect_order_in_time(const std::string& scene, const std::string& time, double order, double finest_bound,
-                          const Overrides& overrides = {}) {
+void expect_order_by_newton(const std::string& scene, const std::string& time, double order, double finest_bound,
+                            const Overrides& overrides = {}) {
   const std::vector<double> errors{error_of(scene, time, "1/32", overrides), error_of(scene, time, "1/64", overrides),
                                    error_of(scene, time, "1/128", overrides)};
   const std::string text = fmt::format("{} {}: errors {}", scene, time, fmt::join(errors, " "));
@@ -79,24 +79,24 @@ void expect_order_in_time(const std::string& scene, const std::string& time, dou
 }
 
 TEST(NewtonOrder, OfReactionsInEachCell) {
-  expect_order_in_time("still", "backward_euler", 1, 1e-1);
-  expect_order_in_time("still", "crank_nicolson", 2, 1e-3);
-  expect_order_in_time("still", "ars222", 2, 1e-3);
-  expect_order_in_time("still", "ars443", 3, 1e-4);
+  expect_order_by_newton("still", "backward_euler", 1, 1e-1);
+  expect_order_by_newton("still", "crank_nicolson", 2, 1e-3);
+  expect_order_by_newton("still", "ars222", 2, 1e-3);
+  expect_order_by_newton("still", "ars443", 3, 1e-4);
 }
 
 TEST(NewtonOrder, OfReactionsDiffusionAndTransport) {
   for (const char* implicit : {"all", "all_but_advect"}) {
-    expect_order_in_time("stream", "imex_euler", 1, 1e-1, {{"implicit", implicit}});
-    expect_order_in_time("stream", "ars222", 2, 1e-3, {{"implicit", implicit}});
-    expect_order_in_time("stream", "ars443", 3, 1e-4, {{"implicit", implicit}});
+    expect_order_by_newton("stream", "imex_euler", 1, 1e-1, {{"implicit", implicit}});
+    expect_order_by_newton("stream", "ars222", 2, 1e-3, {{"implicit", implicit}});
+    expect_order_by_newton("stream", "ars443", 3, 1e-4, {{"implicit", implicit}});
   }
 }
 
 TEST(NewtonOrder, OfWhatLiesOnWalls) {
-  expect_order_in_time("faces", "backward_euler", 1, 1e-1);
-  expect_order_in_time("faces", "ars222", 2, 1e-3);
-  expect_order_in_time("faces", "ars443", 3, 1e-4);
+  expect_order_by_newton("faces", "backward_euler", 1, 1e-1);
+  expect_order_by_newton("faces", "ars222", 2, 1e-3);
+  expect_order_by_newton("faces", "ars443", 3, 1e-4);
 }
 
 /// A reaction a million times faster than the step: L-stable methods stay on the slow solution. In the limit the error
@@ -107,7 +107,7 @@ TEST(NewtonOrder, StaysOnTheSlowSolutionOfAVeryStiffReaction) {
 }
 
 /// What a step leaves of a solution of dt(u) = z*u/h.
-double left_by(const std::string& scheme, double z) {
+double left_by_newton(const std::string& scheme, double z) {
   if (scheme == "crank_nicolson") return (1 + z / 2) / (1 - z / 2);
   if (scheme == "ars222") {
     const double g = 1 - std::sqrt(0.5);
@@ -131,7 +131,7 @@ scene spot : decay with s { grid x = 0 .. 1, cells 3, periodic; k = 1; initial u
       for (const auto backend : {driver::Backend::jit, driver::Backend::interpreter}) {
         const std::vector<double> u =
             run_scene(text, "spot", {{"time", scheme}, {"k", fmt::format("{}", k)}}, backend).state.at("u");
-        const double left = std::pow(left_by(scheme, -k), 4);
+        const double left = std::pow(left_by_newton(scheme, -k), 4);
         for (std::size_t i = 0; i < u.size(); ++i)
           EXPECT_NEAR(u[i], left * (1 + (static_cast<double>(i) + 0.5) / 3), 1e-12) << scheme << " " << k;
       }

@@ -10,6 +10,7 @@
 #include "allocations.h"
 #include "dpde/runtime/error.h"
 #include "solve/linear_solver.h"
+#include "solve/solver_shelf.h"
 #include "solve_operators.h"
 
 namespace dpde {
@@ -113,6 +114,18 @@ TEST(LinearSolverLimits, RefusalsAreTrue) {
   EXPECT_NE(refusal_of(far, SolverMethod::multigrid).find("others than their neighbours"), std::string::npos);
   const StencilMatrix indefinite = diffusion({8, 8, 1}, values, -35, constant_one);
   EXPECT_NE(refusal_of(indefinite, SolverMethod::multigrid).find("dominated"), std::string::npos);
+}
+
+TEST(SolverShelf, SharesSolversOfEqualMatricesWhileOneIsUsed) {
+  SolverShelf shelf;
+  const StencilMatrix matrix = diffusion({9, 7, 1}, values, 1, uneven), other = diffusion({9, 7, 1}, values, 2, uneven);
+  auto first = shelf.solver_of(matrix, {});
+  EXPECT_EQ(shelf.solver_of(StencilMatrix(matrix), {}), first);
+  EXPECT_NE(shelf.solver_of(other, {}), first);
+  EXPECT_NE(shelf.solver_of(matrix, {.method = SolverMethod::cg}), first);
+  const std::weak_ptr<LinearSolver> watched = first;
+  first.reset();
+  EXPECT_TRUE(watched.expired()) << "the shelf keeps none";
 }
 
 /// D*A*D has the null vector 1/D.

@@ -14,6 +14,7 @@
 
 #include "dpde/runtime/error.h"
 #include "solve/direct.h"
+#include "solve/finite.h"
 #include "solve/fourier.h"
 #include "solve/krylov.h"
 #include "solve/multigrid.h"
@@ -280,10 +281,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
   fourier->divide(b, x);
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (std::size_t i = 0; i < x.size(); ++i) sum += x[i];
-  SolveReport report{.method = method, .residual = *fourier_residual, .converged = std::isfinite(sum)};
+  SolveReport report{.method = method, .residual = *fourier_residual, .converged = are_finite(x)};
   if (!report.converged) report.residual = NAN;
   return report;
 }
@@ -304,6 +302,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   own.judge(own.right, x, way.converged, report);
   return report;
 }
+bool LinearSolver::has_first_guess() const { return impl_->iterations || impl_->is_packed; }
 SolverMethod LinearSolver::method() const { return impl_->method; }
 const std::string& LinearSolver::reason() const { return impl_->reason; }
 

@@ -20,6 +20,7 @@ struct SolveOptions {
       1e-10;  // of |A*x - b|/|b|, where the method comes near step by step; of others it is at least 1e-9
   int most_iterations = 200;
   double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
+  bool operator==(const SolveOptions&) const = default;
 };
 
 struct SolveReport {
@@ -42,6 +43,7 @@ class LinearSolver {
   /// Nothing is allocated. `x`: the first guess of methods that have one.
   SolveReport solve(std::span<const double> b, std::span<double> x);
   SolverMethod method() const;
+  bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.
   const std::string& reason() const;
 

@@ -19,6 +19,7 @@ struct StencilMatrix {
   std::vector<std::vector<double>> values;
 
   std::int64_t size() const { return cells[0] * cells[1] * cells[2]; }
+  bool operator==(const StencilMatrix&) const = default;
 };
 
 /// The cell at `offset` from cell (x, y, z); -1 beyond a bounded axis.
