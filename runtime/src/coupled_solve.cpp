@@ -70,7 +70,7 @@ CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program,
 }
 
 void CoupledSolve::fail(const std::string& why) const {
-  throw Error(ErrorKind::run, fmt::format("solve for {}: {}", names_, why));
+  throw NoSolution(fmt::format("solve for {}: {}", names_, why));
 }
 
 void CoupledSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {

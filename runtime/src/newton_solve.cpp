@@ -14,6 +14,7 @@ namespace dpde {
 namespace {
 
 constexpr int most_newton_steps = 50, most_halvings = 8;
+constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
 
 double length(std::span<const double> values) {
   double sum = 0;
@@ -47,12 +48,14 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   unknowns_.write(fields, x_);
   if (!std::isfinite(length(right_))) return;  // a run that has blown up: who looks after it finds it in the result
   double left = distance(fields, apply), last = std::numeric_limits<double>::infinity();
+  int growing = 0;
   for (int k = 0; k < most_newton_steps; ++k) {
-    if (!std::isfinite(left)) fail(k, left);
+    if (!std::isfinite(left) || growing > most_growing) fail(k, left);
     step_rights_.write(fields, left_);
     step_.run(fields, params, apply_step);
     step_unknowns_.read(fields, change_);
     const double change = relative_change();
+    if (change > loose_ && change > last) ++growing;
     left = move(fields, apply, left, change > loose_);
     if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return;
     last = change;
@@ -97,10 +100,10 @@ double NewtonSolve::move(void* const* fields, const std::function<void()>& apply
 
 void NewtonSolve::fail(int steps, double left) const {
   const double size = length(right_);
-  throw Error(ErrorKind::run,
-              fmt::format("newton for {}: after {} steps {:.3g} is left of right sides of the size {:.3g}; take a "
-                          "shorter time step, or first values nearer to the solution",
-                          names_, steps, left, size));
+  throw NoSolution(
+      fmt::format("newton for {}: after {} steps {:.3g} is left of right sides of the size {:.3g}; take a "
+                  "shorter time step, or first values nearer to the solution",
+                  names_, steps, left, size));
 }
 
 }  // namespace dpde

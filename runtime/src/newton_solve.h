@@ -3,7 +3,8 @@
 //
 // x begins with b and gets F'(x)^-1*(b - F(x)), where F' is the compiled tangent of F, until a step changes no field by
 // more than the tolerance, as a part of its largest value. That step is taken too, so that what is left is the square
-// of it, or rounding. A step that makes what is left grow much is halved. Each solve begins anew: it remembers nothing.
+// of it, or rounding. A step that makes what is left grow much is halved. Where steps themselves grow more than once it
+// is given up: what it then might find is another solution. Each solve begins anew: it remembers nothing.
 #pragma once
 
 #include "coupled_solve.h"

@@ -69,14 +69,12 @@ void Rollout::Impl::part_of_step(int n, int part, int parts, const StateBuffer& 
   ++parts_made;
 }
 
-/// What stops it, as a solve that does not converge, says in which step.
+/// A solve that finds nothing says in which step.
 void Rollout::Impl::run_in_step(Executor& executor, int n) const {
   try {
     executor.run();
-  } catch (const NotFinite&) {
-    throw;
-  } catch (const Error& error) {
-    throw Error(error.kind(), fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
+  } catch (const NoSolution& error) {
+    throw NoSolution(fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
   }
 }
 

@@ -285,5 +285,20 @@ scene spot : flame with s { grid x = 0 .. 1, cells 3, periodic; initial u = 0; t
   }
 }
 
+/// Checks run a scene with values that are made up, for which there may be no solution: that stops no run of its own.
+TEST(Newton, RunsWhereMadeUpValuesHaveNoSolution) {
+  const std::string text = R"(
+model grow { field a, b; param k; dt(a) = -a*b^2; dt(b) = a*b^2 - k*b }
+scheme s { time = ars222; implicit = all }
+scene spot : grow with s { grid x = 0 .. 1, cells 4, periodic; k = 1; initial a = 1; initial b = 0.01; time 0 .. 40, step 10 }
+task t : spot { unknown k from 1; minimise mean(b) }
+)";
+  EXPECT_NEAR(run_scene(text, "spot").state.at("a").front(), 1, 1e-2);
+  const double h = 1e-4,
+               up = task_gradient(std::string(text).replace(text.find("k from 1"), 8, "k from 1.0001"), "t").loss,
+               down = task_gradient(std::string(text).replace(text.find("k from 1"), 8, "k from 0.9999"), "t").loss;
+  EXPECT_NEAR(task_gradient(text, "t").gradient.at("k").front(), (up - down) / (2 * h), 1e-8);
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "analysis/conservation.h"
+#include "dpde/runtime/error.h"
 
 namespace dpde::analysis {
 
@@ -120,8 +121,15 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   }
   Candidates sums(*session);
   sums.look(session->problem().t_begin, states, fields);
-  const RunResult done = rollout.run();
-  if (done.blow_up || done.stopped) return std::nullopt;
+  const auto has_run = [&] {
+    try {
+      const RunResult done = rollout.run();
+      return !done.blow_up && !done.stopped;
+    } catch (const NoSolution&) {  // for values that are made up
+      return false;
+    }
+  };
+  if (!has_run()) return std::nullopt;
   for (std::size_t s = 0; s < states.size(); ++s)
     copy_out(session->workspace().layout(), rollout.final_states()[s], states[s]);
   sums.look(session->problem().t_begin + steps * step, states, rollout.final_states());

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "analysis/program_check.h"
+#include "dpde/runtime/error.h"
 #include "driver/interpreter_backend.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
@@ -157,10 +158,14 @@ std::optional<std::vector<DotCase>> cases_of(const driver::Compiled& compiled, c
   std::vector<DotCase> cases;
   for (const std::vector<int>& cells : quick_grids(program.axes.size(), compiled.stencil.networks)) {
     ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
-    DotCase result = check.dot_product(single);
-    if (!std::isfinite(result.relative_error)) continue;
-    scales.push_back(result.scale);
-    cases.push_back(std::move(result));
+    try {
+      DotCase result = check.dot_product(single);
+      if (!std::isfinite(result.relative_error)) continue;
+      scales.push_back(result.scale);
+      cases.push_back(std::move(result));
+    } catch (const NoSolution&) {  // for these values, which are made up
+      continue;
+    }
   }
   return cases;
 }

@@ -10,6 +10,7 @@
 
 #include "analysis/generic_point.h"
 #include "analysis/taylor.h"
+#include "dpde/runtime/error.h"
 #include "network/symmetrise.h"
 
 namespace dpde::analysis {
@@ -72,6 +73,7 @@ class RunChecker {
  private:
   double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   bool begin(std::uint64_t seed);
+  double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
   QuotientEvidence evidence_for(const driver::Inverse::Part* part);
   void check_direction(const driver::Inverse::Part* part);
@@ -93,11 +95,24 @@ bool RunChecker::begin(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   point_ = generic_point(session_, inverse_, random);
   gradient_ = Eigen::VectorXd::Zero(inverse_.size());
-  const double loss = inverse_.value_and_gradient(point_.x, gradient_);
-  const double before = spent();
-  const bool finite = std::isfinite(loss) && gradient_.allFinite() && std::isfinite(inverse_.value(point_.x));
-  seconds_a_loss_ = spent() - before;
-  return finite;
+  try {
+    const double loss = inverse_.value_and_gradient(point_.x, gradient_);
+    const double before = spent();
+    const bool finite = std::isfinite(loss) && gradient_.allFinite() && std::isfinite(loss_at(point_.x));
+    seconds_a_loss_ = spent() - before;
+    return finite;
+  } catch (const NoSolution&) {
+    return false;
+  }
+}
+
+/// NaN where a solve has no solution for the values, which are made up.
+double RunChecker::loss_at(const Eigen::VectorXd& x) {
+  try {
+    return inverse_.value(x);
+  } catch (const NoSolution&) {
+    return std::nan("");
+  }
 }
 
 /// False, and at the first point again, where none of the others is finite.
@@ -116,7 +131,7 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
     direction.setZero();
     direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
   }
-  const Line loss = [&](double step) { return inverse_.value(point_.x + step * direction); };
+  const Line loss = [&](double step) { return loss_at(point_.x + step * direction); };
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
   // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
   // that.

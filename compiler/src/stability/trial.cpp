@@ -62,9 +62,15 @@ class Pair {
     disturbed_.restart();
   }
 
-  void advance(int steps) {
-    plain_.advance(steps);
-    disturbed_.advance(steps);
+  /// False where a solve finds no solution.
+  bool advance(int steps) {
+    try {
+      plain_.advance(steps);
+      disturbed_.advance(steps);
+      return true;
+    } catch (const NoSolution&) {
+      return false;
+    }
   }
   double difference() {
     return largest_difference(session_.workspace().layout(), plain_.present(), disturbed_.present(), scales_, first_,
@@ -102,10 +108,10 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   while (result.steps < wanted) {
     if (options.stop != nullptr && options.stop->load()) return std::nullopt;
     const int now = std::min({std::max(1, std::min(result.steps / 16, wanted / looks)), wanted - result.steps});
-    pair.advance(now);
+    const bool has_solution = pair.advance(now);
     result.steps += now;
     const double allowed = 2 * options.growth_rate * step * result.steps;
-    const double difference = pair.difference();
+    const double difference = has_solution ? pair.difference() : std::numeric_limits<double>::infinity();
     if (!(difference < begin * out_of_bounds * std::exp(allowed))) {
       result.growth =
           std::isfinite(difference) ? std::pow(difference / last, 1.0 / now) : std::numeric_limits<double>::infinity();

@@ -83,39 +83,50 @@ std::vector<double> smallest_solution(const OperatorParts& parts, const Image& i
   return {x.data(), x.data() + cells};
 }
 
-/// Newton's method with its matrix by differences, as long as that leads on: what it comes to does not hang on that
-/// matrix.
+/// Newton's method with its matrix by differences: what it comes to does not hang on that matrix. Where there are
+/// several solutions it takes the way of the runtime to one of them: steps that make what is left grow much are halved,
+/// and where steps grow twice it is given up.
 class Newton {
  public:
-  Newton(const Image& image, const std::vector<double>& right, const State& state)
-      : image_(image), right_(right), state_(state), step_(std::sqrt(rounding_of(state.real()))) {}
+  Newton(const Image& image, const std::vector<double>& right, std::size_t fields, const State& state)
+      : image_(image),
+        right_(right),
+        cells_(right.size() / fields),
+        state_(state),
+        step_(std::sqrt(rounding_of(state.real()))) {}
 
   std::vector<double> run() {
     std::vector<double> x = right_, best;
     double nearest = std::numeric_limits<double>::infinity();
-    int worse = 0;
+    int worse = 0, growing = 0;
     std::optional<Eigen::PartialPivLU<Eigen::MatrixXd>> factors;
-    for (int k = 0; k < most_iterations && worse < 3; ++k) {
+    double moved = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < most_iterations && worse < 3 && growing < 2; ++k) {
       const Eigen::VectorXd left = residual(x);
       const double distance = left.norm();
       if (!std::isfinite(distance)) break;
-      if (!(distance < nearest / 8)) factors.reset();
-      worse = distance < nearest ? 0 : worse + 1;
+      if (!(distance < nearest / 8) || moved > near_enough) factors.reset();
+      worse = distance < nearest || moved > near_enough ? 0 : worse + 1;
       if (distance < nearest) {
         nearest = distance;
         best = x;
       }
       if (distance == 0) break;
       if (!factors) factors.emplace(matrix(x, left));
-      x = nearer(x, factors->solve(left), distance);
+      const Eigen::VectorXd change = factors->solve(left);
+      const double last = std::exchange(moved, relative_size(change, x));
+      if (moved > near_enough && moved > last) ++growing;
+      x = nearer(x, change, distance);
     }
     const double size = Eigen::Map<const Eigen::VectorXd>(right_.data(), count()).norm();
-    const bool has_come = !best.empty() && nearest <= 1e4 * rounding_of(state_.real()) * (size + scale_of(best));
+    const bool has_come =
+        !best.empty() && growing < 2 && nearest <= 1e4 * rounding_of(state_.real()) * (size + scale_of(best));
     return has_come ? best : std::vector<double>(right_.size(), std::nan(""));
   }
 
  private:
-  static constexpr int most_iterations = 100;
+  static constexpr int most_iterations = 60, most_halvings = 8;
+  static constexpr double near_enough = 1e-3;  // a change after which the same matrix may serve
   static double rounding_of(Precision real) { return real == Precision::f32 ? 0x1p-23 : 0x1p-52; }
   Eigen::Index count() const { return static_cast<Eigen::Index>(right_.size()); }
 
@@ -142,20 +153,34 @@ class Newton {
     return largest_slope_ * Eigen::Map<const Eigen::VectorXd>(x.data(), count()).norm();
   }
 
-  /// Halves a change that leads away.
+  /// The largest of the fields.
+  double relative_size(const Eigen::VectorXd& change, const std::vector<double>& x) const {
+    double most = 0;
+    for (std::size_t first = 0; first < x.size(); first += cells_) {
+      double moves = 0, size = 1e-300;
+      for (std::size_t i = first; i < first + cells_; ++i) {
+        moves = std::max(moves, std::abs(change[static_cast<Eigen::Index>(i)]));
+        size = std::max({size, std::abs(x[i]), std::abs(right_[i])});
+      }
+      most = std::max(most, moves / size);
+    }
+    return most;
+  }
+
   std::vector<double> nearer(const std::vector<double>& x, const Eigen::VectorXd& change, double distance) const {
     std::vector<double> next = x;
-    for (double part = 1; part > 1e-3; part /= 2) {
+    double part = 1;
+    for (int halving = 0; halving <= most_halvings; ++halving, part /= 2) {
       for (std::size_t i = 0; i < x.size(); ++i)
         next[i] = state_.stored(x[i] + part * change[static_cast<Eigen::Index>(i)]);
-      if (residual(next).norm() <= distance) return next;
+      if (residual(next).norm() <= 2 * distance) break;
     }
-    for (std::size_t i = 0; i < x.size(); ++i) next[i] = state_.stored(x[i] + change[static_cast<Eigen::Index>(i)]);
     return next;
   }
 
   const Image& image_;
   const std::vector<double>& right_;
+  const std::size_t cells_;
   const State& state_;
   const double step_;
   double largest_slope_ = 0;
@@ -171,7 +196,8 @@ std::vector<double> solution(const OperatorParts& parts, const Image& image, con
   const auto found = std::ranges::find_if(
       known, [&](const auto& one) { return one.first.second == right && one.first.first == parts; });
   if (found != known.end()) return found->second;
-  return known.emplace_back(std::pair(parts, right), Newton(image, right, state).run()).second;
+  return known.emplace_back(std::pair(parts, right), Newton(image, right, parts.solve.unknowns.size(), state).run())
+      .second;
 }
 
 }  // namespace dpde::stencil

@@ -42,4 +42,10 @@ class NotFinite : public Error {
   explicit NotFinite(const std::string& message) : Error(ErrorKind::run, message) {}
 };
 
+/// A solve finds no solution for the values it has. Checks with values that are made up go on with others.
+class NoSolution : public Error {
+ public:
+  explicit NoSolution(const std::string& message) : Error(ErrorKind::run, message) {}
+};
+
 }  // namespace dpde
