@@ -25,7 +25,7 @@ namespace dpde {
 
 namespace {
 
-constexpr std::int64_t small_system = 2500;  // factors of at most so many cells cost less than cycles
+constexpr std::int64_t small_system = 10000;  // factors of so many cells cost no more than cycles, and are exact
 using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 Rows rows_of(const StencilMatrix& matrix) {
