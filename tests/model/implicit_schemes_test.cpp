@@ -67,6 +67,13 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}, {"implicit", "all"}}), "");
   EXPECT_EQ(refusal_of(text_with("-u"), {{"implicit", "all"}}),
             "time = rk4 does not go with implicit = all: E0555 take time = ars222, or leave implicit out");
+  EXPECT_EQ(
+      refusal_of("scheme c { time = ars222; implicit = all; split = lie(sources, diffusion) }\n"
+                 "model m { field u; dt(u) = lap(u) - u^2 }\n"
+                 "scene s : m with c { grid x = 0 .. 1, cells 8, periodic; initial u = 1; time 0 .. 1, step 0.1 }\n",
+                 {}),
+      "time = ars222 does not go with implicit = all and steps in parts: E0555 take implicit = linear, or leave "
+      "split out");
   EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
             "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
             "verlet");

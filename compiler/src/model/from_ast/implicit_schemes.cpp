@@ -37,7 +37,9 @@ bool holds_state(const Problem& problem, const Expr& e) {
 
 /// What a block that Newton's method runs cannot hold.
 std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& state, const Expr& part) {
-  if (problem.scheme.is_split()) return Obstacle{"steps in parts", "take implicit = linear, or leave split out"};
+  if (problem.scheme.is_split())
+    return Obstacle{fmt::format("implicit = {} and steps in parts", name_of(problem.scheme.implicit)),
+                    "take implicit = linear, or leave split out"};
   const std::string where = fmt::format(" in what it solves for in the equation for {}", state.name);
   const auto holds = [&](const auto& is_it) { return any_part(part, is_it); };
   if (holds([](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind); }))
