@@ -7,14 +7,11 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
+#include "solve/finite.h"
 
 namespace dpde {
 
 namespace {
-
-bool are_finite(std::span<const double> values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-}
 
 CoupledMatrix::Method coupled_method_of(const dpde_solve& solve, const std::string& names) {
   switch (solve.method) {
@@ -52,8 +49,6 @@ double largest_size(std::span<const double> values) {
   for (const double value : values) most = std::isnan(value) ? value : std::max(most, std::abs(value));
   return most;
 }
-
-double rounding_of(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 0x1p-23 : 0x1p-52; }
 
 CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given)
     : names_(names_of_unknowns(solve, program)), inputs_(solve, given) {

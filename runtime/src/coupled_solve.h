@@ -37,7 +37,6 @@ class FieldGroup {
 std::string names_of_unknowns(const dpde_solve& solve, const dpde_program& program);
 /// NaN where there is one.
 double largest_size(std::span<const double> values);
-double rounding_of(const dpde_layout& layout);
 
 class CoupledSolve {
  public:

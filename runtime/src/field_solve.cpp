@@ -16,7 +16,6 @@ namespace {
 /// On so few cells, as certificates use, a method that the scheme names may not fit an operator that it fits otherwise.
 constexpr std::int64_t few_cells = 64;
 constexpr std::int64_t most_of_second_try = 100'000;
-constexpr double rounding_f64 = 0x1p-52, rounding_f32 = 0x1p-23;
 
 SolverMethod method_of(int32_t kind) {
   switch (kind) {
@@ -50,7 +49,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
     apply();
     read_cells(layout_, fields[solve_.images[0]], made);
   };
-  const double rounding = layout_.real == DPDE_F32 ? rounding_f32 : rounding_f64;
+  const double rounding = rounding_of(layout_);
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   solver_.reset();  // what fails leaves none that belongs to other coefficients

@@ -53,7 +53,10 @@ double whole_step(const model::Problem& problem, double limit) {
 class Examination {
  public:
   Examination(driver::Session& session, const LinearStep& linear, Verdict& verdict)
-      : session_(session), linear_(linear), verdict_(verdict), rank_(static_cast<int>(session.axes().size())) {}
+      : session_(session), linear_(linear), verdict_(verdict), rank_(static_cast<int>(session.axes().size())) {
+    verdict_.parts = parts_of(session);
+    verdict_.step = session.problem().step / verdict_.parts;
+  }
 
   bool run() {
     for (const ScenePoint& point : frozen_points(session_, linear_)) {
@@ -188,8 +191,6 @@ bool grows_nothing(driver::Session& session) {
   Verdict verdict;
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
   if (!linear) return false;
-  verdict.parts = parts_of(session);
-  verdict.step = session.problem().step / verdict.parts;
   return Examination(session, *linear, verdict).grows_nothing();
 }
 
@@ -209,8 +210,6 @@ Verdict verdict_of(driver::Session& session) {
   Verdict verdict;
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
   if (!linear) return verdict;
-  verdict.parts = parts_of(session);
-  verdict.step = session.problem().step / verdict.parts;
   if (!Examination(session, *linear, verdict).run()) {
     verdict.why = linear->solves() ? "a solve is in it" : "the step's tangent is not finite at the initial state";
     return verdict;

@@ -14,6 +14,8 @@ dpde_layout with_three_axes(dpde_layout layout) {
   return layout;
 }
 
+double rounding_of(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 0x1p-23 : 0x1p-52; }
+
 std::size_t cells_of(const dpde_layout& layout) {
   return static_cast<std::size_t>(layout.cells[0] * layout.cells[1] * layout.cells[2]);
 }

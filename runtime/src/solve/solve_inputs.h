@@ -15,6 +15,8 @@ namespace dpde {
 /// The layout with one cell along axes that it has not.
 dpde_layout with_three_axes(dpde_layout layout);
 std::size_t cells_of(const dpde_layout& layout);
+/// Of its numbers, relative.
+double rounding_of(const dpde_layout& layout);
 
 /// Periodic where a fill of the operator says so: that of an unknown, or any other.
 std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout);
