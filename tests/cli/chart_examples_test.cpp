@@ -76,6 +76,16 @@ TEST_F(ChartExamples, SpotOfGrayAndScott) {
   EXPECT_LT(error(json, 64, "lap", "central(4)"), 0.25 * error(json, 64, "lap", "central(2)"));
 }
 
+/// Fourier series beside differences of the same flow, whose stream function each of them solves for.
+TEST_F(ChartExamples, MergingVortices) {
+  const Json json = chart("vorticity/vorticity", "accuracy_of_merger",
+                          "--vary cells=32,64 --vary step=0.08 --set step=0.05 --reference-cells 96");
+  EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-3);
+  EXPECT_NEAR(order(json, 32, "scheme", "second"), 2, 0.15);
+  EXPECT_GT(order(json, 32, "scheme", "sixth"), 4.5);
+  EXPECT_GT(order(json, 32, "scheme", "waves"), 7);
+}
+
 TEST_F(ChartExamples, Canal) {
   const Json json = chart("shallow_water/shallow_water", "accuracy_of_canal", "--vary time=rk4 --vary fraction=0.45");
   EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-6);

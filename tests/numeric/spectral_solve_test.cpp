@@ -76,11 +76,11 @@ TEST(SpectralSolve, HasExactDerivatives) {
 
 /// With differences of the same operator it is the same equation, solved by a matrix.
 TEST(SpectralSolve, IsTheLimitOfSolvesByDifferences) {
-  const std::string differences = "model m { field omega; solve lap(psi) - psi = -omega for psi; dt(omega) = psi }\n"
-                                  "scene s : m { grid x = 0 .. 2*pi, cells 32, periodic\n initial omega = exp(sin(x))\n"
-                                  "time 0 .. 1, step 0.1 }\n";
-  const std::vector<double> waves =
-      run_scene(differences, "s", {{"lap", "spectral"}}).state.at("omega");
+  const std::string differences =
+      "model m { field omega; solve lap(psi) - psi = -omega for psi; dt(omega) = psi }\n"
+      "scene s : m { grid x = 0 .. 2*pi, cells 32, periodic\n initial omega = exp(sin(x))\n"
+      "time 0 .. 1, step 0.1 }\n";
+  const std::vector<double> waves = run_scene(differences, "s", {{"lap", "spectral"}}).state.at("omega");
   const std::vector<double> eighth = run_scene(differences, "s", {{"lap", "central(8)"}}).state.at("omega");
   for (std::size_t i = 0; i < waves.size(); ++i) EXPECT_NEAR(waves[i], eighth[i], 1e-7);
 }

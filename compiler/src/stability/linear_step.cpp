@@ -305,7 +305,7 @@ void Evaluation::transform(const Transform& transform) {
     const std::array<double, 3> of_slopes = by.of_slopes();
     result.number += of_constant == 0 ? 0 : of_constant * field.number;
     for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
-      if (field.slope[axis] == 0) continue;
+      if (field.slope[axis] == 0 && std::isfinite(of_constant)) continue;
       result.number += of_slopes[axis] * field.slope[axis];
       result.slope[axis] += of_constant * field.slope[axis];
     }
