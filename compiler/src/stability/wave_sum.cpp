@@ -13,6 +13,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr double smallest_angle = 1e-9;  // of what is a wave
+
 Complex value_at(const std::vector<NumberMonomial>& symbol, const std::array<double, 3>& angles) {
   Complex sum = 0;
   for (const NumberMonomial& monomial : symbol) {
@@ -45,11 +47,16 @@ bool has_waves(const std::vector<NumberMonomial>& symbol) {
 Complex WaveMultiplier::at(const std::array<double, 3>& angles) const {
   const auto is_short = [](double angle) { return std::abs(angle) >= 2 * std::numbers::pi / 3; };
   if (within_two_thirds && std::ranges::any_of(angles, is_short)) return 0;
+  for (std::size_t axis = 0; axis < means.size(); ++axis) {
+    if (means[axis] && std::abs(angles[axis]) > smallest_angle) return 0;
+  }
   const Complex value = value_at(factor, angles);
   return phi < 0 ? value : dpde::phi(phi, value_at(argument, angles)) * value;
 }
 
-bool WaveMultiplier::is_constant() const { return !within_two_thirds && !has_waves(factor) && !has_waves(argument); }
+bool WaveMultiplier::is_constant() const {
+  return means == std::array<bool, 3>{} && !within_two_thirds && !has_waves(factor) && !has_waves(argument);
+}
 
 /// phi_N' = phi_N - N*phi_P with P = N+1.
 std::array<double, 3> WaveMultiplier::of_slopes() const {
