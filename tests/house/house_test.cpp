@@ -62,7 +62,7 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"training",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "codegen", "files", "driver", "analysis",
       "dpde"}},
-    {"host", {"support", "source", "model", "files", "driver", "analysis", "dpde"}},
+    {"host", {"support", "source", "model", "files", "driver", "stability", "analysis", "dpde"}},
 };
 
 /// "stencil/passes" belongs to the layer stencil, "codegen/llvm" is one of its own.

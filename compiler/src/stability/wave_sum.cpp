@@ -15,6 +15,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr double smallest_angle = 1e-9;  // of what is a wave
+
 /// A sum, and that of the sizes of its terms.
 struct Sum {
   Complex value = 0;
@@ -70,10 +72,15 @@ bool has_waves(const std::vector<NumberMonomial>& symbol) {
 Complex WaveMultiplier::at(const std::array<double, 3>& angles) const {
   const auto is_short = [](double angle) { return std::abs(angle) >= 2 * std::numbers::pi / 3; };
   if (within_two_thirds && std::ranges::any_of(angles, is_short)) return 0;
+  for (std::size_t axis = 0; axis < means.size(); ++axis) {
+    if (means[axis] && std::abs(angles[axis]) > smallest_angle) return 0;
+  }
   return value_of(function, value_at(argument, angles)) * value_at(factor, angles).value;
 }
 
-bool WaveMultiplier::is_constant() const { return !within_two_thirds && !has_waves(factor) && !has_waves(argument); }
+bool WaveMultiplier::is_constant() const {
+  return means == std::array<bool, 3>{} && !within_two_thirds && !has_waves(factor) && !has_waves(argument);
+}
 
 /// What is solved for is not known where the equation has no constant: the right side elsewhere makes it.
 double WaveMultiplier::of_constant() const {

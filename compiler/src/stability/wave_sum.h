@@ -24,6 +24,7 @@ struct WaveMultiplier {
   WaveFunction function = {};
   std::vector<NumberMonomial> argument, factor;
   bool within_two_thirds = false;
+  std::array<bool, 3> means = {};  // along these axes it takes the mean: no waves are left
 
   std::complex<double> at(const std::array<double, 3>& angles) const;
   static WaveMultiplier one() { return {{}, {}, {{1, {}}}, false}; }
