@@ -34,7 +34,8 @@ Engine::Engine(const dpde_scene& scene, EngineOptions options, std::shared_ptr<c
 
 std::vector<const dpde_program*> Engine::programs() const {
   std::vector<const dpde_program*> all{
-      scene_.program, scene_.adjoint, scene_.initial_adjoint, scene_.coefficient_adjoint, scene_.observe, scene_.rate};
+      scene_.program, scene_.adjoint, scene_.initial_adjoint, scene_.coefficient_adjoint, scene_.observe,
+      scene_.rate,    scene_.trial};
   all.insert(all.end(), formulas_.begin(), formulas_.end());
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
@@ -152,6 +153,11 @@ RolloutSetup Engine::setup() const {
   if (scene_.rate != nullptr) {
     setup.courant = scene_.courant;
     setup.rate_field = scene_.rate_field;
+  }
+  setup.trial = scene_.trial;
+  if (scene_.trial != nullptr) {
+    setup.error_order = scene_.control.order;
+    setup.first_part = scene_.control.first;
   }
   setup.team = from.team();
   setup.checkpoint_bytes = options_.checkpoint_bytes;

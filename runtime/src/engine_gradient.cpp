@@ -126,6 +126,19 @@ void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const d
   }
 }
 
+/// Derivatives are those of the steps that the loss makes here.
+void Engine::follow_objective(Rollout& rollout) {
+  if (scene_.trial == nullptr) return;
+  loss();
+  rollout.follow(&objective().record());
+}
+
+void Engine::hold_steps(bool hold) {
+  if (scene_.trial == nullptr) return;
+  if (hold) held_ = objective().record();
+  objective().follow(hold ? &held_ : nullptr);
+}
+
 /// The tangent of the step, and the rates of the fields that are sought.
 RolloutSetup Engine::tangent_setup() {
   for (int32_t c = 0; c < scene_.sought_count; ++c) {
@@ -133,6 +146,8 @@ RolloutSetup Engine::tangent_setup() {
     if (!rate.empty()) workspace_->make_like(rate, scene_.sought[c]);
   }
   RolloutSetup both = setup();
+  both.trial = nullptr;
+  both.follows = scene_.trial != nullptr;
   if (scene_.second.tangent != nullptr) both.step = scene_.second.tangent;  // else nothing that is sought reaches it
   return both;
 }
@@ -231,6 +246,7 @@ void Engine::run_tangents_of_formulas() {
 
 void Engine::product(Values direction, std::span<double> to, Curvature curvature) {
   Rollout& rollout = products(curvature);
+  follow_objective(rollout);
   set_direction(rollout, direction);
   begin(rollout);
   was_stopped_ = rollout.gradient().stopped;
@@ -260,6 +276,7 @@ double Engine::rate_along(Values direction) {
     }
     open(tangent_, std::move(forward));
   }
+  follow_objective(*tangent_);
   set_direction(*tangent_, direction);
   begin(*tangent_);
   return tangent_->loss();

@@ -15,7 +15,6 @@
 namespace dpde {
 namespace {
 
-constexpr int most_parts = 100000;  // of a step: what needs more has blown up
 constexpr int check_interval = 64;  // a check reads the states once: under 1 % of 64 steps
 
 }  // namespace
@@ -32,12 +31,12 @@ void Rollout::Impl::bind_control_fields(BoundProgram& program, int n) const {
   }
 }
 
-/// Time and controls at step n, or of a loss at state n, and whatever parameters have been set since.
-void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) const {
+/// Time and controls in a part of step n, or of a loss at state n, and whatever parameters have been set since.
+void Rollout::Impl::set_part(BoundProgram& program, int n, const PartOfStep& part) const {
   bind_control_fields(program, n);
-  const bool sets_dt = rate && program.dt_param >= 0;
-  if (program.t_param >= 0) program.executor.set_param(program.t_param, time(n) + part * (setup.dt / parts));
-  if (sets_dt) program.executor.set_param(program.dt_param, setup.dt / parts);
+  const bool sets_dt = has_parts() && program.dt_param >= 0;
+  if (program.t_param >= 0) program.executor.set_param(program.t_param, time(n) + part.begin);
+  if (sets_dt) program.executor.set_param(program.dt_param, part.length);
   for (const auto& [param, number] : program.controls) {
     program.executor.set_param(param, controls[number].at(n));
   }
@@ -51,6 +50,7 @@ void Rollout::Impl::update_weights() {
 /// Fills the halos of all that the caller may have changed.
 void Rollout::Impl::begin(int first) {
   update_weights();
+  begin_record(first);
   set_step(forward->program, first);
   forward->program.bind_states(buffers.front());
   for (size_t i = 0; i < state_names.size(); ++i) forward->program.executor.prepare(forward->program.states[i]);
@@ -62,13 +62,6 @@ void Rollout::Impl::bind_buffers(const StateBuffer& from, const StateBuffer& to)
   for (size_t i = 0; i < to.size(); ++i) forward->program.executor.bind(forward->next[i], to[i]);
 }
 
-void Rollout::Impl::part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to) {
-  bind_buffers(from, to);
-  set_step(forward->program, n, part, parts);
-  run_in_step(forward->program.executor, n);
-  ++parts_made;
-}
-
 /// A solve that finds nothing says in which step.
 void Rollout::Impl::run_in_step(Executor& executor, int n) const {
   try {
@@ -76,44 +69,6 @@ void Rollout::Impl::run_in_step(Executor& executor, int n) const {
   } catch (const NoSolution& error) {
     throw NoSolution(fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
   }
-}
-
-void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
-  const int parts = parts_of(n, from);
-  const StateBuffer* now = &from;
-  for (int part = 0; part < parts; ++part) {
-    const StateBuffer& next = part + 1 == parts ? to : part_buffer(part % 2);
-    part_of_step(n, part, parts, *now, next);
-    now = &next;
-  }
-}
-
-/// Into how many equal parts the Courant number splits step n. What has blown up is not worth more than one: the look
-/// for values that are not finite finds it.
-int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
-  if (!rate) return 1;
-  set_step(rate->program, n);
-  rate->program.bind_states(state);
-  rate->program.prepare_inputs();
-  rate->program.executor.run();
-  const double fastest = largest(setup.layout, rate->program.executor.bound(rate->field));
-  const double parts = std::ceil(setup.dt * fastest / setup.courant - 1e-9);
-  if (parts <= most_parts) return std::max(1, static_cast<int>(parts));
-  if (find_blow_up(n, state)) return 1;
-  const std::string why = std::isfinite(parts) ? fmt::format("it would take {} parts, more than {}", parts, most_parts)
-                                               : "the speed is not a finite number";
-  throw Error(ErrorKind::run, fmt::format("step {} of {} (t = {:.6g}) cannot be limited by a Courant number: {}", n + 1,
-                                          setup.steps, time(n), why));
-}
-
-/// States between the parts of a step, made when they are first needed.
-const StateBuffer& Rollout::Impl::part_buffer(int part) {
-  while (part_buffers.size() <= static_cast<size_t>(part)) {
-    part_pools.emplace_back(setup.layout, static_cast<int64_t>(state_names.size()));
-    StateBuffer& buffer = part_buffers.emplace_back();
-    for (size_t s = 0; s < state_names.size(); ++s) buffer.push_back(part_pools.back().base(static_cast<int64_t>(s)));
-  }
-  return part_buffers[static_cast<size_t>(part)];
 }
 
 /// The first step behind n at which a control field has another interval.
@@ -183,14 +138,15 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
   const FloatScope without_subnormals;
   start = std::chrono::steady_clock::now();
   RunResult done;
-  parts_made = 0;
+  parts_made = parts_refused = 0;
   begin(first);
   current = 0;
   int safe = 0, safe_step = first, k = first;
   const bool observes = observer.every > 0 && observer.call;
   const auto finish = [&](int at) {
     done.steps_done = at;
-    done.parts = rate ? parts_made : at - first;
+    done.parts = has_parts() ? parts_made : at - first;
+    done.refused = parts_refused;
     final_states = buffers[static_cast<size_t>(current)];
     done.seconds = seconds_since(start);
     return done;
@@ -229,6 +185,7 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
 
 void Rollout::Impl::restart() {
   update_weights();
+  begin_record(0);
   reached = 0;
   current = 1;
   for (size_t i = 0; i < initial.size(); ++i) {
@@ -241,6 +198,7 @@ RunResult Rollout::Impl::advance(int count) {
   const FloatScope without_subnormals;
   start = std::chrono::steady_clock::now();
   RunResult done;
+  if (reached > 0) begin_record(reached);
   set_step(forward->program, reached);
   forward->program.bind_states(buffers[static_cast<size_t>(current)]);
   for (const int field : forward->program.states) forward->program.executor.prepare(field);

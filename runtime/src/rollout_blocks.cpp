@@ -24,7 +24,7 @@ bool reads_far_planes(const dpde_program& program) { return program.rank == 3 &&
 /// Blocks where a plain sweep would leave the core's own cache: as many steps as do not compute too much twice.
 void Rollout::Impl::plan_block() {
   const Executor& executor = forward->program.executor;
-  if (setup.block_steps == 1 || setup.rate != nullptr) return;
+  if (setup.block_steps == 1 || has_parts()) return;
   if (setup.block_steps > 1) {
     forward->block = Wavefront::make(executor, setup.block_steps, setup.team);
     return;
@@ -43,7 +43,7 @@ void Rollout::Impl::plan_block() {
 
 /// The adjoints of several steps at once where that saves storing their states.
 void Rollout::Impl::plan_reverse_block() {
-  if (setup.block_steps == 1 || rate || setup.cut > 0 || !backward->program.fill_states.empty()) return;
+  if (setup.block_steps == 1 || has_parts() || setup.cut > 0 || !backward->program.fill_states.empty()) return;
   AdjointFields fields{backward->program.states, {}};
   for (const FieldBar& bar_of_field : backward->fields)
     fields.added.emplace_back(bar_of_field.field, static_cast<int>(bar_of_field.number));

@@ -324,7 +324,7 @@ void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
       case checkpoint::ActionKind::advance:
         for (int part = action.from; part < action.to; ++part) {
           const StateBuffer& next = part_buffer(now == &part_buffer(0) ? 1 : 0);
-          part_of_step(n, part, parts, *now, next);
+          part_of_step(n, part_at(n, part, parts), *now, next);
           now = &next;
         }
         break;
@@ -363,7 +363,8 @@ void Rollout::Impl::make_frames() {
   const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(),
                steps = static_cast<size_t>(last_loss);
   const bool stores_all = keeps_trajectory && result.recomputed_steps == 0;
-  if (rate || !stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty()) return;
+  if (has_parts() || !stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty())
+    return;
   step_frames.resize(steps * step_size);
   adjoint_frames.resize(steps * adjoint_size);
   for (size_t n = 0; n < steps; ++n) {

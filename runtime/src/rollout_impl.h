@@ -173,7 +173,10 @@ struct Rollout::Impl {
 
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
-  void set_step(BoundProgram& program, int n, int part = 0, int parts = 1) const;
+  void set_step(BoundProgram& program, int n, int part = 0, int parts = 1) const {
+    set_part(program, n, part_at(n, part, parts));
+  }
+  void set_part(BoundProgram& program, int n, const PartOfStep& part) const;
   void bind_control_fields(BoundProgram& program, int n) const;
   int end_of_intervals(int n) const;
   void set_control(std::string_view name, int every, std::span<const double> values);
@@ -182,9 +185,7 @@ struct Rollout::Impl {
   void update_weights();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
-  int parts_of(int n, const StateBuffer& state);
   void run_in_step(Executor& executor, int n) const;
-  void part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to);
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
@@ -205,6 +206,22 @@ struct Rollout::Impl {
   RunResult advance(int count);
   double loss();
 
+  // Steps in parts (rollout_parts.cpp)
+  /// A Courant number, a tolerance, or the parts of another rollout.
+  bool has_parts() const { return rate || setup.trial != nullptr || setup.follows; }
+  const StepRecord& steps_made() const { return followed != nullptr ? *followed : record; }
+  PartOfStep part_at(int n, int part, int parts) const {
+    if (parts > 1 && !rate) return steps_made().of(n)[static_cast<size_t>(part)];
+    return {part * (setup.dt / parts), setup.dt / parts};
+  }
+  void begin_record(int first);
+  int parts_of(int n, const StateBuffer& state);
+  void part_of_step(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
+  const StateBuffer& part_buffer(int part);
+  double estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
+  void step_under_tolerance(int n, const StateBuffer& from, const StateBuffer& to);
+  void check_parts(int n, const PartOfStep& next, size_t made) const;
+
   // Gradient (rollout_gradient.cpp)
   const GradientResult& gradient();
   bool run_without_trajectory();
@@ -222,7 +239,6 @@ struct Rollout::Impl {
   void reverse(int n, const StateBuffer& state);
   void reverse_parts(int n, int parts, const StateBuffer& state);
   void reverse_part(int n, int part, int parts, const StateBuffer& state);
-  const StateBuffer& part_buffer(int part);
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
   void drop_adjoints(int state);
@@ -245,7 +261,10 @@ struct Rollout::Impl {
   std::vector<FieldPool>
       part_pools;  // states between the parts of a step: two to work in, and in gradient() those that are stored
   std::deque<StateBuffer> part_buffers;  // a deque: buffers in use stay where they are
-  int64_t parts_made = 0;
+  int64_t parts_made = 0, parts_refused = 0;
+  StepRecord record;
+  const StepRecord* followed = nullptr;
+  StepController controller;
   int part_slots = 1, planned_parts = 0;  // how many may be stored; for how many parts the plan is
   checkpoint::Schedule part_schedule;
   int64_t planned_bytes = 0;  // of checkpoints, without those of parts

@@ -167,14 +167,18 @@ BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std:
 
 void Rollout::Impl::bind_step() {
   if (setup.step == nullptr) throw Error(ErrorKind::run, "a rollout needs a step program");
-  const dpde_program& program = *setup.step;
+  const dpde_program& program = setup.trial != nullptr ? *setup.trial : *setup.step;
+  if (setup.trial != nullptr && (program.sum_count != 1 || !(setup.first_part > 0) || setup.error_order < 1))
+    throw Error(ErrorKind::run, fmt::format("program {} does not estimate the error of its step", program.name));
+  std::vector<std::string> own;
   for (int s = 0; s < program.swap_count; ++s) {
     state_names.emplace_back(program.fields[program.swaps[s].state]);
-    next_names.emplace_back(program.fields[program.swaps[s].next]);
+    next_names.emplace_back(setup.step->fields[setup.step->swaps[s].next]);  // as the adjoint knows them
+    own.emplace_back(program.fields[program.swaps[s].next]);
     bytes_of_fields += allocated_bytes(field_bytes(setup.layout) + stagger_of(setup.layout, s));
     if (purpose == Purpose::run) initial.emplace_back(setup.layout, s);
   }
-  forward.emplace(BoundStep{bind_program(program, next_names, true), {}});
+  forward.emplace(BoundStep{bind_program(program, own, true), {}});
   for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
 }
 
@@ -351,6 +355,10 @@ bool Rollout::set_param(std::string_view name, double value) {
 }
 
 void Rollout::set_begin(double t0) { impl_->setup.t0 = t0; }
+const StepRecord& Rollout::record() const { return impl_->steps_made(); }
+void Rollout::follow(const StepRecord* record) { impl_->followed = record; }
+const StepController& Rollout::controller() const { return impl_->controller; }
+void Rollout::set_controller(const StepController& controller) { impl_->controller = controller; }
 
 void Rollout::Impl::set_control(std::string_view name, int every, std::span<const double> values) {
   if (every < 1 || values.empty())

@@ -43,7 +43,7 @@ int64_t Rollout::Impl::recomputed_steps(int slots) {
 void Rollout::Impl::plan_buffers(int slots, const std::vector<char>& read) {
   buffer_count = std::max(slots + 1, 3);
   buffers_of_state.assign(state_names.size(), buffer_count);
-  if (!keeps_trajectory || slots < last_loss - 1 || rate || !marks.empty()) return;
+  if (!keeps_trajectory || slots < last_loss - 1 || has_parts() || !marks.empty()) return;
   for (size_t s = 0; s < read.size(); ++s) {
     if (read[s] == 0) buffers_of_state[s] = 3;
   }
@@ -86,7 +86,7 @@ void Rollout::Impl::plan_storage() {
   // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two
   // more are worked in.
   const int64_t unused = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0);
-  if (backward) plan_tapes(rate ? unused / 2 : unused);
+  if (backward) plan_tapes(has_parts() ? unused / 2 : unused);
   const int64_t state_bytes = static_cast<int64_t>(state_names.size()) * FieldPool::stride_of(setup.layout);
   const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
   part_slots = setup.slots > 0 ? setup.slots

@@ -36,7 +36,8 @@ void add_pairs(Executor& program, Executor& adjoint, int64_t runs, std::vector<P
 /// States come first, since steps cost more than networks: `left` bytes of the budget are there. All pairs get the same
 /// share of their runs.
 void Rollout::Impl::plan_tapes(int64_t left) {
-  if (!setup.checkpoint_folder.empty()) return;  // whose budget is that of a file
+  if (!setup.checkpoint_folder.empty()) return;         // whose budget is that of a file
+  if (setup.trial != nullptr || setup.follows) return;  // how many runs there will be nobody knows
   std::vector<Pair> pairs;
   add_pairs(forward->program.executor, backward->program.executor, last_loss, pairs);
   for (BoundTerm& term : terms) {

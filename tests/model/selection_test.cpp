@@ -119,12 +119,13 @@ TEST(Settings, Refusals) {
   EXPECT_EQ(refusal("nu", "1"),
             "there is nothing called nu to set; known here: k, advect, dx, lap, dealias, implicit, solve, time, real, "
             "networks, "
-            "cells, cells.x, cells.y, step, end, courant");
+            "cells, cells.x, cells.y, step, end, courant, tolerance");
   EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
   EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
-  EXPECT_EQ(refusal("time", "rk3"),
-            "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4, ssp_rk3, verlet, ab2, "
-            "ab3, leapfrog, etdrk2, etdrk4, backward_euler, crank_nicolson, imex_euler, ars222, ars443");
+  EXPECT_EQ(
+      refusal("time", "rk3"),
+      "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4, ssp_rk3, bs32, dopri5, "
+      "verlet, ab2, ab3, leapfrog, etdrk2, etdrk4, backward_euler, crank_nicolson, imex_euler, ars222, ars443");
   EXPECT_EQ(refusal("real", "f16"), "real cannot be set to f16: there is no such choice; choose one of: f64, f32");
   EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
   EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");

@@ -136,7 +136,9 @@ int time_order(model::TimeScheme time) {
     case model::TimeScheme::rk4: return 4;
     case model::TimeScheme::ars443:
     case model::TimeScheme::ab3:
+    case model::TimeScheme::bs32:
     case model::TimeScheme::ssp_rk3: return 3;
+    case model::TimeScheme::dopri5: return 5;
   }
   unreachable("time scheme");
 }

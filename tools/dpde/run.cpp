@@ -157,17 +157,21 @@ void Run::report(Json& result) {
   result["scene"] = session_->problem().scene;
   result["cells"] = json_cells(*session_);
   result["steps"] = outcome_.steps_done;
-  if (session_->problem().rate) result["parts"] = outcome_.parts;
+  const model::Problem& problem = session_->problem();
+  if (problem.has_parts()) result["parts"] = outcome_.parts;
+  if (problem.step_control) result["refused"] = outcome_.refused;
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = session_->compiled().seconds;
   result["code_from_cache"] = session_->compiled().code_from_cache;
   result["points_per_s"] = rate;
-  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n",
-                       session_->problem().scene, cells_text(*session_), outcome_.steps_done, time,
-                       human_seconds(outcome_.seconds), human_count(rate),
-                       human_seconds(session_->compiled().seconds)));
+  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n", problem.scene,
+                       cells_text(*session_), outcome_.steps_done, time, human_seconds(outcome_.seconds),
+                       human_count(rate), human_seconds(session_->compiled().seconds)));
+  if (problem.step_control)
+    job_.say(fmt::format("tolerance {}: {} parts of steps made, {} refused\n", problem.step_control->relative,
+                         outcome_.parts, outcome_.refused));
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);

@@ -63,6 +63,7 @@ std::optional<int> RunCheckpoint::resume() {
   }
   for (std::size_t s = 0; s < restart->states.size(); ++s)
     session_.rollout().initial(static_cast<int>(s)).copy_in(restart->states[s]);
+  session_.rollout().set_controller(restart->controller);
   last_step_ = restart->step;
   job_.say(fmt::format("goes on from step {} of {}\n", restart->step, session_.steps()));
   return restart->step;
@@ -78,7 +79,7 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
 
 void RunCheckpoint::save(int step, const std::vector<void*>& states) {
   const bool is_saved = guarded(job_, [&] {
-    driver::Restart restart{identity_, step, {}, record_.save(frames_)};
+    driver::Restart restart{identity_, step, {}, session_.rollout().controller(), record_.save(frames_)};
     for (void* state : states) {
       copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
     }

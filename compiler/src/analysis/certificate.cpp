@@ -255,6 +255,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
       std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
+  inverse->hold_steps(true);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const bool has_hessian = inverse->has_products(Curvature::full);
   double bend = 0;
@@ -292,6 +293,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
+  inverse->hold_steps(false);
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !driver::instabilities_of(*session).empty()) {
     certificate.only_rounding = false;

@@ -106,6 +106,7 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   std::uniform_real_distribution<double> noise(0.7, 1.3);
   RolloutSetup setup = session->engine().setup();
   setup.steps = steps;
+  setup.trial = nullptr;
   setup.dt = step_of(*compiled->problem, options.cells);
   const double step = setup.dt;
   Rollout rollout(std::move(setup));

@@ -189,7 +189,7 @@ std::optional<GradientGrowth> gradient_growth(driver::Session& session, const st
   if (!result.perturbation) return result;
   result.rounding = std::exp(std::min(std::log(unit) + result.perturbation->relative, 0.0));
   if (!result.is_lost()) return result;
-  if (problem.controls.empty() && problem.events.empty() && !problem.rate)
+  if (problem.controls.empty() && problem.events.empty() && !problem.has_parts())
     result.at_half_step = growth_of_perturbation(session, steps, 2);
   const double room = std::log(largest_rounding / unit);
   result.safe_window = std::min(result.window, room / std::max(result.perturbation->growth.rate, result.adjoint.rate));

@@ -32,6 +32,7 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
   const Eigen::VectorXd start = inverse.start();
   Eigen::VectorXd gradient(inverse.size()), all(inverse.size());
   if (!std::isfinite(inverse.value_and_gradient(start, gradient))) return {};
+  inverse.hold_steps(true);
   std::uniform_real_distribution<double> part_of_one(0.5, 1.5);
   for (double& one : all) one = part_of_one(random);
   std::vector<double> steps;
@@ -43,13 +44,15 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
     return found ? std::optional(at) : std::nullopt;
   };
   std::vector<KinkAtStart> found;
-  if (!look(all)) return found;
+  const bool has_any = look(all).has_value();
   for (const driver::Inverse::Part& part : inverse.parts()) {
+    if (!has_any) break;
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(inverse.size());
     direction.segment(part.offset, part.size) = all.segment(part.offset, part.size);
     const std::optional<Quotient> at = look(direction);
     if (at) found.push_back({part.name, at->ahead, at->behind, gradient.dot(direction)});
   }
+  inverse.hold_steps(false);
   return found;
 }
 

@@ -96,7 +96,9 @@ bool RunChecker::begin(std::uint64_t seed) {
   point_ = generic_point(session_, inverse_, random);
   gradient_ = Eigen::VectorXd::Zero(inverse_.size());
   try {
+    inverse_.hold_steps(false);
     const double loss = inverse_.value_and_gradient(point_.x, gradient_);
+    inverse_.hold_steps(true);
     const double before = spent();
     const bool finite = std::isfinite(loss) && gradient_.allFinite() && std::isfinite(loss_at(point_.x));
     seconds_a_loss_ = spent() - before;

@@ -48,6 +48,8 @@ class Inverse {
   /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with
   /// these values.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
+  /// See Engine::hold_steps.
+  void hold_steps(bool hold) { session_.engine().hold_steps(hold); }
   /// The condition at a wall that was none with the last values, if there was one.
   const std::optional<model::WallMisfitAt>& misfit() const { return misfit_; }
   /// Of the last value_and_gradient.

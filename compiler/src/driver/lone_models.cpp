@@ -24,7 +24,7 @@ class SceneWriter {
 
   ast::Declaration scene_for(const ast::Model& model, const std::string& name, int axes) {
     ast::Scene scene{called(name), called(model.name.name), {}, {}, {}};
-    add(scene, ast::TimeItem{number(0), number(1), number(0.5), {}, {}});
+    add(scene, ast::TimeItem{number(0), number(1), number(0.5), {}, {}, {}, {}, {}});
     for (int a = 0; a < axes; ++a) {
       add(scene, ast::GridItem{called(std::string(1, "xyz"[a])), number(0), number(1), number(8), true, {}});
     }

@@ -14,7 +14,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view restart_magic = "dpderst2";
+constexpr std::string_view restart_magic = "dpderst3";
 
 std::uint64_t hash_of(std::string_view bytes) { return files::hash_bytes(bytes.data(), bytes.size()); }
 
@@ -68,6 +68,14 @@ const char* name_of(Backend backend) {
   return "";
 }
 
+std::string step_text(const model::Problem& problem) {
+  std::string text = fmt::format("{} from t = {}", problem.step, problem.t_begin);
+  if (problem.rate) text += fmt::format(", courant {}", problem.courant);
+  if (const auto& control = problem.step_control)
+    text += fmt::format(", tolerance {}, absolute {}, first {}", control->relative, control->absolute, control->first);
+  return text;
+}
+
 }  // namespace
 
 RunIdentity identity_of(Session& session) {
@@ -79,8 +87,7 @@ RunIdentity identity_of(Session& session) {
   programs.loops.clear();  // they hold the number of steps, which may grow
   return {{"scene", problem.scene},
           {"grid", grid_text(problem)},
-          {"step", fmt::format("{} from t = {}{}", problem.step, problem.t_begin,
-                               problem.rate ? fmt::format(", courant {}", problem.courant) : "")},
+          {"step", step_text(problem)},
           {"scheme", scheme},
           {"set of parameters", params_text(problem)},
           {"back end", backend ? name_of(*backend) : ""},
@@ -149,6 +156,8 @@ bool save_restart(const std::filesystem::path& path, const Restart& restart, Dia
   out.number(restart.step);
   out.number(static_cast<std::int64_t>(restart.states.size()));
   for (const std::vector<double>& state : restart.states) out.values(state);
+  const StepController& controller = restart.controller;
+  out.values({controller.length, controller.error, controller.has_refused ? 1.0 : 0.0});
   out.text(restart.record);
   return files::write_file(path, sealed(std::string(restart_magic) + out.bytes()), sink);
 }
@@ -171,7 +180,10 @@ std::optional<Restart> load_restart(const std::filesystem::path& path, const Run
   }
   restart.step = static_cast<int>(in.number());
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) restart.states.push_back(in.values());
+  const std::vector<double> controller = in.values();
   restart.record = in.text();
+  if (controller.size() != 3) return damaged();
+  restart.controller = {controller[0], controller[1], controller[2] != 0};
   if (!in.is_done() || restart.identity.size() != identity.size()) return damaged();
   for (std::size_t i = 0; i < identity.size(); ++i) {
     const auto& [name, here] = identity[i];

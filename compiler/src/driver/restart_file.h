@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run that stopped on its way, on disk: the state it had reached, and what it is a run of.
 //
-// File: "dpderst2", then texts and numbers with their lengths, then a checksum of all before it. Written atomically.
+// File: "dpderst3", then texts and numbers with their lengths, then a checksum of all before it. Written atomically.
 #pragma once
 
 #include <filesystem>
@@ -24,6 +24,7 @@ struct Restart {
   RunIdentity identity;
   int step = 0;
   std::vector<std::vector<double>> states;  // dense, in the order of the rollout
+  StepController controller;                // of steps under a tolerance
   std::string record;                       // the caller's own
 };
 

@@ -66,6 +66,7 @@ struct SceneTable::Storage {
   std::string why_no_second(const model::Task& task) const;
   void add_second(const model::Task& task);
   dpde_second second_of(const std::string& program) const;
+  void add_parts();
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
@@ -218,6 +219,17 @@ void SceneTable::Storage::add_task(const model::Task& task) {
   add_second(task);
 }
 
+/// How steps are made in parts.
+void SceneTable::Storage::add_parts() {
+  const model::Problem& problem = *compiled->problem;
+  scene.rate = compiled->program(compiled->names.rate);
+  scene.courant = problem.courant;
+  scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
+  scene.trial = compiled->program(compiled->names.trial);
+  if (problem.step_control)
+    scene.control = {model::order_of_estimate(problem.scheme.time), problem.step_control->first};
+}
+
 void SceneTable::Storage::fill() {
   const model::Problem& problem = *compiled->problem;
   scene.version = DPDE_SCENE_VERSION;
@@ -249,9 +261,7 @@ void SceneTable::Storage::fill() {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
   const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
-  scene.rate = compiled->program(compiled->names.rate);
-  scene.courant = problem.courant;
-  scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
+  add_parts();
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
   scene.initial = compiled->program(initial);

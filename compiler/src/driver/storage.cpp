@@ -44,6 +44,8 @@ RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& 
     setup.courant = compiled.problem->courant;
     setup.rate_field = compiled.names.rate_field;
   }
+  setup.trial = tables.find(compiled.names.trial);
+  if (setup.trial != nullptr) setup.first_part = compiled.problem->step_control->first;
   setup.layout = layout_of(compiled);
   setup.steps = compiled.problem->steps;
   return setup;

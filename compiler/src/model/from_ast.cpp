@@ -40,6 +40,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_coefficients(draft);
   bind_subcycles(draft);
   bind_courant(draft);
+  bind_step_control(draft);
   bind_observables(draft);
   bind_accuracy(draft);
   bind_outputs(draft);

@@ -242,6 +242,13 @@ struct State {
   Origin origin;              // of the equation
 };
 
+/// Each step is made in parts, as long as the error that the scheme estimates for each of them allows: in each cell
+/// `absolute` + `relative` times the value is tolerated (Hairer, Norsett, Wanner I, II.4).
+struct StepControl {
+  double relative = 0, absolute = 0;
+  double first = 0;  // length of the first part that is tried
+};
+
 /// What a coefficient is on the walls across one axis.
 struct WallValues {
   int axis = 0;
@@ -419,11 +426,14 @@ struct Problem {
   int steps = 0;
   double courant = 0;        // > 0: each step is done in as many equal parts as keep step*rate below it
   std::optional<Expr> rate;  // speed over spacing, added up over the axes; with courant
+  std::optional<StepControl> step_control;
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
   std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
 
+  /// Whether steps are made in parts, which depend on the state.
+  bool has_parts() const { return rate.has_value() || step_control.has_value(); }
   const State* find_state(const std::string& name) const;
   /// dt(name) as a state, or nullptr.
   const State* velocity_of(const std::string& name) const;

@@ -37,6 +37,8 @@ enum class TimeScheme {
   rk2,
   rk4,
   ssp_rk3,
+  bs32,
+  dopri5,
   verlet,
   ab2,
   ab3,
@@ -49,6 +51,10 @@ enum class TimeScheme {
   ars222,
   ars443
 };
+/// An embedded pair: it also makes a result of one order less, and the difference is an estimate of its error.
+constexpr bool estimates_error(TimeScheme time) { return time == TimeScheme::bs32 || time == TimeScheme::dopri5; }
+/// That difference is step^order for small steps.
+constexpr int order_of_estimate(TimeScheme time) { return time == TimeScheme::bs32 ? 3 : 5; }
 /// Adams-Bashforth: it remembers the rates of the steps before.
 constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
 constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }

@@ -81,6 +81,11 @@ class Verifier {
     demand(std::isfinite(problem_.step) && problem_.step > 0, fmt::format("the step is {}", problem_.step));
     demand(problem_.courant >= 0 && (problem_.courant > 0) == problem_.rate.has_value(),
            "a Courant number without a rate");
+    if (problem_.step_control) {
+      const StepControl& control = *problem_.step_control;
+      demand(control.relative > 0 && control.absolute > 0 && control.first > 0, "a tolerance that is not positive");
+      demand(estimates_error(problem_.scheme.time) && !problem_.rate, "nothing estimates the error of steps");
+    }
     demand(problem_.steps > 0, fmt::format("the run has {} steps", problem_.steps));
   }
 

@@ -72,7 +72,7 @@ std::string advice_on_blow_up(driver::Session& session) {
 }
 
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
-  if (grows_nothing(session)) return true;
+  if (session.problem().step_control || grows_nothing(session)) return true;
   const Verdict verdict = verdict_of(session);
   if (!verdict.is_above()) return true;
   const bool ruins = verdict.ruins_run() && !force;

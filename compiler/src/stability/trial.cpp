@@ -78,11 +78,11 @@ class Pair {
   }
 
  private:
-  /// Steps as they are asked for: no Courant number splits them.
+  /// Steps as they are asked for: neither a Courant number nor a tolerance splits them.
   static RolloutSetup setup(driver::Session& session, double step) {
     RolloutSetup result = session.engine().setup();
     result.dt = step;
-    result.rate = nullptr;
+    result.rate = result.trial = nullptr;
     result.rate_field.clear();
     return result;
   }

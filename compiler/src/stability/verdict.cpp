@@ -222,6 +222,10 @@ double Verdict::hundredfold() const {
 
 Verdict examine(driver::Session& session) {
   Verdict verdict;
+  if (session.problem().step_control) {
+    verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
+    return verdict;
+  }
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
   if (!linear) return verdict;
   if (!Examination(session, *linear, verdict).run()) {

@@ -15,7 +15,7 @@ Expr time_at_end() { return param("t") + param("dt"); }
 /// How many steps are done at the end of this one; t is exact to much less than half a step. Between the parts of a
 /// step, half a step off what any event asks for.
 Expr steps_done(const model::Problem& problem) {
-  if (problem.courant == 0) return call(Fn::floor, {(param("t") - problem.t_begin) / param("dt") + 1.5});
+  if (!problem.has_parts()) return call(Fn::floor, {(param("t") - problem.t_begin) / param("dt") + 1.5});
   const Expr place = (time_at_end() - problem.t_begin) / problem.step, nearest = call(Fn::floor, {place + 0.5});
   const Expr is_end = binary(BinaryOp::less, call(Fn::abs, {place - nearest}), param("dt") / (4.0 * problem.step));
   return select(is_end, nearest, nearest + 0.5);
@@ -93,7 +93,7 @@ class EventStages {
   }
 
   std::optional<Expr> condition(const model::Event& event, Discretiser& at_point) const {
-    const bool is_always = event.after_step || (event.every == 1 && lowering_.problem().courant == 0);
+    const bool is_always = event.after_step || (event.every == 1 && !lowering_.problem().has_parts());
     if (is_always) return std::nullopt;
     return condition_of(event, at_point.shared("steps_done", steps_done(lowering_.problem())));
   }

@@ -197,7 +197,8 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
-void add_step(Module& module, Lowering& lowering, const std::string& name) {
+/// `with_estimate`: of the error, by an embedded pair.
+void add_step(Module& module, Lowering& lowering, const std::string& name, bool with_estimate) {
   const model::Problem& problem = lowering.problem();
   const auto has_equation = [](const model::State& state) { return state.rhs || !state.history_of.empty(); };
   if (!problem.program.empty() || problem.states.empty()) return;
@@ -210,13 +211,15 @@ void add_step(Module& module, Lowering& lowering, const std::string& name) {
     const model::State& state = problem.states[i];
     advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
   }
-  std::vector<Stage> stages = step_stages(lowering, advances, name);
+  std::vector<Stage> stages = with_estimate ? stages_with_estimate(lowering, advances, name, problem.scene)
+                                            : step_stages(lowering, advances, name);
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   add_events(lowering, stages, ends);
   Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
   for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
+  if (with_estimate) return;
   Loop loop;
   loop.to = problem.steps;
   loop.programs = {name};
@@ -302,6 +305,7 @@ ProgramNames program_names(const model::Problem& problem) {
   names.coefficients = supply.fresh(scene + "_coefficients");
   names.initial = supply.fresh(scene + "_initial");
   names.step = problem.program.empty() ? supply.fresh(scene + "_step") : problem.program;
+  names.trial = supply.fresh(scene + "_trial");
   names.rate = supply.fresh(scene + "_rate");
   names.exact = supply.fresh(scene + "_exact");
   names.observe = supply.fresh(scene + "_observe");
@@ -340,7 +344,9 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   add_formulas(module, lowering, names.initial, initial_formulas(problem));
   if (problem.task) add_formulas(module, lowering, names.start, start_formulas(lowering, *problem.task));
   add_control_fields(module, lowering, names);
-  add_step(module, lowering, names.step);
+  Lowering same_names = lowering;
+  add_step(module, lowering, names.step, false);
+  if (problem.step_control) add_step(module, same_names, names.trial, true);
   if (problem.rate)
     add_formulas(module, lowering, names.rate, {{names.rate_field, *problem.rate, problem.time_origin}});
   add_formulas(module, lowering, names.exact, exact_formulas(problem, lowering));

@@ -15,7 +15,8 @@ namespace {
 
 using Fields = std::map<std::string, std::string>;  // what stands for a state
 
-constexpr double fractions[] = {0, 0.5, 1};  // of a part, where time schemes look at other states
+constexpr double fractions[] = {0,   0.5,  1,   0.2,
+                                0.3, 0.75, 0.8, 8.0 / 9};  // of a part, where time schemes look at other states
 
 class Subcycles {
  public:

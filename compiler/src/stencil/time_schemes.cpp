@@ -20,17 +20,21 @@ namespace dpde::stencil {
 namespace {
 
 /// One stage of an explicit Runge-Kutta method in stage-state form. With U_0 the state where the step begins,
-///   U = U_base + (sum of U_a - U_b)/divisor + dt*weight/over*F(U_from).
+///   U = U_base + (sum of weight*(U_a - U_b))/divisor + dt*weight/over*F(U_from).
 /// A last stage takes what the others found out of their states, not of rates that would have to be stored. It adds up
 /// differences of states, which are small, and a third of the sum: a third of the states themselves,
 /// (U_1 + 2*U_2 + U_3 - U_0)/3, would be wrong in the last place in the same direction in each step, as 1/3 is no
 /// number of the machine.
+struct DifferenceOfStages {
+  int more = 0, less = 0;  // the same: none
+  double weight = 1;
+};
 struct StageRow {
   double time;  // of U_from, in steps
   int from, base;
   double weight, over;
   double divisor = 1;
-  std::array<std::array<int, 2>, 2> differences = {};  // {0, 0}: none
+  std::array<DifferenceOfStages, 6> differences = {};
 };
 using Tableau = std::span<const StageRow>;
 
@@ -41,6 +45,49 @@ constexpr StageRow runge_kutta_4[] = {
     {0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
 /// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
 constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
+
+/// Bogacki and Shampine 1989. The rates are taken out of the states: dt*F(U_0) = 2*(U_1 - U_0), and so on.
+constexpr StageRow bogacki_shampine[] = {
+    {0, 0, 0, 1, 2}, {0.5, 1, 0, 3, 4}, {0.75, 2, 0, 4, 9, 9, {{{1, 0, 4}, {2, 0, 4}}}}};
+/// Its result of order 2, where U_3 is the one of order 3.
+constexpr StageRow bogacki_shampine_embedded = {1, 3, 0, 1, 8, 4, {{{1, 0}, {3, 0, 3}}}};
+/// Dormand and Prince 1980, likewise; U_6 is the result of order 5.
+constexpr StageRow dormand_prince[] = {
+    {0, 0, 0, 1, 5},
+    {0.2, 1, 0, 9, 40, 8, {{{1, 0, 3}}}},
+    {0.3, 2, 0, 32, 9, 27, {{{1, 0, 300}, {2, 0, -448}}}},
+    {0.8, 3, 0, -212, 729, 6561, {{{1, 0, 22260}, {2, 0, -37376}, {3, 0, 18126}}}},
+    {8.0 / 9,
+     4,
+     0,
+     -5103,
+     18656,
+     1,
+     {{{1, 0, 424025.0 / 55968}, {2, 0, -61400.0 / 5247}, {3, 0, 96075.0 / 18656}, {4, 0, -35721.0 / 37312}}}},
+    {1,
+     5,
+     0,
+     11,
+     84,
+     1,
+     {{{1, 0, -575.0 / 252},
+       {2, 0, 31400.0 / 10017},
+       {3, 0, 325.0 / 1344},
+       {4, 0, -7533.0 / 6784},
+       {5, 0, 33.0 / 28}}}}};
+/// Of order 4.
+constexpr StageRow dormand_prince_embedded = {1,
+                                              6,
+                                              0,
+                                              1,
+                                              40,
+                                              1,
+                                              {{{1, 0, 41.0 / 180},
+                                                {2, 0, -4294.0 / 10017},
+                                                {3, 0, 263.0 / 384},
+                                                {4, 0, -137781.0 / 339200},
+                                                {5, 0, 803.0 / 4200},
+                                                {6, 0, 17.0 / 25}}}};
 
 /// The value a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
@@ -57,7 +104,7 @@ class Stages {
   }
 
   /// The fields of stage `number`, in the place of the states.
-  std::map<std::string, std::string> fields(int number) {
+  std::map<std::string, std::string> fields(int number) const {
     std::map<std::string, std::string> fields;
     for (const Advance& advance : advances_) {
       if (!is_at_rest(advance)) {
@@ -106,6 +153,7 @@ class Stages {
     return over == 1 ? step : step / over;
   }
   Expr time(double fraction) const { return part_.time_at(fraction); }
+  Expr end() const { return time(1); }
 
   /// The value of the state where the part begins, and all of the part with its rate.
   Update forward() const {
@@ -119,38 +167,73 @@ class Stages {
   const StepPart& part_;
 };
 
-/// A single stage is called `name`.
-std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, Stages stages, const std::string& name,
-                             const StepPart& part) {
-  std::vector<std::map<std::string, std::string>> fields(
-      1);  // of each stage; those of the first one stand for themselves
+using FieldsOfStages = std::vector<FieldsOfStates>;  // those of the first one stand for themselves
+
+/// What a row makes of a state.
+Update update_of(const StageRow& row, const Stages& stages, const FieldsOfStages& fields) {
+  return [&](const std::string& state, const Expr& rate) {
+    const auto value = [&](int stage) {
+      return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state));
+    };
+    const Expr change = scaled(stages.length(row.weight, row.over), rate);
+    std::optional<Expr> sum;
+    for (const auto& [more, less, weight] : row.differences) {
+      if (more == less) continue;
+      const Expr change_of_state = value(more) - value(less);
+      const Expr difference = weight == 1 ? change_of_state : weight * change_of_state;
+      sum = sum ? *sum + difference : difference;
+    }
+    return value(row.base) + (sum ? (row.divisor == 1 ? *sum : *sum / row.divisor) + change : change);
+  };
+}
+
+/// The stage of a row, and the projection behind it where there is one. `end`: the time of what it makes, in parts.
+std::vector<Stage> stages_of_row(Lowering& lowering, const StageRow& row, const Stages& stages,
+                                 const FieldsOfStages& fields, const std::string& name, const FieldsOfStates& into,
+                                 double end, bool is_projected) {
+  const FieldsOfStates left = is_projected ? before_projection(lowering, into) : into;
+  const FieldsOfStates& from = fields[static_cast<std::size_t>(row.from)];
+  std::vector<Stage> result{stages.stage(name, from, row.time, left, update_of(row, stages, fields))};
+  if (!is_projected) return result;
+  const Expr length = stages.length(row.weight, row.over);
+  std::ranges::move(projection_stages(lowering, {name, left, into, stages.time(end), length}),
+                    std::back_inserter(result));
+  return result;
+}
+
+/// A single stage is called `name`. `fields`: those of the stages.
+std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, const Stages& stages, const std::string& name,
+                             const StepPart& part, FieldsOfStages& fields) {
+  fields.assign(1, {});
   for (std::size_t i = 1; i < tableau.size(); ++i) fields.push_back(stages.fields(static_cast<int>(i)));
   std::vector<Stage> result;
   for (std::size_t i = 0; i < tableau.size(); ++i) {
-    const StageRow& row = tableau[i];
-    const Update update = [&](const std::string& state, const Expr& rate) {
-      const auto value = [&](int stage) {
-        return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state));
-      };
-      const Expr change = scaled(stages.length(row.weight, row.over), rate);
-      std::optional<Expr> sum;
-      for (const auto& [more, less] : row.differences) {
-        if (more == less) continue;
-        const Expr difference = value(more) - value(less);
-        sum = sum ? *sum + difference : difference;
-      }
-      return value(row.base) + (sum ? *sum / row.divisor + change : change);
-    };
     const bool is_last = i + 1 == tableau.size();
     const std::string stage_name = tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1);
-    const FieldsOfStates into = is_last ? stages.results() : fields[i + 1];
-    const FieldsOfStates left = part.is_projected ? before_projection(lowering, into) : into;
-    result.push_back(stages.stage(stage_name, fields[static_cast<std::size_t>(row.from)], row.time, left, update));
-    if (!part.is_projected) continue;
-    const Expr end = stages.time(is_last ? 1 : tableau[i + 1].time), length = stages.length(row.weight, row.over);
-    std::ranges::move(projection_stages(lowering, {stage_name, left, into, end, length}), std::back_inserter(result));
+    std::ranges::move(
+        stages_of_row(lowering, tableau[i], stages, fields, stage_name, is_last ? stages.results() : fields[i + 1],
+                      is_last ? 1 : tableau[i + 1].time, part.is_projected),
+        std::back_inserter(result));
   }
   return result;
+}
+
+/// The sum over all cells of the mean square, over the states, of the error that is estimated over the one that is
+/// tolerated.
+Kernel kernel_of_error(Lowering& lowering, const std::string& name, const FieldsOfStates& results,
+                       const FieldsOfStates& embedded) {
+  const model::StepControl& control = *lowering.problem().step_control;
+  const auto magnitude = [](const std::string& field) { return call(Fn::abs, {access(field)}); };
+  Expr sum = 0.0;
+  for (const auto& [state, other] : embedded) {
+    const Expr size = call(Fn::max, {magnitude(state), magnitude(results.at(state))});
+    const Expr tolerated = control.absolute + control.relative * size;
+    sum = sum + power((access(other) - access(results.at(state))) / tolerated, 2.0);
+  }
+  Kernel kernel = lowering.kernel(name);
+  kernel.sums.push_back(
+      {lowering.fresh_field("estimated_error"), sum / static_cast<double>(std::max<std::size_t>(embedded.size(), 1))});
+  return kernel;
 }
 
 /// Positions u move by v + dt/2 F, with the acceleration at the beginning; velocities, and fields with equations of
@@ -195,19 +278,23 @@ Expr StepPart::time(double fraction) const {
 Expr StepPart::time_at(double fraction) const {
   if (of > 1) return param("t") + time(fraction) * param("dt");
   if (fraction == 0) return param("t");
-  return param("t") + (fraction == 1 ? param("dt") : param("dt") / 2.0);
+  if (fraction == 1) return param("t") + param("dt");
+  return param("t") + (fraction == 0.5 ? param("dt") / 2.0 : fraction * param("dt"));
 }
 
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part) {
+  FieldsOfStages fields;
   const auto by = [&](Tableau tableau) {
-    return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name, part);
+    return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name, part, fields);
   };
   switch (lowering.problem().scheme.time) {
     case model::TimeScheme::euler: return by(euler);
     case model::TimeScheme::rk2: return by(midpoint_rule);
     case model::TimeScheme::rk4: return by(runge_kutta_4);
     case model::TimeScheme::ssp_rk3: return by(shu_osher_3);
+    case model::TimeScheme::bs32: return by(bogacki_shampine);
+    case model::TimeScheme::dopri5: return by(dormand_prince);
     case model::TimeScheme::verlet: return velocity_verlet(lowering, advances, prefix, part);
     case model::TimeScheme::ab2:
     case model::TimeScheme::ab3:
@@ -221,6 +308,28 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::ars443: return implicit_stages(lowering, advances, name, part.is_projected);
   }
   unreachable("time scheme");
+}
+
+std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Advance>& advances,
+                                        const std::string& name, const std::string& prefix) {
+  const bool is_third = lowering.problem().scheme.time == model::TimeScheme::bs32;
+  const StepPart part;
+  const Stages stages(lowering, advances, prefix, part);
+  FieldsOfStages fields;
+  std::vector<Stage> result =
+      stages_of(lowering, is_third ? Tableau(bogacki_shampine) : dormand_prince, stages, name, part, fields);
+  fields.push_back(stages.results());
+  FieldsOfStates embedded;
+  for (const Advance& advance : advances) {
+    const auto gives_it = [&](const model::Projection& projection) { return projection.multiplier == advance.state; };
+    if (stages.is_at_rest(advance) || std::ranges::any_of(lowering.problem().projections, gives_it)) continue;
+    embedded[advance.state] = lowering.field_beside(advance.state, "embedded");
+  }
+  std::ranges::move(stages_of_row(lowering, is_third ? bogacki_shampine_embedded : dormand_prince_embedded, stages,
+                                  fields, prefix + "_embedded", embedded, 1, part.is_projected),
+                    std::back_inserter(result));
+  result.push_back({kernel_of_error(lowering, prefix + "_error", stages.results(), embedded), stages.end(), {}});
+  return result;
 }
 
 }  // namespace dpde::stencil

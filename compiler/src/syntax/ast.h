@@ -107,8 +107,9 @@ struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   bool bare = false;  // boundary u = 0, the same as all = 0
 };
 struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
+                   // time 0 .. 1, step 1/32, tolerance 1e-6, absolute 1e-9, first 1e-3
   Expr from, to;
-  std::optional<Expr> step, courant, speed;
+  std::optional<Expr> step, courant, speed, tolerance, absolute, first;
 };
 struct StepItem {  // step 1/32             (with a hand-written loop)
   Expr step;

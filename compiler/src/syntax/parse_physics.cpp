@@ -2,6 +2,11 @@
 // The items of models, scenes and schemes.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
 #include "support/side_conditions.h"
 #include "syntax/parse_parts.h"
 
@@ -231,22 +236,25 @@ ItemKind parse_boundary(Cursor& cursor) {
 
 ItemKind parse_time(Cursor& cursor) {
   TimeItem item;
+  using Option = std::pair<std::string_view, std::optional<Expr>*>;
+  const std::array<Option, 6> options{{{"step", &item.step},
+                                       {"courant", &item.courant},
+                                       {"speed", &item.speed},
+                                       {"tolerance", &item.tolerance},
+                                       {"absolute", &item.absolute},
+                                       {"first", &item.first}}};
   item.from = parse_expression(cursor);
   cursor.expect(TokenKind::dot_dot);
   item.to = parse_expression(cursor);
   while (cursor.accept(TokenKind::comma)) {
-    const Token word = cursor.peek();
-    std::optional<Expr>* option = word.spelling == "step"      ? &item.step
-                                  : word.spelling == "courant" ? &item.courant
-                                                               : nullptr;
-    if (word.spelling == "speed") option = &item.speed;
-    if (option == nullptr) {
-      refuse_option(cursor, "time", {"step", "courant", "speed"});
+    const auto option = std::ranges::find(options, cursor.peek().spelling, &Option::first);
+    if (option == options.end()) {
+      refuse_option(cursor, "time", {"step", "courant", "speed", "tolerance", "absolute", "first"});
       continue;
     }
-    refuse_repetition(cursor, option->has_value());
+    refuse_repetition(cursor, option->second->has_value());
     cursor.take();
-    *option = parse_expression(cursor);
+    *option->second = parse_expression(cursor);
   }
   return item;
 }

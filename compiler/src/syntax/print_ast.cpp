@@ -71,6 +71,9 @@ std::string print_time(const TimeItem& time) {
   if (time.step) text += ", step " + print(*time.step);
   if (time.courant) text += ", courant " + print(*time.courant);
   if (time.speed) text += ", speed " + print(*time.speed);
+  if (time.tolerance) text += ", tolerance " + print(*time.tolerance);
+  if (time.absolute) text += ", absolute " + print(*time.absolute);
+  if (time.first) text += ", first " + print(*time.first);
   return text;
 }
 

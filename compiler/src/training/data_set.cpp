@@ -290,7 +290,7 @@ std::vector<OrderEstimate> DataSetMaker::estimate_order() {
     if (axis.cells % 4 != 0 || axis.cells / 4 < fewest_cells) return {};
   }
   const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
-  if (at > problem.steps || problem.courant > 0) return {};
+  if (at > problem.steps || problem.has_parts()) return {};
   std::vector<DataRun> runs(3);
   const std::vector<model::Axis> coarsest = with_cells(axes, 4);
   DiagnosticSink silent;

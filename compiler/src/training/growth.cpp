@@ -33,6 +33,7 @@ class Tangent {
     session_->engine().begin_at(on.times.front());
     RolloutSetup setup = session_->setup();
     setup.step = session_->compiled().program(tangent.program);
+    setup.trial = nullptr;
     setup.steps = steps;
     rollout_ = std::make_unique<Rollout>(std::move(setup));
     for (int s = 0; s < rollout_->state_count(); ++s) {

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 7
+#define DPDE_SCENE_VERSION 8
 
 typedef struct dpde_axis {
   const char* name;
@@ -105,6 +105,13 @@ typedef struct dpde_optimiser {
   int32_t iterations;
 } dpde_optimiser;
 
+/* order: the error that `trial` estimates is step^order for small steps. first: the length of the first part of steps
+ * that is tried. */
+typedef struct dpde_step_control {
+  int32_t order;
+  double first;
+} dpde_step_control;
+
 typedef struct dpde_scene {
   int32_t version; /* DPDE_SCENE_VERSION */
   const char* name;
@@ -119,7 +126,9 @@ typedef struct dpde_scene {
   const dpde_control* controls;
   const dpde_program* rate; /* null: steps are made whole. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
   double courant;
-  const char* rate_field; /* that `rate` keeps */
+  const char* rate_field;    /* that `rate` keeps */
+  const dpde_program* trial; /* null: steps have no tolerance. Else see RolloutSetup::control */
+  dpde_step_control control;
   int32_t state_count;
   const dpde_source* states; /* has_formula: of the initial state */
   int32_t coefficient_count;

@@ -316,6 +316,7 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
   out += fmt::format("    {}, {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count,
                      params, s.control_count, controls, tables.program(s.rate), s.courant, quoted(s.rate_field));
+  out += fmt::format("    {}, {{{}, {}}},  // tolerance\n", tables.program(s.trial), s.control.order, s.control.first);
   out += fmt::format(
       "    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought "
       "coefficients\n",

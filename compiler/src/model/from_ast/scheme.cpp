@@ -115,6 +115,8 @@ constexpr Choice choices[] = {
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
     {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
+    {"time", "bs32", {"bs32()"}, set_time<TimeScheme::bs32>},
+    {"time", "dopri5", {"dopri5()"}, set_time<TimeScheme::dopri5>},
     {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
     {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
     {"time", "ab3", {"ab3()"}, set_time<TimeScheme::ab3>},

@@ -136,6 +136,9 @@ class Engine {
   /// The rate of the loss along a direction, by tangents alone.
   double rate_along(Values direction);
   Rollout& products(Curvature curvature);
+  /// Under a tolerance: losses and derivatives of the steps that the last loss() or gradient() has made, until that is
+  /// over. Without, each makes its own.
+  void hold_steps(bool hold);
   /// Gives back the memory of products and rates; they are made anew when they are asked for.
   void release_products();
 
@@ -172,6 +175,7 @@ class Engine {
   void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial,
                             const dpde_program* coefficients, std::span<double> to);
   RolloutSetup tangent_setup();
+  void follow_objective(Rollout& rollout);
   void set_direction(Rollout& rollout, Values direction);
   void run_tangents_of_formulas();
   const Unknown* find_unknown(int32_t kind, std::string_view name) const;
@@ -190,6 +194,7 @@ class Engine {
   bool formulas_are_stale_ = true;
   std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_;
+  StepRecord held_;
   Rollout* primary_ = nullptr;
   GradientCallback watch_;
   int watch_every_ = 1;

@@ -85,6 +85,35 @@ inline std::size_t control_interval(std::int64_t n, int every, std::size_t count
   return std::min(static_cast<std::size_t>(std::max<std::int64_t>(n, 0) / every), count - 1);
 }
 
+/// A part of a step: where it begins, from the begin of the step, and how long it is.
+struct PartOfStep {
+  double begin = 0, length = 0;
+};
+/// The parts of steps under a tolerance, one step after the other.
+struct StepRecord {
+  int first = 0;  // number of the first step
+  std::vector<PartOfStep> parts;
+  std::vector<std::size_t> ends;  // of the steps, in `parts`
+
+  void begin(int step) {
+    first = step;
+    parts.clear();
+    ends.clear();
+  }
+  bool has(int step) const { return step >= first && static_cast<std::size_t>(step - first) < ends.size(); }
+  std::span<const PartOfStep> of(int step) const {
+    const auto number = static_cast<std::size_t>(step - first);
+    const std::size_t begin = number == 0 ? 0 : ends[number - 1];
+    return std::span(parts).subspan(begin, ends[number] - begin);
+  }
+};
+/// What decides on the next part: the length that is tried, the error of the last one, and whether one was refused
+/// since.
+struct StepController {
+  double length = 0, error = 1;
+  bool has_refused = false;
+};
+
 struct RolloutSetup {
   const dpde_program* step = nullptr;
   const dpde_program* adjoint = nullptr;  // null: forward only
@@ -105,6 +134,14 @@ struct RolloutSetup {
   const dpde_program* rate = nullptr;
   std::string rate_field;
   double courant = 1;
+  /// Not null: steps under a tolerance. `trial` is `step` with one sum, over all cells the square of the estimated
+  /// error over the tolerated one. Each step is done in parts for which the root of its mean is at most 1, of lengths
+  /// that a PI controller chooses; what is above 1 is made again, shorter. States, losses and controls are those of
+  /// whole steps. Lengths have no derivative: gradients hold them.
+  const dpde_program* trial = nullptr;
+  int error_order = 1;    // the estimate is length^error_order for short parts
+  double first_part = 0;  // the length that is tried first
+  bool follows = false;   // the parts will be those of another rollout: follow() says which
   /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its
   /// steps as then fit; slots > 0 overrides it. Where there is room for all steps, states that the way back does not
   /// read are not kept.
@@ -148,8 +185,9 @@ struct BlowUp {
   double value;
 };
 struct RunResult {
-  int64_t parts = 0;   // how many steps were made, where a Courant number splits them
-  int steps_done = 0;  // the number of the state that final_states() holds
+  int64_t parts = 0;    // how many steps were made, where a Courant number or a tolerance splits them
+  int64_t refused = 0;  // parts whose estimated error was too large
+  int steps_done = 0;   // the number of the state that final_states() holds
   bool stopped = false;
   std::optional<BlowUp> blow_up;  // final_states() is then the last finite state
   double seconds = 0;
@@ -220,6 +258,15 @@ class Rollout {
   /// Makes the parameter a control: it is values[n / every] in step n and in losses at state n, the last value beyond.
   /// @throws Error(input) for every < 1 or no values.
   void set_control(std::string_view name, int every, std::span<const double> values);
+
+  /// The parts of the steps that the last run(), loss() or gradient() has made, under a tolerance.
+  const StepRecord& record() const;
+  /// The same parts from now on, whatever their errors: `record` must stay and hold all steps that are asked for. Null:
+  /// as the tolerance says. A rollout without a trial program follows another one's (RolloutSetup::follows).
+  void follow(const StepRecord* record);
+  /// With what the last run() ended; and what the next one that does not begin at step 0 goes on with.
+  const StepController& controller() const;
+  void set_controller(const StepController& controller);
 
   /// Takes over what the caller has changed in the weights of networks, for advance(); run(), loss(), gradient() and
   /// restart() do it anyway.
