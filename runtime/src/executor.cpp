@@ -62,10 +62,8 @@ struct alignas(64) Caller {
 };
 
 int find_name(const char* const* names, int count, std::string_view name) {
-  for (int i = 0; i < count; ++i) {
-    if (name == names[i]) return i;
-  }
-  return -1;
+  const char* const* const found = std::find(names, names + count, name);
+  return found == names + count ? -1 : static_cast<int>(found - names);
 }
 
 /// Behind a line: a row is complete when it is done, also one that is scattered to.
@@ -158,8 +156,7 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
   std::vector<Operation> made;
   for (int i = 0; i < count; ++i) {
     const dpde_operation& from = source[i];
-    Operation operation;
-    operation.kind = from.kind;
+    Operation operation{.kind = from.kind};
     switch (from.kind) {
       case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
       case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
@@ -167,7 +164,10 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
       case DPDE_NETWORK:
         operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
         break;
-      case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team); break;
+      case DPDE_TRANSFORM:
+        operation.transform =
+            FieldTransform(from.transform, layout, team, made.empty() ? nullptr : &made.back().transform);
+        break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
       case DPDE_SOLVE:
         operation.solve = ProgramSolve(from.solve, program, layout, shelf);

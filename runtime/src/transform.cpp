@@ -47,7 +47,8 @@ FieldTransform::~FieldTransform() = default;
 FieldTransform::FieldTransform(FieldTransform&&) noexcept = default;
 FieldTransform& FieldTransform::operator=(FieldTransform&&) noexcept = default;
 
-FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team)
+FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
+                               const FieldTransform* before)
     : transform_(transform), real_(layout.real) {
   for (std::size_t axis = 3; axis-- > 0;) {
     if (static_cast<int32_t>(axis) >= layout.rank) continue;
@@ -69,9 +70,17 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
   values_.assign(uniforms_.size(), 0.0);
   const auto size = static_cast<std::size_t>(modes());
   for (Operand& operand : operands_) operand.multipliers.assign(size, 0.0);
-  waves_.assign(size, 0.0);
+  has_waves_ = before != nullptr && shares_waves_of(*before);
+  waves_ = has_waves_ ? before->waves_ : std::make_shared<std::vector<Complex>>(size);
   sum_.assign(size, 0.0);
   for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
+}
+
+bool FieldTransform::shares_waves_of(const FieldTransform& before) const {
+  const bool are_single = operands_.size() == 1 && before.operands_.size() == 1;
+  return are_single && operands_.front().field == before.operands_.front().field &&
+         before.transform_.result != operands_.front().field &&
+         std::ranges::equal(transform_.axes, before.transform_.axes);
 }
 
 void FieldTransform::note_uniforms(const dpde_symbol& symbol) {
@@ -181,7 +190,7 @@ void FieldTransform::forward(const Real* from) {
   team_.run(source.count(), [&](int64_t line, int thread) {
     Lines& own = lines_[static_cast<std::size_t>(thread)];
     const Real* const begin = from + source.begin(line);
-    Complex* const to = waves_.data() + target.begin(line);
+    Complex* const to = waves_->data() + target.begin(line);
     for (int64_t i = 0; i < n; ++i) own.real[static_cast<std::size_t>(i)] = begin[i * stride_[first_]];
     if (!goes_along(first_)) {
       for (int64_t i = 0; i < n; ++i) to[i * strides[first_]] = own.real[static_cast<std::size_t>(i)];
@@ -189,7 +198,7 @@ void FieldTransform::forward(const Real* from) {
     }
     own.first->forward(own.real.data(), to);
   });
-  along_others(waves_, true);
+  along_others(*waves_, true);
 }
 
 template <class Real>
@@ -240,11 +249,11 @@ void FieldTransform::run(void* const* fields, const double* uniforms) {
     using Real = decltype(real);
     bool is_first = true;
     for (const Operand& operand : operands_) {
-      forward(static_cast<const Real*>(fields[operand.field]));
-      const Complex* const multipliers = operand.multipliers.data();
+      if (!has_waves_) forward(static_cast<const Real*>(fields[operand.field]));
+      const Complex *const multipliers = operand.multipliers.data(), *const waves = waves_->data();
       team_.run(modes_[1] * modes_[2], [&](int64_t row, int) {
         for (int64_t i = row * modes_[0]; i < (row + 1) * modes_[0]; ++i) {
-          const Complex value = multipliers[i] * waves_[static_cast<std::size_t>(i)];
+          const Complex value = multipliers[i] * waves[i];
           sum_[static_cast<std::size_t>(i)] = is_first ? value : sum_[static_cast<std::size_t>(i)] + value;
         }
       });

@@ -10,6 +10,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "dpde/kernel_abi.h"
@@ -20,7 +21,9 @@ namespace dpde {
 class FieldTransform {
  public:
   FieldTransform();
-  FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team);
+  /// `before` is what runs just before, or null: where both transform one field only, and the same, it is done once.
+  FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
+                 const FieldTransform* before = nullptr);
   ~FieldTransform();
   FieldTransform(FieldTransform&&) noexcept;
   FieldTransform& operator=(FieldTransform&&) noexcept;
@@ -46,6 +49,7 @@ class FieldTransform {
     double size = 0;
   };
 
+  bool shares_waves_of(const FieldTransform& before) const;
   void note_uniforms(const dpde_symbol& symbol);
   bool has_changed(const double* uniforms);
   void make_multipliers(const double* uniforms);
@@ -71,7 +75,9 @@ class FieldTransform {
   std::vector<int32_t> uniforms_;  // that multipliers depend on
   std::vector<double> values_;     // theirs, of the multipliers that are there
   bool is_made_ = false;
-  std::vector<Complex> waves_, sum_;
+  std::shared_ptr<std::vector<Complex>> waves_;  // of the operand, of the last one where there are several
+  bool has_waves_ = false;                       // made by what runs just before
+  std::vector<Complex> sum_;
   std::vector<Lines> lines_;  // one a thread
 };
 

@@ -106,6 +106,27 @@ TEST(FieldTransforms, AreThoseOfSumsOverAllWaves) {
   }
 }
 
+/// Two of one field, one behind the other, go by the same waves; not where the first one changes the field.
+TEST(FieldTransforms, OfOneFieldShareItsWaves) {
+  constexpr int64_t n = 12;
+  const dpde_layout layout{.rank = 1, .real = DPDE_F64, .cells = {n, 1, 1}, .stride = {1, n, n}, .size = n};
+  const dpde_monomial first_power{DPDE_ONE, {1, 0, 0}}, second_power{DPDE_ONE, {2, 0, 0}};
+  const dpde_transform_term slope_of{.factor = {1, &first_power}}, bend_of{.factor = {1, &second_power}};
+  const dpde_transform slope{1, &slope_of, 1, {1, 0, 0}}, bend{1, &bend_of, 2, {1, 0, 0}},
+      onto{1, &slope_of, 0, {1, 0, 0}};
+  std::vector<double> field = arbitrary(n), by_slope(n), by_bend(n), alone(n);
+  void* fields[]{field.data(), by_slope.data(), by_bend.data()};
+  void* others[]{field.data(), by_slope.data(), alone.data()};
+  for (const dpde_transform& before : {slope, onto}) {
+    FieldTransform first(before, layout, Team(1)), second(bend, layout, Team(1), &first), single(bend, layout, Team(1));
+    first.run(fields, nullptr);
+    second.run(fields, nullptr);
+    single.run(others, nullptr);
+    EXPECT_EQ(by_bend, alone);
+    EXPECT_NE(by_bend, std::vector<double>(n));
+  }
+}
+
 TEST(FieldTransforms, AreTheSameByAnyNumberOfThreads) {
   const Extents cells{45, 32, 30};
   const std::vector<double> field = arbitrary(45 * 32 * 30);

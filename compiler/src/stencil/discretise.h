@@ -127,7 +127,6 @@ class Discretiser {
   std::string stored_reduction(Reduce reduce);
   std::string stored_inference(const model::NetworkCall& e);
   std::string stored_solve(const model::Expr& e);
-  std::string solved_by_waves(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,
@@ -142,6 +141,7 @@ class Discretiser {
   WaveReading wave_reading();
   Quotient waves_at(const model::Expr& e, const Place& place);
   std::optional<Quotient> sum_of_waves(const model::Binary& e, const Place& place);
+  std::string stored_waves(const std::vector<WavePart>& parts);
   std::string stored_transform(Transform transform);
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);

@@ -7,21 +7,13 @@
 
 namespace dpde::stencil {
 
-/// Each wave of the right side is divided by what the operator makes of it.
-std::string Discretiser::solved_by_waves(const model::Solve& solve) {
-  const std::vector<WavePart> parts = wave_parts(solve.operation, wave_reading());
-  require(parts.size() == 1, "the operator holds the unknown alone");
-  const Multiplier by{{WaveFunction::Kind::inverse, 1}, parts.front().symbol};
-  return stored_transform(Transform{{{stored_operand(solve.right, {}), by}}, ""});
-}
-
 /// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
 std::string Discretiser::stored_solve(const model::Expr& e) {
   for (const Operand& known : operands_) {
     if (known.value == e) return known.field;
   }
   const auto& solve = std::get<model::Solve>(e->kind);
-  if (model::is_of_waves(solve, scheme_)) return solved_by_waves(solve);
+  if (model::is_of_waves(solve, scheme_)) return stored_waves({{e, 1.0}});
   PreparedSolve made;
   made.state.name = solve.name;
   made.state.placement = placements_.of(solve.name);

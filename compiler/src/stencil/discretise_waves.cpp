@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives by Fourier series: fields of their own, made by transforms before the kernel.
 #include "model/build.h"
+#include "model/solves.h"
 #include "stencil/build.h"
 #include "stencil/discretise.h"
 #include "stencil/symbol.h"
@@ -20,10 +21,32 @@ Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& p
   } else {
     parts = wave_parts(e, reading);
   }
+  return Quotient{access(stored_waves(parts), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
+}
+
+/// The field that holds their sum. What solves an equation wave by wave is its right side, divided by the operator: so
+/// the velocities of a stream function are made of the vorticity itself.
+std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
   Transform transform;
-  for (const WavePart& part : parts)
-    transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
-  return Quotient{access(stored_transform(std::move(transform)), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
+  for (const WavePart& part : parts) {
+    const model::Solve* solve = std::get_if<model::Solve>(&part.operand->kind);
+    if (solve == nullptr || !model::is_of_waves(*solve, scheme_)) {
+      transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
+      continue;
+    }
+    const std::vector<WavePart> operation = wave_parts(solve->operation, wave_reading());
+    require(operation.size() == 1, "the operator holds the unknown alone");
+    for (const WavePart& right : wave_parts(solve->right, wave_reading())) {
+      const Expr product = part.symbol * right.symbol;
+      const auto polynomial = polynomial_of(product);
+      const Multiplier by{{WaveFunction::Kind::inverse, 1},
+                          operation.front().symbol,
+                          polynomial ? expression_of(*polynomial) : product,
+                          false};
+      transform.terms.push_back({stored_operand(right.operand, {}), by});
+    }
+  }
+  return stored_transform(std::move(transform));
 }
 
 /// Terms of a sum that are made of waves are one transform, where there are several.
