@@ -147,7 +147,8 @@ TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("if(u > 0, u)"), "E0305 ");
   EXPECT_EQ(in_equation("if(u > 0, u, (u, u))", 2), "E0309 both results of an if are of the same length");
   EXPECT_EQ(in_equation("div((u, u)^2)", 2), "E0323 dot(a, b) multiplies vectors");
-  EXPECT_EQ(in_equation("sin((u, u))", 2), "E0307 dot(a, b) and div(v) make a number of vectors");
+  EXPECT_EQ(in_equation("sin((u, u))", 2),
+            "E0307 a component as (v).x is a number; dot(a, b) and div(v) make one of vectors");
   EXPECT_EQ(in_equation("if(u > 0 and k, 1, 2)"), "E0308 compare it with something, as in u > 0");
 }
 
@@ -173,7 +174,8 @@ TEST(Diagnostics, OfScenes) {
   EXPECT_EQ(in_scene("observe u = mean(u)"), "E0303 ");
   EXPECT_EQ(in_scene("observe loss = mean(u)"), "E0304 choose another name");
   EXPECT_EQ(in_scene("exact u = max(x)"), "E0311 an exact solution is made of numbers, parameters, coordinates and t");
-  EXPECT_EQ(in_scene("observe e = (u, u)"), "E0307 dot(a, b) and div(v) make a number of vectors");
+  EXPECT_EQ(in_scene("observe e = (u, u)"),
+            "E0307 a component as (v).x is a number; dot(a, b) and div(v) make one of vectors");
   for (const char* value : {"sqrt(mean(u^2))", "mean(u)*mean(u)", "mean(u) + u", "x*mean(u)", "1/mean(u)", "mean(u)/w",
                             "-max(mean(u), 1)"}) {
     EXPECT_EQ(in_scene(std::string("observe e = ") + value).substr(0, 5), "E0705") << value;

@@ -94,7 +94,8 @@ TEST(Vectors, OfTheWrongKindAreRefused) {
   EXPECT_EQ(message_of("p", "0"), "expected 2 components but this has 1 | one component an axis: (vx, vy)");
   EXPECT_EQ(message_of("(p, p, p)", "0"), "expected 2 components but this has 3 | one component an axis: (vx, vy)");
   EXPECT_EQ(message_of("0", "u"),
-            "expected a number but this is a vector of 2 components | dot(a, b) and div(v) make a number of vectors");
+            "expected a number but this is a vector of 2 components | a component as (v).x is a number; dot(a, b) and "
+            "div(v) make one of vectors");
   EXPECT_EQ(message_of("0", "u.z"), "the scene has no axis z | components of u: u.x, u.y");
   EXPECT_EQ(message_of("0", "p.x"),
             "p is a field and has no components | declare it with vector p in place of field p");

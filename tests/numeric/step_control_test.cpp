@@ -46,7 +46,8 @@ Made make(const std::string& text, const Overrides& set = {}, driver::Backend ba
   DiagnosticSink sink;
   driver::SessionOptions with;
   with.threads = threads;
-  const auto session = driver::Session::open(source, compiled(source, options), with, sink);
+  const auto code = compiled(source, options);
+  const auto session = code ? driver::Session::open(source, code, with, sink) : nullptr;
   Made made;
   if (!session) return made;
   made.result = session->rollout().run();

@@ -45,9 +45,11 @@ class Run {
   bool check_options();
   bool open();
   bool prepare_checkpoints();
+  void look_at_start();
   Observer observer(Progress& progress);
   bool step();
   void report(Json& result);
+  double rounding_of_constraints() const;
   void report_constraints(Json& result);
   void report_errors(Json& result);
   void report_drifts(Json& result);
@@ -64,6 +66,7 @@ class Run {
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
+  Json misses_at_start_ = Json::object();  // by what the first step changes
 };
 
 Json Run::operator()() {
@@ -73,7 +76,9 @@ Json Run::operator()() {
   sums_ = std::make_unique<analysis::SumMonitor>(*session_,
                                                  analysis::conserved_sums(job_.source(), session_->shared_compiled())
                                                      .value_or(std::vector<analysis::ConservedSum>{}));
-  if (!prepare_checkpoints() || !step()) return result;
+  if (!prepare_checkpoints()) return result;
+  if (first_step_ == 0) look_at_start();
+  if (!step()) return result;
   if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink());
   report(result);
   show_curve();
@@ -225,10 +230,27 @@ void Run::report_errors(Json& result) {
   result["error"] = std::move(errors);
 }
 
+/// Of the terms of a constraint: solves end at 1e-10 of their right sides.
+double Run::rounding_of_constraints() const { return session_->problem().scheme.real == Precision::f32 ? 1e-3 : 1e-6; }
+
+/// The first step makes constraints true that the initial state misses.
+void Run::look_at_start() {
+  session_->engine().update_formulas();
+  std::vector<void*> states;
+  for (int s = 0; s < session_->rollout().state_count(); ++s) states.push_back(session_->rollout().initial(s).base());
+  for (const driver::Session::Miss& miss : session_->misses(session_->problem().t_begin, states)) {
+    if (!(miss.value > rounding_of_constraints() * miss.terms)) continue;
+    misses_at_start_[miss.multiplier] = json_number(miss.value);
+    job_.say(fmt::format(
+        "the first step changes the initial state: it misses the constraint that gives {} by {:.3g}, of terms of "
+        "{:.3g}\n",
+        miss.multiplier, miss.value, miss.terms));
+  }
+}
+
 /// Walls that let in more than they let out leave a mean that no pressure takes away.
 void Run::report_constraints(Json& result) {
-  // solves end at 1e-10 of their right sides
-  const double rounding = session_->problem().scheme.real == Precision::f32 ? 1e-3 : 1e-6;
+  const double rounding = rounding_of_constraints();
   const double time = session_->time_of(outcome_.steps_done);
   Json misses = Json::object();
   for (const driver::Session::Miss& miss : session_->misses(time, session_->rollout().final_states())) {
@@ -241,6 +263,7 @@ void Run::report_constraints(Json& result) {
         "with inflow is no part of a mask; events that change the fields come behind the constraint");
   }
   if (!misses.empty()) result["constraints"] = std::move(misses);
+  if (!misses_at_start_.empty()) result["constraints_at_start"] = misses_at_start_;
 }
 
 void Run::write_files() {

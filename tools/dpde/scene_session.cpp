@@ -5,10 +5,24 @@
 
 #include <cmath>
 #include <utility>
+#include <variant>
 
 #include "interrupt.h"
 
 namespace dpde::tools {
+
+namespace {
+
+/// Where a scene is missing.
+SourceRange last_program(const ast::File& file) {
+  SourceRange range;
+  for (const ast::Declaration& declaration : file.declarations) {
+    if (const auto* program = std::get_if<ast::Program>(&declaration.kind)) range = program->name.range;
+  }
+  return range;
+}
+
+}  // namespace
 
 std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
                                             const std::map<std::string, std::string>& overrides) {
@@ -23,7 +37,9 @@ std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions opt
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), options, sink);
   if (!compiled) return nullptr;
   if (!compiled->problem) {
-    sink.report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
+    sink.report("nothing-to-do", last_program(compiled->ast), {"the file has no scene to run"},
+                "add: scene NAME : PROGRAM { ... }; emitted text says at its end why it has none, and then its model's "
+                "file is the one to run");
     return nullptr;
   }
   driver::SessionOptions session;

@@ -187,7 +187,9 @@ void add_halos(const driver::Compiled& compiled, std::vector<Unused>& result) {
                                   fmt::join(idle, " and "), cells, cells == 1 ? "" : "s", cells == 1 ? "is" : "are"),
                       place});
   };
-  for (const model::State& state : problem.states) add(state.name, state.origin.range);
+  if (!model::is_implicit(problem.scheme.time)) {  // else what is solved for is read in the place of a state
+    for (const model::State& state : problem.states) add(state.name, state.origin.range);
+  }
   for (const model::Coefficient& c : problem.coefficients) add(c.name, c.value.origin.range);
 }
 

@@ -31,6 +31,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) bind_split(draft);
   bind_time(draft);
   bind_controls(draft);
+  if (draft.model) bind_masks(draft);
   if (draft.model) bind_equations(draft);
   if (draft.model) bind_boundaries(draft);
   if (draft.model) bind_projections(draft);

@@ -171,7 +171,9 @@ Expr Rewriter::operator()(const Expr& e) {
       [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); },
       [&](const Reduce& r) { return weighted(r, origin); },
       [&](const Apply& a) {
-        return apply({a.function, all(a.arguments), a.component, a.places, a.results}, origin);
+        Operator function = a.function;  // of coordinates: others are on no stretched axis
+        function.body = all(function.body);
+        return apply({std::move(function), all(a.arguments), a.component, a.places, a.results}, origin);
       },
       [&](const NetworkCall& i) {
         return network_call({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin);

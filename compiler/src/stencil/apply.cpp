@@ -135,11 +135,17 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   for (const Operand& known : operands_) {
     if (known.place == place && known.value == e) return access(known.field);
   }
+  const Offset whole = whole_cells(place);
+  if (apply.function.adjoints.empty() && whole != Offset{}) {  // a mask that moves: one field for all readers
+    Place here = place;
+    for (std::size_t axis = 0; axis < here.size(); ++axis) here[axis] -= 2 * whole[axis];
+    return access(std::get<Access>(applied_at(e, here)->kind).field, whole);
+  }
   const Reading reading = reading_of(apply, place);
   const model::Placements inside = placements_.inside(apply, part_of_cell(place));
   Discretiser body(scheme_, names_, rank_, reading, inside);
   body.parts_ = parts_;
-  const Offset offset = whole_cells(place);
+  const Offset& offset = whole;
   const std::vector<std::string> suffixes = component_suffixes(apply.function.body.size());
   const std::string stem = names_.fresh_stem(apply.function.name, suffixes);
   Kernel kernel{apply.function.name, rank_, {}, {}, {}, {}};

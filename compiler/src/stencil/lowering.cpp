@@ -73,8 +73,27 @@ bool is_idle(const Kernel& kernel) { return kernel.stores.empty() && kernel.sums
 
 int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
 
-/// How far beyond walls, where there are any, each preparation of a stage has to go: as far as what it stores is read.
-std::vector<int> grows_of(const Stage& stage, bool has_walls) {
+/// Whether a solve of the stage reads what the kernel stores.
+bool is_read_by_solve(const Stage& stage, const Kernel& kernel) {
+  return std::ranges::any_of(stage.before, [&](const Preparation& preparation) {
+    const auto* solve = std::get_if<PreparedSolve>(&preparation);
+    return solve != nullptr && std::ranges::any_of(kernel.stores, [&](const Store& store) {
+             return signature(solve->kernel).find_read(store.field) != nullptr;
+           });
+  });
+}
+
+/// How far beyond walls each preparation of a stage has to go: as far as what it stores is read. Formulas of
+/// coordinates, as those of masks that move, are filled like coefficients where there are rings beside walls, or a
+/// solve fills them too.
+std::vector<int> grows_of(const Stage& stage, const std::vector<Topology>& axes) {
+  const bool has_walls = std::ranges::count(axes, Topology::bounded) > 0;
+  const bool has_rings = std::ranges::count(axes, Topology::periodic) > 0;
+  const auto is_filled = [&](const Kernel& kernel) {
+    const std::vector<Signature::Read> reads = signature(kernel).reads;
+    const bool is_formula = std::ranges::all_of(reads, [](const auto& read) { return is_coordinate(read.field); });
+    return is_formula && (has_rings || is_read_by_solve(stage, kernel));
+  };
   std::map<std::string, int> reach;
   const auto note = [&](const std::vector<Signature::Read>& reads, int grow) {
     for (const Signature::Read& read : reads) reach[read.field] = std::max(reach[read.field], grow + width_of(read));
@@ -82,7 +101,7 @@ std::vector<int> grows_of(const Stage& stage, bool has_walls) {
   note(signature(stage.kernel).reads, 0);
   std::vector<int> grows(stage.before.size(), 0);
   for (std::size_t i = stage.before.size(); i-- > 0;) {
-    if (const Kernel* kernel = std::get_if<Kernel>(&stage.before[i]); kernel && has_walls) {
+    if (const Kernel* kernel = std::get_if<Kernel>(&stage.before[i]); kernel && has_walls && !is_filled(*kernel)) {
       for (const Store& store : kernel->stores) grows[i] = std::max(grows[i], reach[store.field]);
     }
     note(reads_of(stage.before[i]), grows[i]);
@@ -90,11 +109,11 @@ std::vector<int> grows_of(const Stage& stage, bool has_walls) {
   return grows;
 }
 
-int widest_read(const std::vector<Stage>& stages, bool has_walls) {
+int widest_read(const std::vector<Stage>& stages, const std::vector<Topology>& axes) {
   int width = 0;
   for (const Stage& stage : stages) {
     for (const Signature::Read& read : signature(stage.kernel).reads) width = std::max(width, width_of(read));
-    const std::vector<int> grows = grows_of(stage, has_walls);
+    const std::vector<int> grows = grows_of(stage, axes);
     for (std::size_t i = 0; i < grows.size(); ++i) {
       for (const Signature::Read& read : reads_of(stage.before[i])) width = std::max(width, grows[i] + width_of(read));
       width = std::max(width, width_inside(stage.before[i]));
@@ -404,8 +423,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   std::set<std::string> filled;
-  const bool has_walls = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) > 0;
-  Walls walls(problem_, names_, widest_read(stages, has_walls), plain_boundary(), filled);
+  Walls walls(problem_, names_, widest_read(stages, program.axes), plain_boundary(), filled);
   std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
   BlockScope scope(module, stages, program, filled, grown, walls);
   std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
@@ -427,7 +445,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   };
   for (const Stage& stage : stages) {
     scope.enter(stage.block);
-    const std::vector<int> grows = grows_of(stage, has_walls);
+    const std::vector<int> grows = grows_of(stage, program.axes);
     for (std::size_t i = 0; i < stage.before.size(); ++i) {
       fill(reads_of(stage.before[i]), stage.time, grows[i]);
       match(

@@ -84,7 +84,7 @@ bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
   const bool is_name = cursor.at(TokenKind::identifier);
-  return second == TokenKind::assign || (is_name && second == TokenKind::left_paren);
+  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || second == TokenKind::dot));
 }
 
 /// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
@@ -95,11 +95,12 @@ ItemKind parse_no_equation(Cursor& cursor) {
     cursor.fail("not-an-equation", first.range, {describe(first)}, std::move(hint));
     return ItemKind{};
   };
-  if (!cursor.at(TokenKind::identifier) || cursor.peek_second().kind != TokenKind::assign) return refuse("");
-  const std::string name(first.spelling.substr(0, 40));
+  const TokenKind second = cursor.peek_second().kind;
+  if (!cursor.at(TokenKind::identifier) || (second != TokenKind::assign && second != TokenKind::dot)) return refuse("");
   HeldItem item;
   item.field = cursor.expect_component("a field");
-  cursor.take();
+  const std::string name = item.field.name.substr(0, 40);
+  if (!cursor.accept(TokenKind::assign)) return refuse("");
   item.value = parse_expression(cursor);
   if (!cursor.accept_word("inside"))
     return refuse(

@@ -52,6 +52,10 @@ ItemKind parse_unknown(Cursor& cursor) {
   }
   constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
   item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_component(what);
+  if (cursor.at(TokenKind::comma)) {
+    cursor.fail_expected("the end of the line", "each unknown stands on a line of its own: unknown a; unknown b");
+    return item;
+  }
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
   if (cursor.accept_word("in")) {
     item.low = parse_expression(cursor);

@@ -178,13 +178,30 @@ bool reads_around(const Problem& problem, const std::string& field) {
   });
 }
 
+}  // namespace
+
+std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    const std::vector<std::string> components = components_of(draft, item.field.name);
+    if (std::ranges::find(components, state) == components.end()) continue;
+    for (const ast::BoundarySide& side : item.sides) {
+      const std::string& name = side.place.name;
+      if (name == place || name == "all" || place.starts_with(name + ".")) return side.value.range();
+    }
+  }
+  return std::nullopt;
+}
+
+namespace {
+
 /// Nothing holds what lies on a low wall.
 void check_open_walls(Draft& draft, const State& state) {
   for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
     const Axis& along = draft.problem.axes[axis];
     const SideCondition& low = condition_of(state.boundary[axis].low.kind);
     if (along.topology == Topology::periodic || !state.placement[axis] || !low.keeps_wall()) continue;
-    draft.sink.report("not-allowed-here", state.origin.range,
+    draft.sink.report("not-allowed-here",
+                      boundary_of_side(draft, state.name, along.name + ".low").value_or(state.origin.range),
                       {"outflow", fmt::format("the low wall of {}, which lies on it", state.name)},
                       fmt::format("let it flow out at {}.high", along.name));
   }

@@ -16,9 +16,10 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx",    "dy",      "dz",   "d",   "lap",      "grad",   "div",    "advect",      "dot",          "curl",
-    "norm",  "if",      "mean", "sum", "integral", "inject", "sample", "interpolate", "random_field", "random_signal",
-    "noise", "force_on"};
+    "dx",       "dy",       "dz",     "d",           "lap",          "grad",          "div",
+    "advect",   "dot",      "curl",   "norm",        "if",           "mean",          "sum",
+    "integral", "inject",   "sample", "interpolate", "random_field", "random_signal", "noise",
+    "force_on", "torque_on"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -67,32 +68,13 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "if") return choice(e, range);
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
   if (name == "force_on") return force(e, range);
+  if (name == "torque_on") return torque(e, range);
   if (name == "sample") return sampling(e, range);
   if (name == "inject") return injection(e, range);
   if (name == "random_field" || name == "random_signal") return random_waves(e, range);
   if (name == "noise") return white_noise(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
   return unknown_call(e);
-}
-
-/// force_on(solid, u): what a mask takes of a field that it holds, in a unit of time; the integral of its rate over the
-/// points inside.
-Typed Expressions::force(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse(e.callee, e.callee_range);
-  if (!takes(e, 2)) return {};
-  const auto* mask = std::get_if<ast::Name>(&e.arguments[0].value->kind);
-  const auto* held = std::get_if<ast::Name>(&e.arguments[1].value->kind);
-  Typed result{Typed::Type::vector, {}};
-  for (const std::string& state : components_of(draft_, held ? held->name : "")) {
-    const auto found = draft_.forces.find(state);
-    if (found == draft_.forces.end() || !mask || found->second.mask != mask->name) continue;
-    result.parts.push_back(reduce(Reduce::Kind::integral, found->second.rate, {range}));
-  }
-  if (result.parts.size() == 1) result.type = Typed::Type::number;
-  if (!result.parts.empty()) return result;
-  draft_.sink.report("not-allowed-here", range, {"a field that this mask does not hold", "force_on"},
-                     "in the model, write mask solid; u = 0 inside solid; then force_on(solid, u)");
-  return {};
 }
 
 /// dt(u) of a field whose equation is dt(dt(u)) = ...: its velocity.

@@ -102,9 +102,10 @@ struct Draft {
   std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
-  std::set<std::string> solved;             // what the model solves for: lets with a boundary
-  std::set<std::string> multipliers;        // fields that constraints give
-  std::map<std::string, MaskForce> forces;  // of fields that are held
+  std::set<std::string> solved;              // what the model solves for: lets with a boundary
+  std::set<std::string> multipliers;         // fields that constraints give
+  std::map<std::string, MaskForce> forces;   // of fields that are held
+  std::map<std::string, Expr> moving_masks;  // those that hold t or controls: 1 inside, else 0
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

@@ -70,6 +70,11 @@ Rules rules_of(Purpose purpose) {
           .coordinates = true,
           .time = true,
           .unknowns = true};
+    case Purpose::mask:
+      return {.place = "a mask",
+              .hint = "a mask is a condition of numbers, parameters, controls, coordinates and t",
+              .coordinates = true,
+              .time = true};
     case Purpose::control:
       return {.place = "a control", .hint = "a control is made of numbers, parameters and t", .time = true};
     case Purpose::boundary_weight:
@@ -239,7 +244,8 @@ std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range
   if (value.type == Typed::Type::none) return std::nullopt;
   const bool is_vector = value.type == Typed::Type::vector;
   draft_.sink.report("not-a-number", range, {describe(value)},
-                     is_vector ? "dot(a, b) and div(v) make a number of vectors" : "write if(condition, 1, 0)");
+                     is_vector ? "a component as (v).x is a number; dot(a, b) and div(v) make one of vectors"
+                               : "write if(condition, 1, 0)");
   return std::nullopt;
 }
 
@@ -265,6 +271,8 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
         return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(e.name, range);
       draft_.used.insert(e.name);
+      if (const auto mask = draft_.moving_masks.find(e.name); mask != draft_.moving_masks.end())
+        return number_of(mask->second);
       return number_of(field(e.name, {range}));
     case Role::parameter: return parameter(e.name, range);
     case Role::let: {
@@ -304,6 +312,12 @@ bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& n
 Typed Expressions::parameter(const std::string& name, SourceRange range) {
   draft_.used.insert(name);
   if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
+    if (purpose_ == Purpose::mask) {
+      draft_.sink.report("unknown-in-mask", range, {name, subject_},
+                         "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
+                             "| - r)/w)), and a force -(u - v)*mask/tau in the equation");
+      return {};
+    }
     const bool is_value =
         purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
     draft_.sink.report("unknown-in-number", range, {name, subject_},

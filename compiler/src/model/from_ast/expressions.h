@@ -18,6 +18,7 @@ enum class Purpose {
   initial,
   coefficient,
   control_field,
+  mask,
   exact,
   boundary,
   boundary_weight,
@@ -85,7 +86,6 @@ class Expressions {
   Typed call(const ast::Call& e, SourceRange range);
   Typed unknown_call(const ast::Call& e);
   Typed rate(const ast::Call& e, SourceRange range);
-  Typed force(const ast::Call& e, SourceRange range);
   Typed elementary(Fn fn, const ast::Call& e, SourceRange range);
   Typed choice(const ast::Call& e, SourceRange range);
   Typed along(int axis, const ast::Call& e, SourceRange range);
@@ -100,6 +100,16 @@ class Expressions {
   Typed magnitude(const ast::Expr& operand, SourceRange range);
   Typed norm(const Typed& value, SourceRange range);
   Typed interpolation(const ast::Call& e, SourceRange range);
+
+  // forces.cpp
+  std::vector<Expr> rates_inside(const ast::Call& e, SourceRange range);
+  Typed force(const ast::Call& e, SourceRange range);
+  Typed torque(const ast::Call& e, SourceRange range);
+
+  // wall_integrals.cpp
+  /// The argument at = y.low, or null.
+  static const ast::Argument* wall_of(const ast::Call& e);
+  Typed wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
 
   // inferences.cpp
   bool may_call_network(const DeclaredNetwork& declared, const ast::Call& e);

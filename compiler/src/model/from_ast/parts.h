@@ -133,6 +133,8 @@ std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char*
 
 // controls.cpp
 void bind_controls(Draft& draft);
+// masks.cpp: behind the controls, which may move them
+void bind_masks(Draft& draft);
 
 // events.cpp
 void bind_events(Draft& draft);
@@ -150,8 +152,15 @@ void check_wall_weights(Draft& draft);
 // open_places.cpp: likewise
 void check_open_places(Draft& draft);
 
+// points.cpp
+/// The place so many cells behind the low end of an axis, and before the high one.
+Expr place_after(const Axis& axis, int number_of_axis, double cells);
+Expr place_before(const Axis& axis, int number_of_axis, double cells);
+
 // boundaries.cpp
 void bind_boundaries(Draft& draft);
+/// What the scene says of the state at x.low, ...
+std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place);
 // projections.cpp: constraints
 void bind_projections(Draft& draft);
 /// Of a field that the model solves for, which is no state.

@@ -33,7 +33,8 @@ Expr spacing(int axis) { return param("h" + axis_name(axis)); }
 /// point, as `interp` has it.
 Expr hat(const Expr& left, const Expr& right) { return larger(smaller(left, larger(0.0, right)), 0.0); }
 
-/// The place so many cells behind the low end of an axis, and before the high one.
+}  // namespace
+
 Expr place_after(const Axis& axis, int number_of_axis, double cells) {
   if (!axis.stretch) return plus(axis.low, times(cells, spacing(number_of_axis)));
   return at_place(axis.stretch->map,
@@ -44,6 +45,8 @@ Expr place_before(const Axis& axis, int number_of_axis, double cells) {
   return at_place(axis.stretch->map,
                   larger(minus(axis.high, times(cells, param(uniform_spacing_name(axis)))), axis.low));
 }
+
+namespace {
 
 /// What one source gives along the axes of a scene.
 class Hats {

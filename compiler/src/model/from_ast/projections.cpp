@@ -24,8 +24,9 @@ namespace {
 
 /// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
 /// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
-Expr inside_at(const State& state, const std::string& mask, Origin origin) {
-  const Expr cell = field(mask, origin);
+Expr inside_at(const Draft& draft, const State& state, const std::string& mask, Origin origin) {
+  const auto moving = draft.moving_masks.find(mask);
+  const Expr cell = moving == draft.moving_masks.end() ? field(mask, origin) : moving->second;
   const Expr here = state.placement == Placement{} ? cell : interpolate(cell, origin);
   return binary(BinaryOp::greater, here, 0.25, origin);
 }
@@ -128,7 +129,8 @@ class Binder {
       changed_.push_back({&state, parts->part});
       if (!keeps_multiplier()) state.rhs = parts->rest;
     }
-    if (changed_.empty())
+    const bool is_consequence = draft_.sink.has_errors();  // of an equation that could not be read
+    if (changed_.empty() && !is_consequence)
       refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
     return !changed_.empty();
   }
@@ -188,7 +190,8 @@ class Binder {
         const SideCondition& wall = condition_of((across->boundary[axis].*side).kind);
         const std::string place = along.name + (side == &AxisSides::low ? ".low" : ".high");
         if (!wall.gives_value() && !wall.keeps_wall()) {
-          refuse(range_, fmt::format("{} has no value at {}", across->name, place),
+          refuse(boundary_of_side(draft_, across->name, place).value_or(range_),
+                 fmt::format("{} has no value at {}", across->name, place),
                  fmt::format("write boundary {}: {} = 0{}", across->name, place,
                              side == &AxisSides::high ? ", or = outflow" : ""));
           return std::nullopt;
@@ -212,6 +215,7 @@ void bind_held(Draft& draft) {
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (coefficient.is_mask) masks.push_back(coefficient.name);
   }
+  for (const auto& [mask, inside] : draft.moving_masks) masks.push_back(mask);
   for (const auto& [item, range] : items_of<ast::HeldItem>(draft.model->items)) {
     if (std::ranges::find(masks, item.mask.name) == masks.end()) {
       const std::string near = did_you_mean(item.mask.name, masks);
@@ -229,7 +233,7 @@ void bind_held(Draft& draft) {
     draft.used.insert(item.mask.name);
     const auto values = Expressions(draft, Purpose::equation, item.field.name).components(item.value, item.field.name);
     for (std::size_t i = 0; values && i < states.size(); ++i) {
-      const Expr inside = inside_at(*states[i], item.mask.name, {item.mask.range});
+      const Expr inside = inside_at(draft, *states[i], item.mask.name, {item.mask.range});
       states[i]->held = Held{inside, (*values)[i]};
       if (states[i]->rhs)
         draft.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});

@@ -155,14 +155,6 @@ void bind_states(Draft& draft) {
 
 namespace {
 
-/// solid = x^2 + y^2 < 1
-void bind_mask(Draft& draft, const ast::ValueItem& item) {
-  const auto inside = Expressions(draft, Purpose::coefficient, item.name.name).condition(item.value);
-  const auto mask = std::ranges::find(draft.problem.coefficients, item.name.name, &Coefficient::name);
-  mask->value.origin = {item.value.range()};
-  if (inside) mask->value.formula = select(*inside, 1.0, 0.0, {item.value.range()});
-}
-
 void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
   const std::vector<std::string> names = components_of(draft, item.name.name);
   for (const std::string& name : names) {
@@ -178,7 +170,8 @@ void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::st
   }
   const int every =
       is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
-  if (first && first->is_mask && !is_load(item.value)) return bind_mask(draft, item);
+  const bool is_bound = draft.moving_masks.contains(item.name.name) || (first && first->is_mask);
+  if (is_bound && !is_load(item.value)) return;  // by bind_masks
   const std::vector<Source> sources =
       sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -28,7 +28,10 @@ std::string walls_with_values(const Problem& problem, const State& state) {
 /// Outside of forces on masks: these take the rates as the step has them.
 bool holds_second(const Draft& draft, const Expr& e, const std::string& state) {
   const auto* reduce = std::get_if<Reduce>(&e->kind);
-  const auto is_it = [&](const auto& force) { return force.second.rate == reduce->operand; };
+  const auto is_it = [&](const auto& force) {
+    const auto* moment = std::get_if<Binary>(&reduce->operand->kind);
+    return force.second.rate == reduce->operand || (moment && moment->right == force.second.rate);
+  };
   if (reduce && std::ranges::any_of(draft.forces, is_it)) return false;
   if (std::holds_alternative<Derivative>(e->kind) && reads(e, state) && nested_order(e) >= 2) return true;
   bool found = false;
