@@ -133,7 +133,12 @@ RolloutSetup Engine::tangent_setup() {
     if (!rate.empty()) workspace_->make_like(rate, scene_.sought[c]);
   }
   RolloutSetup both = setup();
-  if (scene_.second.tangent != nullptr) both.step = scene_.second.tangent;  // else nothing that is sought reaches it
+  if (scene_.second.tangent == nullptr) return both;  // nothing that is sought reaches it
+  both.step = scene_.second.tangent;
+  for (const State& state : states_) {
+    const std::string_view rate = scene_.steady > 0 ? rate_of(DPDE_LINK_FIELD, state.name) : "";
+    if (!rate.empty()) both.rates.emplace_back(rate);
+  }
   return both;
 }
 
@@ -214,6 +219,21 @@ void Engine::set_direction(Rollout& rollout, Values direction) {
   }
 }
 
+/// Of runs until steady from the steady state; the rates are found there.
+void Engine::begin_tangent(Rollout& rollout) {
+  begin(rollout);
+  if (scene_.steady == 0 || scene_.second.tangent == nullptr) return;
+  Rollout& from = primary();
+  const RunResult run = from.run();
+  if (run.stopped || run.blow_up) return;
+  if (!run.steady->is_reached)
+    throw NoSolution(fmt::format("after {} steps (t = {:.6g}) the state is not steady", run.steps_done, run.steady->t));
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const int to = rollout.state_index(states_[s].name);
+    if (to >= 0) copy_all(workspace_->layout(), rollout.initial(to).base(), from.final_states()[s]);
+  }
+}
+
 /// They compute the formulas' fields, too, which are there already: what is given, or starts elsewhere, stays.
 void Engine::run_tangents_of_formulas() {
   for (const dpde_program* tangent : {scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
@@ -232,7 +252,7 @@ void Engine::run_tangents_of_formulas() {
 void Engine::product(Values direction, std::span<double> to, Curvature curvature) {
   Rollout& rollout = products(curvature);
   set_direction(rollout, direction);
-  begin(rollout);
+  begin_tangent(rollout);
   was_stopped_ = rollout.gradient().stopped;
   if (was_stopped_) {
     std::ranges::fill(to, std::numeric_limits<double>::quiet_NaN());
@@ -261,7 +281,7 @@ double Engine::rate_along(Values direction) {
     open(tangent_, std::move(forward));
   }
   set_direction(*tangent_, direction);
-  begin(*tangent_);
+  begin_tangent(*tangent_);
   return tangent_->loss();
 }
 

@@ -46,6 +46,7 @@ RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& 
   }
   setup.layout = layout_of(compiled);
   setup.steps = compiled.problem->steps;
+  setup.steady = compiled.problem->steady;
   return setup;
 }
 

@@ -245,6 +245,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   if (p.rate) lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.courant, print(*p.rate)));
+  if (p.steady > 0) lines.push_back(fmt::format("# until steady {}", p.steady));
   for (const State& state : p.states) {
     if (state.parts > 1) lines.push_back(fmt::format("subcycle {} in {}", state.name, state.parts));
   }
@@ -345,39 +346,6 @@ std::vector<std::string> task_lines(const Task& task) {
   return lines;
 }
 
-std::string order_text(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
-
-const char* limiter_text(Limiter limiter) {
-  switch (limiter) {
-    case Limiter::minmod: return "minmod";
-    case Limiter::van_leer: return "van_leer";
-    case Limiter::mc: return "mc";
-  }
-  unreachable("limiter");
-}
-
-std::string advect_text(const Transport& transport) {
-  switch (transport.advect) {
-    case Advection::central: return order_text(transport.order);
-    case Advection::upwind: return fmt::format("upwind({})", transport.order);
-    case Advection::weno: return fmt::format("weno({})", transport.order);
-    case Advection::muscl: return fmt::format("muscl({})", limiter_text(transport.limiter));
-    case Advection::semi_lagrangian: return transport.order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
-    case Advection::maccormack: return "maccormack";
-    case Advection::maccormack_steady: return "maccormack(steady)";
-  }
-  unreachable("advection");
-}
-
-std::string split_text(const Split& split) {
-  std::vector<std::string> parts;
-  for (const Split::Part& part : split.parts) {
-    parts.emplace_back(name_of(part.terms));
-    if (!part.states.empty()) parts.back() += fmt::format("({})", fmt::join(part.states, ", "));
-  }
-  return fmt::format("{}({})", split.kind == Split::Kind::lie ? "lie" : "strang", fmt::join(parts, ", "));
-}
-
 /// An operator whose adjoint is given stands for itself in expressions: here is what it is.
 std::string text_of(const Operator& function) {
   std::vector<std::string> body;
@@ -428,39 +396,6 @@ std::string print(const Expr& expr) { return bare(expr); }
 std::string print(const Source& source) {
   if (source.formula) return print(*source.formula);
   return load_text(source.file, source.variable) + (source.time ? fmt::format(" at t = {}", *source.time) : "");
-}
-
-std::string print(TimeScheme time) {
-  switch (time) {
-    case TimeScheme::euler: return "euler";
-    case TimeScheme::rk2: return "rk2";
-    case TimeScheme::rk4: return "rk4";
-    case TimeScheme::ssp_rk3: return "ssp_rk3";
-    case TimeScheme::verlet: return "verlet";
-    case TimeScheme::ab2: return "ab2";
-    case TimeScheme::ab3: return "ab3";
-    case TimeScheme::leapfrog: return "leapfrog";
-    case TimeScheme::etdrk2: return "etdrk2";
-    case TimeScheme::etdrk4: return "etdrk4";
-    case TimeScheme::backward_euler: return "backward_euler";
-    case TimeScheme::crank_nicolson: return "crank_nicolson";
-    case TimeScheme::imex_euler: return "imex_euler";
-    case TimeScheme::ars222: return "ars222";
-    case TimeScheme::ars443: return "ars443";
-  }
-  unreachable("time scheme");
-}
-
-std::string print(const Scheme& s) {
-  const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
-  std::string others = s.dealias ? "; dealias = two_thirds" : "";
-  if (s.is_split()) others += "; split = " + split_text(s.split);
-  if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
-  if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
-  std::string advect = advect_text(s.transport);
-  for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
-  return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,
-                     order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
 }
 
 std::string print(const Control& control, double step) {

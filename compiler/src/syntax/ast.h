@@ -107,8 +107,8 @@ struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   bool bare = false;  // boundary u = 0, the same as all = 0
 };
 struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
-  Expr from, to;
-  std::optional<Expr> step, courant, speed;
+  Expr from, to;   // time 0 .. 100, step 0.01, until steady 1e-8
+  std::optional<Expr> step, courant, speed, steady;
 };
 struct StepItem {  // step 1/32             (with a hand-written loop)
   Expr step;
@@ -267,12 +267,14 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-/// solve y = b for x by multigrid tolerance 1e-8 { fill x ...; run ... }      The block makes y of x.
+/// solve y = b for x by multigrid tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
+/// The block makes y of x.
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
   std::optional<Identifier> method;
-  std::optional<Expr> tolerance;
+  std::optional<Expr> tolerance, iterations;
+  bool warns = false;
   std::vector<Item> items;
   BlockLayout layout;
 };

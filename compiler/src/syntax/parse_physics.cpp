@@ -240,12 +240,14 @@ ItemKind parse_time(Cursor& cursor) {
                                   : word.spelling == "courant" ? &item.courant
                                                                : nullptr;
     if (word.spelling == "speed") option = &item.speed;
+    if (word.spelling == "until") option = &item.steady;
     if (option == nullptr) {
-      refuse_option(cursor, "time", {"step", "courant", "speed"});
+      refuse_option(cursor, "time", {"step", "courant", "speed", "until steady"});
       continue;
     }
     refuse_repetition(cursor, option->has_value());
     cursor.take();
+    if (option == &item.steady) cursor.expect_word("steady");
     *option = parse_expression(cursor);
   }
   return item;

@@ -71,6 +71,7 @@ std::string print_time(const TimeItem& time) {
   if (time.step) text += ", step " + print(*time.step);
   if (time.courant) text += ", courant " + print(*time.courant);
   if (time.speed) text += ", speed " + print(*time.speed);
+  if (time.steady) text += ", until steady " + print(*time.steady);
   return text;
 }
 
@@ -453,6 +454,8 @@ std::string print_solve(const SolveItem& solve) {
                                  print_names(solve.rights), print_names(solve.unknowns));
   if (solve.method) head += " by " + solve.method->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
+  if (solve.iterations) head += " iterations " + print(*solve.iterations);
+  if (solve.warns) head += " or warn";
   return print_inner_block(head, solve.layout, solve.items);
 }
 

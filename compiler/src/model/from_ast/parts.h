@@ -116,6 +116,8 @@ void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);
 void bind_time(Draft& draft);
 /// The Courant number, and what moves how fast; after the equations.
 void bind_courant(Draft& draft);
+/// steady.cpp: until steady; after the task.
+void check_steady(Draft& draft);
 /// Equations that make several steps within each.
 void bind_subcycles(Draft& draft);
 /// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.

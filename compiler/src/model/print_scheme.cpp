@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Schemes as text.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "model/implicit_part.h"
+#include "model/print_model.h"
+#include "support/assert.h"
+
+namespace dpde::model {
+
+namespace {
+
+std::string order_text(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
+
+const char* limiter_text(Limiter limiter) {
+  switch (limiter) {
+    case Limiter::minmod: return "minmod";
+    case Limiter::van_leer: return "van_leer";
+    case Limiter::mc: return "mc";
+  }
+  unreachable("limiter");
+}
+
+std::string advect_text(const Transport& transport) {
+  switch (transport.advect) {
+    case Advection::central: return order_text(transport.order);
+    case Advection::upwind: return fmt::format("upwind({})", transport.order);
+    case Advection::weno: return fmt::format("weno({})", transport.order);
+    case Advection::muscl: return fmt::format("muscl({})", limiter_text(transport.limiter));
+    case Advection::semi_lagrangian: return transport.order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
+    case Advection::maccormack: return "maccormack";
+    case Advection::maccormack_steady: return "maccormack(steady)";
+  }
+  unreachable("advection");
+}
+
+std::string split_text(const Split& split) {
+  std::vector<std::string> parts;
+  for (const Split::Part& part : split.parts) {
+    parts.emplace_back(name_of(part.terms));
+    if (!part.states.empty()) parts.back() += fmt::format("({})", fmt::join(part.states, ", "));
+  }
+  return fmt::format("{}({})", split.kind == Split::Kind::lie ? "lie" : "strang", fmt::join(parts, ", "));
+}
+
+std::string solve_text(const SolveBy& by) {
+  const std::string warning = by.warns ? ", warn" : "", name(name_of(by.method));
+  if (warning.empty() && by.most_iterations == SolveBy{}.most_iterations)
+    return by.tolerance == SolveBy{}.tolerance ? name : fmt::format("{}({})", name, by.tolerance);
+  return fmt::format("{}({}, {}{})", name, by.tolerance, by.most_iterations, warning);
+}
+
+}  // namespace
+
+std::string print(TimeScheme time) {
+  switch (time) {
+    case TimeScheme::euler: return "euler";
+    case TimeScheme::rk2: return "rk2";
+    case TimeScheme::rk4: return "rk4";
+    case TimeScheme::ssp_rk3: return "ssp_rk3";
+    case TimeScheme::verlet: return "verlet";
+    case TimeScheme::ab2: return "ab2";
+    case TimeScheme::ab3: return "ab3";
+    case TimeScheme::leapfrog: return "leapfrog";
+    case TimeScheme::etdrk2: return "etdrk2";
+    case TimeScheme::etdrk4: return "etdrk4";
+    case TimeScheme::backward_euler: return "backward_euler";
+    case TimeScheme::crank_nicolson: return "crank_nicolson";
+    case TimeScheme::imex_euler: return "imex_euler";
+    case TimeScheme::ars222: return "ars222";
+    case TimeScheme::ars443: return "ars443";
+  }
+  unreachable("time scheme");
+}
+
+std::string print(const Scheme& s) {
+  const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
+  std::string others = s.dealias ? "; dealias = two_thirds" : "";
+  if (s.is_split()) others += "; split = " + split_text(s.split);
+  if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
+  if (s.solve != SolveBy{}) others += "; solve = " + solve_text(s.solve);
+  std::string advect = advect_text(s.transport);
+  for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
+  return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,
+                     order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
+}
+
+}  // namespace dpde::model
