@@ -50,8 +50,9 @@ double largest_size(std::span<const double> values) {
   return most;
 }
 
-CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given)
-    : names_(names_of_unknowns(solve, program)), inputs_(solve, given) {
+CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given,
+                           SolveNote& note)
+    : names_(names_of_unknowns(solve, program)), inputs_(solve, given), note_(&note) {
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};
   rights_ = {solve.rights, solve.count, layout};
@@ -61,6 +62,9 @@ CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program,
   std::copy_n(solve.reach, 3, shape.reach.begin());
   matrix_ = std::make_shared<CoupledMatrix>(shape, coupled_method_of(solve, names_), solve.tolerance);
   near_ = std::max(std::sqrt(rounding_of(layout)), 10 * solve.tolerance);
+  note_->method = matrix_->has_factors() ? "direct" : "bicgstab";
+  note_->reason = matrix_->has_factors() ? "several fields at once: sparse factors"
+                                         : "a wide band: BiCGStab, preconditioned by incomplete factors";
   for (auto* values : {&right_, &solution_, &left_, &correction_}) values->assign(unknowns_.size(), 0.0);
 }
 
@@ -88,6 +92,7 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
     fail("BiCGStab does not come to the tolerance; take direct, or a shorter step");
   refine(fields, apply);
   unknowns_.write(fields, solution_);
+  ++note_->solves;
 }
 
 /// One correction by what the operations themselves leave of the right side: also the check that they are what the

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/solve_note.h"
 #include "solve/coupled_matrix.h"
 #include "solve/solve_inputs.h"
 
@@ -41,7 +42,8 @@ double largest_size(std::span<const double> values);
 class CoupledSolve {
  public:
   CoupledSolve() = default;
-  CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout);
+  /// `note` must stay.
+  CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolveNote& note);
 
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
   /// \throws dpde::Error where there is no solution to the tolerance: it says why.
@@ -58,6 +60,7 @@ class CoupledSolve {
   bool is_made_ = false;
   double near_ = 0;  // a correction of the solution that is larger, relative to it, is no rounding
   std::vector<double> right_, solution_, left_, correction_;
+  SolveNote* note_ = nullptr;
 };
 
 }  // namespace dpde

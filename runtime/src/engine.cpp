@@ -147,6 +147,7 @@ RolloutSetup Engine::setup() const {
   setup.step = scene_.program;
   setup.layout = from.layout();
   setup.steps = scene_.steps;
+  setup.steady = scene_.steady;
   setup.t0 = from.t_begin();
   setup.dt = scene_.step;
   setup.rate = scene_.rate;

@@ -148,7 +148,12 @@ RolloutSetup Engine::tangent_setup() {
   RolloutSetup both = setup();
   both.trial = nullptr;
   both.follows = scene_.trial != nullptr;
-  if (scene_.second.tangent != nullptr) both.step = scene_.second.tangent;  // else nothing that is sought reaches it
+  if (scene_.second.tangent == nullptr) return both;  // nothing that is sought reaches it
+  both.step = scene_.second.tangent;
+  for (const State& state : states_) {
+    const std::string_view rate = scene_.steady > 0 ? rate_of(DPDE_LINK_FIELD, state.name) : "";
+    if (!rate.empty()) both.rates.emplace_back(rate);
+  }
   return both;
 }
 
@@ -229,6 +234,21 @@ void Engine::set_direction(Rollout& rollout, Values direction) {
   }
 }
 
+/// Of runs until steady from the steady state; the rates are found there.
+void Engine::begin_tangent(Rollout& rollout) {
+  begin(rollout);
+  if (scene_.steady == 0 || scene_.second.tangent == nullptr) return;
+  Rollout& from = primary();
+  const RunResult run = from.run();
+  if (run.stopped || run.blow_up) return;
+  if (!run.steady->is_reached)
+    throw NoSolution(fmt::format("after {} steps (t = {:.6g}) the state is not steady", run.steps_done, run.steady->t));
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const int to = rollout.state_index(states_[s].name);
+    if (to >= 0) copy_all(workspace_->layout(), rollout.initial(to).base(), from.final_states()[s]);
+  }
+}
+
 /// They compute the formulas' fields, too, which are there already: what is given, or starts elsewhere, stays.
 void Engine::run_tangents_of_formulas() {
   for (const dpde_program* tangent : {scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
@@ -248,7 +268,7 @@ void Engine::product(Values direction, std::span<double> to, Curvature curvature
   Rollout& rollout = products(curvature);
   follow_objective(rollout);
   set_direction(rollout, direction);
-  begin(rollout);
+  begin_tangent(rollout);
   was_stopped_ = rollout.gradient().stopped;
   if (was_stopped_) {
     std::ranges::fill(to, std::numeric_limits<double>::quiet_NaN());
@@ -278,7 +298,7 @@ double Engine::rate_along(Values direction) {
   }
   follow_objective(*tangent_);
   set_direction(*tangent_, direction);
-  begin(*tangent_);
+  begin_tangent(*tangent_);
   return tangent_->loss();
 }
 

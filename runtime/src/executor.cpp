@@ -201,10 +201,9 @@ int Executor::param_index(std::string_view name) const {
 int Executor::sum_index(std::string_view name) const { return find_name(program_->sums, program_->sum_count, name); }
 
 int Executor::network_index(std::string_view name) const {
-  for (int i = 0; i < program_->network_count; ++i) {
-    if (name == program_->networks[i]->name) return i;
-  }
-  return -1;
+  const auto names = std::span(program_->networks, static_cast<size_t>(program_->network_count));
+  const auto found = std::ranges::find(names, name, [](const auto* one) { return std::string_view(one->name); });
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
 }
 
 void Executor::update_weights() {
@@ -324,6 +323,7 @@ std::int64_t Executor::stack_bytes() const {
   return bytes;
 }
 
+std::deque<SolveNote>& Executor::solve_notes() { return plan_->shelf->notes(); }
 std::string Executor::tuning() const {
   std::string text;
   if (is_tuning()) return text;

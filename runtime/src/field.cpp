@@ -237,6 +237,28 @@ double largest(const dpde_layout& layout, const void* base) {
   return has_nan != 0 ? std::numeric_limits<double>::quiet_NaN() : result;
 }
 
+double largest_difference(const dpde_layout& layout, const void* a, const void* b, double enough) {
+  double result = 0;
+  with_real(layout.real, [&](auto real) {
+    using Real = decltype(real);
+    for_each_row(layout, [&](int64_t y, int64_t z) {
+      if (!(result <= enough)) return;
+      const int64_t first = index_of(layout, 0, y, z);
+      const Real *of_a = static_cast<const Real*>(a) + first, *of_b = static_cast<const Real*>(b) + first;
+      double most = 0;
+      int has_nan = 0;
+#pragma omp simd reduction(max : most) reduction(| : has_nan)
+      for (int64_t x = 0; x < layout.cells[0]; ++x) {
+        const double distance = std::abs(static_cast<double>(of_a[x]) - static_cast<double>(of_b[x]));
+        most = distance > most ? distance : most;
+        has_nan |= static_cast<int>(distance != distance);
+      }
+      result = has_nan != 0 ? std::numeric_limits<double>::quiet_NaN() : std::max(result, most);
+    });
+  });
+  return result;
+}
+
 bool is_finite(const dpde_layout& layout, const void* base) { return !find_not_finite(layout, base).has_value(); }
 
 }  // namespace dpde

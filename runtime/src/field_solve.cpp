@@ -25,6 +25,7 @@ SolverMethod method_of(int32_t kind) {
     case DPDE_SOLVE_MULTIGRID: return SolverMethod::multigrid;
     case DPDE_SOLVE_CG: return SolverMethod::cg;
     case DPDE_SOLVE_BICGSTAB: return SolverMethod::bicgstab;
+    case DPDE_SOLVE_GMRES: return SolverMethod::gmres;
     default: return SolverMethod::automatic;
   }
 }
@@ -38,7 +39,8 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       name_(program.fields[solve.unknowns[0]]),
       periodic_(periodic_axes(solve, layout)),
       inputs_(solve, layout),
-      shelf_(std::move(shelf)) {
+      shelf_(std::move(shelf)),
+      note_(&shelf_->add_note(name_)) {
   for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
 }
 
@@ -54,7 +56,10 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   solver_.reset();  // what fails leaves none that belongs to other coefficients
   matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
-  options_ = {.method = method_of(solve_.method), .tolerance = solve_.tolerance, .rounding = rounding};
+  options_ = {.method = method_of(solve_.method),
+              .tolerance = solve_.tolerance,
+              .most_iterations = solve_.most_iterations,
+              .rounding = rounding};
   if (fits(options_.method)) return;
   if (matrix_.size() <= few_cells) {
     options_.method = SolverMethod::automatic;
@@ -98,6 +103,28 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   SolveReport report = solver_->solve(right_, solution_);
   if (!report.converged) report = solve_again(report);
   if (!std::isfinite(report.residual)) return give_up();
+  note(report);
+  check(report);
+  write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+}
+
+void FieldSolve::note(const SolveReport& report) {
+  ++note_->solves;
+  if (note_->reason != solver_->reason()) {
+    note_->method = name_of(solver_->method());
+    note_->reason = solver_->reason();
+  }
+  note_->iterations += report.iterations;
+  note_->most_iterations = std::max(note_->most_iterations, report.iterations);
+  if (report.residual >= note_->residual) {
+    note_->residual = report.residual;
+    note_->tolerance = report.bound;
+  }
+  note_->incompatible = std::max(note_->incompatible, report.incompatible);
+  if (!report.converged && solve_.warns != 0) ++note_->missed;
+}
+
+void FieldSolve::check(const SolveReport& report) const {
   if (report.is_indefinite)
     throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "
                                             "bicgstab or direct",
@@ -107,13 +134,13 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
                 fmt::format("solve for {}: the operator is singular, and {:.3g} of the right side is out "
                             "of its reach",
                             name_, report.residual));
-  if (!report.converged)
+  if (!report.converged && solve_.warns == 0)
     throw Error(
         ErrorKind::run,
         fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
-                    "tolerance {:.3g}",
-                    name_, report.iterations, name_of(report.method), report.residual, report.bound));
-  write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+                    "tolerance {:.3g}; allow more of them or less accuracy, as solve = {}({:.1g}, {})",
+                    name_, report.iterations, name_of(report.method), report.residual, report.bound,
+                    name_of(report.method), 2 * report.residual, 4 * options_.most_iterations));
 }
 
 }  // namespace dpde

@@ -35,6 +35,8 @@ class FieldSolve {
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
   SolveReport solve_again(const SolveReport& first);
+  void note(const SolveReport& report);
+  void check(const SolveReport& report) const;
 
   dpde_solve solve_{};
   dpde_layout layout_{};
@@ -46,6 +48,7 @@ class FieldSolve {
   SolveOptions options_;
   std::string why_not_;
   std::shared_ptr<SolverShelf> shelf_;
+  SolveNote* note_ = nullptr;  // on the shelf
   std::shared_ptr<LinearSolver> solver_;
 };
 

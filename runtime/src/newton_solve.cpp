@@ -24,7 +24,8 @@ double length(std::span<const double> values) {
 
 }  // namespace
 
-NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given)
+NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& given,
+                         SolverShelf& shelf)
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
       loose_(std::sqrt(rounding_of(given))) {
@@ -35,7 +36,10 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
   unknowns_ = {solve.unknowns, solve.count, layout};
   step_rights_ = {solve.step->rights, solve.count, layout};
   step_unknowns_ = {solve.step->unknowns, solve.count, layout};
-  step_ = CoupledSolve(*solve.step, program, given);
+  note_ = &shelf.add_note(names_);
+  note_->method = "newton";
+  note_->reason = "not linear: Newton's method with compiled tangents";
+  step_ = CoupledSolve(*solve.step, program, given, shelf.add_note(names_of_unknowns(*solve.step, program)));
   for (auto* values : {&right_, &x_, &next_, &left_, &change_}) values->assign(unknowns_.size(), 0.0);
 }
 
@@ -57,10 +61,16 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
     const double change = relative_change();
     if (change > loose_ && change > last) ++growing;
     left = move(fields, apply, left, change > loose_);
-    if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return;
+    if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return note(k + 1);
     last = change;
   }
   fail(most_newton_steps, left);
+}
+
+void NewtonSolve::note(int steps) {
+  ++note_->solves;
+  note_->iterations += steps;
+  note_->most_iterations = std::max(note_->most_iterations, steps);
 }
 
 /// Of what the operations make from the right sides; it is left in `left_`.

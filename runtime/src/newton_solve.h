@@ -8,13 +8,15 @@
 #pragma once
 
 #include "coupled_solve.h"
+#include "solve/solver_shelf.h"
 
 namespace dpde {
 
 class NewtonSolve {
  public:
   NewtonSolve() = default;
-  NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout);
+  /// `shelf`: of the program.
+  NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolverShelf& shelf);
 
   /// \throws dpde::Error where it does not converge: what is left, and what to try.
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
@@ -24,6 +26,7 @@ class NewtonSolve {
   double distance(void* const* fields, const std::function<void()>& apply);
   double relative_change() const;
   double move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve);
+  void note(int steps);
   [[noreturn]] void fail(int steps, double left) const;
 
   std::string names_;
@@ -31,6 +34,7 @@ class NewtonSolve {
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;
   std::vector<double> right_, x_, next_, left_, change_;
+  SolveNote* note_ = nullptr;  // on the shelf
 };
 
 }  // namespace dpde

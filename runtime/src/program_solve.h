@@ -16,9 +16,9 @@ class ProgramSolve {
   ProgramSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
                const std::shared_ptr<SolverShelf>& shelf) {
     if (solve.is_linear == 0) {
-      solve_.emplace<NewtonSolve>(solve, program, layout);
+      solve_.emplace<NewtonSolve>(solve, program, layout, *shelf);
     } else if (solve.count > 1) {
-      solve_.emplace<CoupledSolve>(solve, program, layout);
+      solve_.emplace<CoupledSolve>(solve, program, layout, shelf->add_note(names_of_unknowns(solve, program)));
     } else {
       solve_.emplace<FieldSolve>(solve, program, layout, shelf);
     }

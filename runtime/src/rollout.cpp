@@ -92,8 +92,8 @@ void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const State
   run_block(*forward->block, n, from, to);
 }
 
-void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
-  for (const LossEvent& event : events_at(k)) {
+void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const StateBuffer& state) {
+  for (const LossEvent& event : due) {
     BoundTerm& term = terms[event.term];
     BoundProgram& program = term.loss.program;
     for (const BoundData& data : term.loss.data) program.executor.bind(data.field, data.at[event.entry]);
@@ -141,7 +141,7 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
   parts_made = parts_refused = 0;
   begin(first);
   current = 0;
-  int safe = 0, safe_step = first, k = first;
+  int safe = 0, safe_step = first, k = first, until = first, end = setup.steps;  // end: may become earlier
   const bool observes = observer.every > 0 && observer.call;
   const auto finish = [&](int at) {
     done.steps_done = at;
@@ -153,24 +153,32 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
   };
   const auto observe = [&] {
     const FloatScope of_host(without_subnormals.before());
-    observer.call({k, time(k), buffers[static_cast<size_t>(current)]});
+    observer.call({k, time(k), buffers[static_cast<size_t>(current)], k == end});
+  };
+  // Of the step that has led to state k; only the last one's change is wanted as a number.
+  const auto look_for_steady = [&](const StateBuffer& from, const StateBuffer& to) {
+    const bool is_reached = is_still(from, to);
+    if (is_reached) end = until = k;
+    if (k == end) done.steady = Steady{is_reached, k, time(k), largest_change(from, to)};
   };
   if ((done.blow_up = find_blow_up(first, buffers.front()))) return finish(first);
   if (observes) observe();
-  while (k < setup.steps) {
-    const int observed = observes ? (k / observer.every + 1) * observer.every : setup.steps;
-    const int until = std::min({setup.steps, safe_step + check_interval, observed});
+  while (k < end) {
+    const int observed = observes ? (k / observer.every + 1) * observer.every : end;
+    until = std::min({end, safe_step + check_interval, observed});
     while (k < until) {
       if (stopping()) {
         done.stopped = true;
         return finish(k);
       }
       const int next = free_buffer(current, safe), count = steps_at_once(k, until);
-      steps(k, count, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+      const StateBuffer &from = buffers[static_cast<size_t>(current)], &to = buffers[static_cast<size_t>(next)];
+      steps(k, count, from, to);
       current = next;
       k += count;
+      if (setup.steady > 0) look_for_steady(from, to);
     }
-    if (k == setup.steps || k == safe_step + check_interval) {
+    if (k == end || k == safe_step + check_interval) {
       if (const std::optional<BlowUp> found = find_blow_up(k, buffers[static_cast<size_t>(current)])) {
         done.blow_up = locate_blow_up(safe_step, safe, *found);
         return finish(done.blow_up->step - 1);
@@ -178,7 +186,7 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
       safe = current;
       safe_step = k;
     }
-    if (observes && (k == setup.steps || k == observed)) observe();
+    if (observes && (k == end || k == observed)) observe();
   }
   return finish(k);
 }
@@ -220,6 +228,12 @@ double Rollout::Impl::loss() {
   begin();
   loss_value = 0;
   current = 0;
+  if (setup.steady > 0) {
+    const std::optional<Steady> steady = run_to_steady();
+    if (!steady) return std::numeric_limits<double>::quiet_NaN();
+    add_losses(events_at(setup.steps), steady->step, buffers[static_cast<size_t>(current)]);
+    return loss_value;
+  }
   add_losses(0, buffers.front());
   for (int n = 0, until = 0; n < last_loss;) {  // until: where the next loss is
     if (stopping()) return std::numeric_limits<double>::quiet_NaN();

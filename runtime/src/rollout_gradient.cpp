@@ -45,12 +45,7 @@ const GradientResult& Rollout::Impl::gradient() {
   current = front = 0;
   bar = 0;
   steps_worked = 0;
-  record_tapes(true);
-  add_losses(0, buffers.front());
-  const bool complete = !step_frames.empty() ? run_frames()
-                        : keeps_trajectory   ? run_with_checkpoints()
-                                             : run_without_trajectory();
-  record_tapes(false);
+  const bool complete = setup.steady > 0 ? run_steady_gradient() : run_trajectory_gradient();
   result.stopped = !complete;
   result.loss = loss_value;
   for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = {&setup.layout, bars[bar][i]};
@@ -58,6 +53,16 @@ const GradientResult& Rollout::Impl::gradient() {
                                                 FieldPool::stride_of(setup.layout);
   result.total_seconds = seconds_since(start);
   return result;
+}
+
+bool Rollout::Impl::run_trajectory_gradient() {
+  record_tapes(true);
+  add_losses(0, buffers.front());
+  const bool complete = !step_frames.empty() ? run_frames()
+                        : keeps_trajectory   ? run_with_checkpoints()
+                                             : run_without_trajectory();
+  record_tapes(false);
+  return complete;
 }
 
 /// Counts steps, forward or back, that led to `state`; false when whoever watches wants no more.
@@ -136,7 +141,7 @@ bool Rollout::Impl::run_without_trajectory() {
   }
   forward_done();
   const StateBuffer& last = buffers[static_cast<size_t>(current)];
-  seed_end(last);
+  seed_end(last, last_loss);
   for (int leg = legs() - 1; leg >= 0; --leg) {
     if (stopping()) return false;
     reverse_leg(leg, last);
@@ -153,7 +158,7 @@ bool Rollout::Impl::run_with_checkpoints() {
   std::ranges::fill(slot_buffers, 0);
   if (last_loss == 0) {
     forward_done();
-    seed_end(buffers.front());
+    seed_end(buffers.front(), last_loss);
   }
   schedule.rewind();
   while (const std::optional<checkpoint::Action> next = schedule.next()) {
@@ -221,14 +226,15 @@ bool Rollout::Impl::start_reverse(int leg) {
   front = last_loss;
   add_losses(last_loss, last);
   forward_done();
-  seed_end(last);
+  seed_end(last, last_loss);
   release(next);
   return go_on(last_loss, last_loss - mark(leg));
 }
 
-void Rollout::Impl::seed_end(const StateBuffer& state) {
+/// The losses of the last state, which is the state `k`.
+void Rollout::Impl::seed_end(const StateBuffer& state, int k) {
   std::ranges::fill(is_seeded, char{0});
-  add_seeds(last_loss, state);
+  for (const LossEvent& event : events_at(last_loss)) run_loss_adjoint(event, k, state);
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (is_seeded[i]) continue;
     fill_all(setup.layout, bars[bar][i], 0.0);
@@ -290,8 +296,8 @@ void Rollout::Impl::bind_reverse(const StateBuffer& state, size_t seeds) {
   }
 }
 
-/// The adjoint of step n, and the losses at its first state, which is `state`.
-void Rollout::Impl::reverse(int n, const StateBuffer& state) {
+/// The adjoint of step n, which begins with `state`.
+void Rollout::Impl::reverse_step(int n, const StateBuffer& state) {
   const int parts = parts_of(n, state);
   const bool reads_states = std::ranges::any_of(backward->program.states, [](int field) { return field >= 0; });
   if (parts > 1 && reads_states) {
@@ -299,6 +305,11 @@ void Rollout::Impl::reverse(int n, const StateBuffer& state) {
   } else {
     for (int part = parts; part-- > 0;) reverse_part(n, part, parts, state);
   }
+}
+
+/// And the losses at its first state.
+void Rollout::Impl::reverse(int n, const StateBuffer& state) {
+  reverse_step(n, state);
   drop_adjoints(n);
   if (has_losses(n)) add_seeds(n, state);
 }
@@ -341,7 +352,7 @@ void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
 void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& state) {
   set_step(backward->program, n, part, parts);
   bind_reverse(state, bar);
-  if (part + 1 == parts && has_losses(n + 1)) prepare_seeds();
+  if (part + 1 == parts && (setup.steady > 0 || has_losses(n + 1))) prepare_seeds();
   run_in_step(backward->program.executor, n);
   after_reverse(n);
 }
@@ -353,6 +364,7 @@ void Rollout::Impl::prepare_seeds() {
 
 void Rollout::Impl::after_reverse(int n) {
   bar = 1 - bar;
+  if (!adds_bars) return;
   add_param_bars(backward->program.executor.sums(), backward->params, n);
   add_field_bars(backward->program.executor, backward->fields, n);
 }
@@ -390,7 +402,7 @@ bool Rollout::Impl::run_frames() {
     if (!go_on(n + 1)) return false;
   }
   forward_done();
-  seed_end(buffers[static_cast<size_t>(n)]);
+  seed_end(buffers[static_cast<size_t>(n)], last_loss);
   void** frame = adjoint_frames.data() + adjoint_frames.size();
   while (n-- > 0) {
     if (stopping()) return false;

@@ -14,6 +14,7 @@
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
 #include "field_pool.h"
+#include "solve/krylov.h"
 #include "wavefront.h"
 
 namespace dpde {
@@ -167,6 +168,17 @@ struct Rollout::Impl {
   void run_leg(int leg, const StateBuffer& from, const StateBuffer& to);
   void reverse_leg(int leg, const StateBuffer& state);
 
+  // Until steady (rollout_steady.cpp)
+  double largest_change(const StateBuffer& from, const StateBuffer& to) const;
+  bool is_still(const StateBuffer& from, const StateBuffer& to) const;
+  std::optional<Steady> run_to_steady();
+  Steady find_steady_rates();
+  bool run_steady_gradient();
+  SteadyAdjoint solve_adjoint(const StateBuffer& state);
+  void solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
+                         SteadyAdjoint& report) const;
+  int last_step() const { return std::max(setup.steps - 1, 0); }
+
   // What networks computed (rollout_tapes.cpp)
   void plan_tapes(int64_t left);
   void record_tapes(bool on);
@@ -188,7 +200,8 @@ struct Rollout::Impl {
   void run_in_step(Executor& executor, int n) const;
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
-  void add_losses(int k, const StateBuffer& state);
+  void add_losses(int k, const StateBuffer& state) { add_losses(events_at(k), k, state); }
+  void add_losses(std::span<const LossEvent> due, int k, const StateBuffer& state);
   /// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
   std::span<const LossEvent> events_at(int k) {
     while (next_event > 0 && events[next_event - 1].step >= k) --next_event;
@@ -224,6 +237,7 @@ struct Rollout::Impl {
 
   // Gradient (rollout_gradient.cpp)
   const GradientResult& gradient();
+  bool run_trajectory_gradient();
   bool run_without_trajectory();
   bool run_with_checkpoints();
   void make_frames();
@@ -233,10 +247,11 @@ struct Rollout::Impl {
   void forward_done();
   int take();
   void release(int buffer);
-  void seed_end(const StateBuffer& state);
+  void seed_end(const StateBuffer& state, int k);
   void add_seeds(int k, const StateBuffer& state);
   void run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state);
   void reverse(int n, const StateBuffer& state);
+  void reverse_step(int n, const StateBuffer& state);
   void reverse_parts(int n, int parts, const StateBuffer& state);
   void reverse_part(int n, int part, int parts, const StateBuffer& state);
   void bind_reverse(const StateBuffer& state, size_t seeds);
@@ -254,6 +269,7 @@ struct Rollout::Impl {
   RolloutSetup setup;
   const Purpose purpose;
   std::vector<std::string> state_names, next_names;
+  std::vector<char> is_rate;  // of each state: see RolloutSetup::rates
   std::vector<Field> initial;
   int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
   std::optional<BoundStep> forward;
@@ -306,6 +322,7 @@ struct Rollout::Impl {
   dpde_layout bar_layout{};         // of field_bar_pool: that of the states, but of doubles
   std::vector<StateBuffer> bars;    // two, and one for seeds to be added
   std::vector<char> is_seeded;      // of each state
+  bool adds_bars = true;            // of parameters and fields, in the adjoint of a step
   size_t bar = 0;                   // bars[bar] holds the seeds
   std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;

@@ -42,7 +42,10 @@ void check_steps(const RolloutSetup& setup) {
 Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), purpose(why) {
   check_steps(setup);
   place_sought();
+  if (setup.steady > 0) setup.block_steps = 1;  // each step is looked at
   bind_step();
+  is_rate.resize(state_names.size());
+  for (size_t s = 0; s < is_rate.size(); ++s) is_rate[s] = contains(setup.rates, state_names[s]);
   if (setup.rate != nullptr) bind_rate();
   if (purpose == Purpose::run) plan_block();
   if (setup.adjoint != nullptr) bind_adjoint();
@@ -331,6 +334,11 @@ Rollout::~Rollout() = default;
 Rollout::Rollout(Rollout&&) noexcept = default;
 Rollout& Rollout::operator=(Rollout&&) noexcept = default;
 
+const std::deque<SolveNote>& Rollout::solve_notes() const { return impl_->forward->program.executor.solve_notes(); }
+const std::deque<SolveNote>& Rollout::adjoint_solve_notes() const {
+  static const std::deque<SolveNote> none;
+  return impl_->backward ? impl_->backward->program.executor.solve_notes() : none;
+}
 int Rollout::block_steps() const { return impl_->forward->block ? impl_->forward->block->steps() : 1; }
 std::string Rollout::tuning() const { return impl_->tuning(); }
 int Rollout::gradient_block_steps() const { return impl_->marks.empty() ? 1 : impl_->backward->block->steps(); }

@@ -69,7 +69,7 @@ int Rollout::Impl::plan_slots(const std::vector<char>& read) {
 void Rollout::Impl::plan_storage() {
   int slots = 1;
   std::vector<char> read;
-  if (backward) {
+  if (backward && setup.steady == 0) {
     read = states_read();
     keeps_trajectory = std::ranges::find(read, char{1}) != read.end();
     plan_reverse_block();
@@ -86,7 +86,7 @@ void Rollout::Impl::plan_storage() {
   // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two
   // more are worked in.
   const int64_t unused = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0);
-  if (backward) plan_tapes(has_parts() ? unused / 2 : unused);
+  if (backward && setup.steady == 0) plan_tapes(has_parts() ? unused / 2 : unused);
   const int64_t state_bytes = static_cast<int64_t>(state_names.size()) * FieldPool::stride_of(setup.layout);
   const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
   part_slots = setup.slots > 0 ? setup.slots

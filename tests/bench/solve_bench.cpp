@@ -73,7 +73,7 @@ void multigrid_cycle(benchmark::State& state) {
   multigrid->pack_right(right, b);
   for (auto _ : state) {
     std::fill_n(x.data(), x.size(), 0.0);
-    benchmark::DoNotOptimize(multigrid->iterate(b, x, 0, cycles));
+    benchmark::DoNotOptimize(multigrid->iterate(b, x, 0, 0, cycles));
   }
   count_unknowns(state, static_cast<double>(matrix.size()) * cycles);
 }

@@ -124,7 +124,7 @@ TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
       std::vector<double> x(b.size()), image(b.size());
       Numbers right(multigrid->size()), solution(multigrid->size());
       multigrid->pack_right(b, right);
-      const IterationReport report = multigrid->iterate(right, solution, 1e-10, 40);
+      const IterationReport report = multigrid->iterate(right, solution, 1e-10, 0, 40);
       EXPECT_TRUE(report.converged) << cells[0] << " " << cells[1] << " " << cells[2] << ": " << report.residual;
       multigrid->unpack(solution, x);
       multiply(matrix, x, image);

@@ -91,7 +91,7 @@ TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
       for (double& value : matrix.values[k]) value += matrix.offsets[k][0] * (value == 0 ? 0.0 : 20.0);
     }
     const std::vector<double> b = arbitrary_values(108, 1), y = arbitrary_values(108, 2);
-    for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::bicgstab}) {
+    for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::bicgstab, SolverMethod::gmres}) {
       std::vector<double> x(108, 0.0), z(108, 0.0);
       const SolveOptions options{.method = method, .tolerance = 1e-13};
       EXPECT_TRUE(LinearSolver(matrix, options).solve(b, x).converged);

@@ -13,6 +13,7 @@
 #include "analysis/unused.h"
 #include "character_report.h"
 #include "command.h"
+#include "dpde/runtime/error.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/machine_speed.h"
@@ -21,8 +22,10 @@
 #include "driver/storage.h"
 #include "model/build.h"
 #include "model/chart.h"
+#include "model/solves.h"
 #include "order_report.h"
 #include "preparing.h"
+#include "scene_output.h"
 #include "scene_session.h"
 #include "stability_report.h"
 #include "task_run.h"
@@ -219,6 +222,24 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
   return session;
 }
 
+/// By one step from where the scene begins: the operators are known then.
+std::string report_solves(driver::Session* session, Json& result) {
+  if (session == nullptr || model::solves_of(session->problem()).empty()) return "";
+  RolloutSetup setup = session->setup();
+  setup.steps = 1;
+  setup.steady = 0;
+  Rollout one(std::move(setup));
+  session->engine().begin_other(one);
+  try {
+    one.run();
+  } catch (const Error& error) {
+    return fmt::format("solves: {}\n", error.what());
+  }
+  const auto solves = driver::solves_of(session->compiled(), one.solve_notes());
+  result["solves"] = json_of(solves);
+  return driver::text_of(solves);
+}
+
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Memory memory = driver::memory_of(compiled);
@@ -237,6 +258,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);
+  text += report_solves(session.get(), result);
   text += report_networks(problem, result);
   text += report_cost(job, options, compiled, cells, result);
   result["memory_bytes"] = memory.run;

@@ -59,6 +59,21 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   json[part.name] = std::move(entry);
 }
 
+void report_steady(Job& job, const SteadyAdjoint& adjoint, Json& result) {
+  const Steady& state = adjoint.state;
+  job.say(
+      fmt::format("steady at t = {:.6g} (step {}); its adjoint after {} products with that of a step: {:.2g} of "
+                  "the right side is left, at most {:.2g}\n",
+                  state.t, state.step, adjoint.products, adjoint.residual, adjoint.bound));
+  result["steady"] = {{"time", state.t},
+                      {"steps", state.step},
+                      {"change", json_number(state.change)},
+                      {"products", adjoint.products},
+                      {"residual", json_number(adjoint.residual)},
+                      {"tolerance", adjoint.bound},
+                      {"bytes", adjoint.bytes}};
+}
+
 Json gradient(Job& job, const TaskOptions& options) {
   Json result = Json::object();
   TaskRun run;
@@ -95,6 +110,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       "loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
+  if (last.steady) report_steady(job, *last.steady, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);
   result["wall_s"] = wall;

@@ -51,7 +51,7 @@ std::vector<std::vector<double>> states_at(TaskRun& run, const Eigen::VectorXd& 
   std::vector<std::vector<double>> states;
   run.inverse->assign(x);
   const auto keep = [&](const Snapshot& snapshot) {
-    if (snapshot.step != step) return;
+    if ((snapshot.is_last ? run.session->steps() : snapshot.step) != step) return;
     states.clear();
     for (void* base : snapshot.states) {
       states.emplace_back(run.session->workspace().cell_count());

@@ -144,7 +144,7 @@ bool Record::restore_states(std::span<const double> states) {
 void Record::look(const Snapshot& snapshot) {
   for (Series& series : series_) {
     if (!series.steps.empty() && series.steps.back() >= snapshot.step) continue;  // of before a restart
-    const bool is_end = snapshot.step == 0 || snapshot.step == session_.steps();
+    const bool is_end = snapshot.step == 0 || snapshot.is_last;
     if (is_end || (series.every > 0 && snapshot.step % series.every == 0)) add(series, snapshot);
   }
 }

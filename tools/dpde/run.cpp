@@ -51,6 +51,7 @@ class Run {
   void report(Json& result);
   double rounding_of_constraints() const;
   void report_constraints(Json& result);
+  void report_solves(Json& result);
   void report_errors(Json& result);
   void report_drifts(Json& result);
   void write_files();
@@ -125,7 +126,7 @@ Observer Run::observer(Progress& progress) {
   if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
   if (observer.every == 0) observer.every = std::max(1, session_->steps() / (progress.active() ? 100 : looks_at_sums));
   observer.call = [this, &progress, next = 0](const Snapshot& snapshot) mutable {
-    if (snapshot.step >= next || snapshot.step == session_->steps()) {
+    if (snapshot.step >= next || snapshot.is_last) {
       sums_->look(snapshot.step, snapshot.t, snapshot.states);
       next = snapshot.step + std::max(1, session_->steps() / looks_at_sums);
     }
@@ -146,6 +147,7 @@ bool Run::step() {
   record_->look_at_end(outcome_.steps_done, states);
   if (outcome_.blow_up)
     driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink(), stability::advice_on_blow_up(*session_));
+  driver::report_not_steady(*session_, outcome_, job_.sink());
   if (outcome_.stopped) {
     job_.sink().report("interrupted", {},
                        {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),
@@ -165,6 +167,8 @@ void Run::report(Json& result) {
   const model::Problem& problem = session_->problem();
   if (problem.has_parts()) result["parts"] = outcome_.parts;
   if (problem.step_control) result["refused"] = outcome_.refused;
+  if (outcome_.steady)
+    result["steady"] = {{"reached", outcome_.steady->is_reached}, {"change", json_number(outcome_.steady->change)}};
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
@@ -177,6 +181,9 @@ void Run::report(Json& result) {
   if (problem.step_control)
     job_.say(fmt::format("tolerance {}: {} parts of steps made, {} refused\n", problem.step_control->relative,
                          outcome_.parts, outcome_.refused));
+  if (outcome_.steady && outcome_.steady->is_reached)
+    job_.say(fmt::format("steady at t = {:.6g}: the state changes by {:.3g} a unit of time\n", time,
+                         outcome_.steady->change));
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
@@ -194,6 +201,7 @@ void Run::report(Json& result) {
   }
   result["observables"] = std::move(observables);
   report_constraints(result);
+  report_solves(result);
   report_errors(result);
   report_drifts(result);
 }
@@ -264,6 +272,15 @@ void Run::report_constraints(Json& result) {
   }
   if (!misses.empty()) result["constraints"] = std::move(misses);
   if (!misses_at_start_.empty()) result["constraints_at_start"] = misses_at_start_;
+}
+
+/// How equations were solved, and why so.
+void Run::report_solves(Json& result) {
+  const auto solves = driver::solves_of(session_->compiled(), session_->rollout().solve_notes());
+  if (solves.empty()) return;
+  result["solves"] = json_of(solves);
+  job_.say(driver::text_of(solves));
+  if (!outcome_.blow_up) driver::report_solves(*session_, job_.sink());
 }
 
 void Run::write_files() {

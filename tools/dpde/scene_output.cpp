@@ -160,4 +160,21 @@ std::string cells_text(const driver::Session& session) {
   return text;
 }
 
+Json json_of(const std::vector<driver::SolveReport>& solves) {
+  Json result = Json::array();
+  for (const driver::SolveReport& solve : solves) {
+    const SolveNote& note = solve.note;
+    result.push_back({{"field", solve.field},
+                      {"method", note.method},
+                      {"reason", note.reason},
+                      {"solves", note.solves},
+                      {"iterations", note.iterations},
+                      {"most_iterations", note.most_iterations},
+                      {"residual", json_number(note.residual)},
+                      {"tolerance", note.tolerance},
+                      {"incompatible", json_number(note.incompatible)}});
+  }
+  return result;
+}
+
 }  // namespace dpde::tools

@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "driver/session.h"
+#include "driver/solve_report.h"
 #include "picture.h"
 
 namespace dpde::tools {
@@ -51,5 +52,8 @@ void save_weights(Job& job, const network::Network& network, const std::vector<d
 Json json_cells(const driver::Session& session);
 /// "128" or "64 x 32".
 std::string cells_text(const driver::Session& session);
+
+/// How equations were solved, and why so.
+Json json_of(const std::vector<driver::SolveReport>& solves);
 
 }  // namespace dpde::tools

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "analysis/certificate.h"
+#include "analysis/solve_tolerance.h"
 #include "command.h"
 #include "interrupt.h"
 #include "preparing.h"
@@ -156,6 +157,16 @@ Json to_json(const analysis::Certificate& certificate) {
           {"passed", certificate.passed()}};
 }
 
+/// What the tolerance of solves leaves in the gradient.
+void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& effect, Json& result) {
+  if (!effect) return;
+  result["solves"] = {{"tolerance", effect->tolerance}, {"gradient_error", nullptr}};
+  if (!effect->is_by_steps) return job.say("solves: by factors or transforms, to rounding\n");
+  result["solves"]["gradient_error"] = json_number(effect->error);
+  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of at most {:.1e} in the gradient\n",
+                      effect->tolerance, effect->error));
+}
+
 Json verify(Job& job) {
   Json result = Json::object();
   if (!job.load_source()) return result;
@@ -187,6 +198,7 @@ Json verify(Job& job) {
   const std::string target = target_of(*shared, *options);
   show(job, target, *certificate);
   result = to_json(*certificate);
+  report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
   if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
   return result;
 }

@@ -34,6 +34,11 @@ std::string grid_text(const driver::Session& session) {
   return text;
 }
 
+std::string run_text(const driver::Session& session) {
+  if (session.is_until_steady()) return "steady state";
+  return fmt::format("{} steps", session.steps());
+}
+
 /// How far tangent and adjoint may be apart in a precision.
 struct Tolerance {
   double largest_error;
@@ -79,7 +84,7 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  Comparison result{grid_text(*session), fmt::format("{} steps", session->steps())};
+  Comparison result{grid_text(*session), run_text(*session)};
   result.forward = inverse->rate_along(point.x, point.direction);
   result.backward = gradient.dot(point.direction);
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
@@ -149,8 +154,8 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
     Comparison& result =
-        found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {} steps", what, session->steps()),
-                                      w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+        found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {}", what, run_text(*session)), w.dot(hv),
+                                      v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
     result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
     const auto nudged = [&](double epsilon) {

@@ -80,6 +80,7 @@ int32_t kind_of(SolveMethod method) {
     case SolveMethod::multigrid: return DPDE_SOLVE_MULTIGRID;
     case SolveMethod::cg: return DPDE_SOLVE_CG;
     case SolveMethod::bicgstab: return DPDE_SOLVE_BICGSTAB;
+    case SolveMethod::gmres: return DPDE_SOLVE_GMRES;
   }
   unreachable("kind of solve");
 }
@@ -312,8 +313,10 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           indices(source.unknowns),
           static_cast<int32_t>(block.size()),
           block.data(),
-          kind_of(source.method),
-          source.tolerance,
+          kind_of(source.by.method),
+          source.by.tolerance,
+          source.by.most_iterations,
+          source.by.warns,
           {source.reach[0], source.reach[1], source.reach[2]},
           static_cast<int32_t>(coefficients.size()),
           coefficients.data(),

@@ -134,4 +134,13 @@ void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sin
                               : advice));
 }
 
+void report_not_steady(const Session& session, const RunResult& run, DiagnosticSink& sink) {
+  if (!run.steady || run.steady->is_reached || run.blow_up) return;
+  const model::Problem& problem = session.problem();
+  sink.report("not-steady", problem.time_origin.range,
+              {fmt::format("{}", run.steady->step), fmt::format("{:.6g}", run.steady->t), "scene " + problem.scene,
+               fmt::format("{:.3g}", run.steady->change), fmt::format("{:.3g}", problem.steady)},
+              "let it run longer, or take a larger tolerance; some flows never become steady");
+}
+
 }  // namespace dpde::driver

@@ -21,4 +21,7 @@ void report_instabilities(Session& session, DiagnosticSink& sink);
 /// A blown-up run in the user's words, at the equation of the field. `advice` is what may help; "": a smaller step.
 void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink, const std::string& advice = "");
 
+/// An error of a run until steady that came to its last step before.
+void report_not_steady(const Session& session, const RunResult& run, DiagnosticSink& sink);
+
 }  // namespace dpde::driver

@@ -133,7 +133,8 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   }
   std::vector<double> values;
   const auto keep = [&](const Snapshot& snapshot) {
-    const auto [first, last] = wanted.equal_range(snapshot.step);
+    const auto first = wanted.lower_bound(snapshot.step);  // a run until steady stays where it ends
+    const auto last = snapshot.is_last ? wanted.end() : wanted.upper_bound(snapshot.step);
     if (first == last) return;
     if (datum.series) {
       values.assign(session.workspace().cell_count(), observed(*other, datum.field, snapshot));
@@ -155,6 +156,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
                 fmt::format("dpde run {} {} shows where", source.path(), datum.scene));
     return false;
   }
+  report_not_steady(*other, result, sink);
   report_instabilities(*other, sink);
   return true;
 }

@@ -8,6 +8,7 @@
 #include <ranges>
 #include <set>
 
+#include "dpde/runtime/error.h"
 #include "driver/data.h"
 #include "files/array_file.h"
 #include "model/placement.h"
@@ -162,10 +163,20 @@ bool Inverse::has_walls(const Eigen::VectorXd& x) {
   return !misfit_;
 }
 
+/// A search that tries too long a step is to take a shorter one.
+double Inverse::or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) const {
+  try {
+    return loss();
+  } catch (const NoSolution&) {
+    if (x == start_) throw;
+    return NAN;
+  }
+}
+
 double Inverse::value(const Eigen::VectorXd& x) {
   if (!has_walls(x)) return NAN;
   session_.engine().set_unknowns(x);
-  return session_.engine().loss();
+  return or_none(x, [&] { return session_.engine().loss(); });
 }
 
 double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
@@ -174,7 +185,9 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
     return NAN;
   }
   session_.engine().set_unknowns(x);
-  return session_.engine().gradient({gradient.data(), static_cast<std::size_t>(gradient.size())});
+  return or_none(x, [&] {
+    return session_.engine().gradient({gradient.data(), static_cast<std::size_t>(gradient.size())});
+  });
 }
 
 double Inverse::rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {
@@ -201,7 +214,7 @@ std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd
   }
   const auto add = [&](const Snapshot& snapshot) {
     for (std::size_t i = 0; i < task.tests.size(); ++i) {
-      if (!wanted[i].contains(snapshot.step)) continue;
+      if (!wanted[i].contains(snapshot.is_last ? session_.steps() : snapshot.step)) continue;
       const std::string& name = task.tests[i].quantity.name;
       const dpde_program* program = session_.compiled().program(session_.compiled().names.tests.at(name));
       values[i].second += session_.evaluate(*program, name, snapshot.t, snapshot.states);

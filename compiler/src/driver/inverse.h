@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -44,6 +45,7 @@ class Inverse {
   Bounds bounds() const;
   Eigen::Index size() const { return start_.size(); }
 
+  /// Not a number where a solve finds no solution for x, unless the task starts there: then it throws NoSolution.
   double value(const Eigen::VectorXd& x);
   /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with
   /// these values.
@@ -73,6 +75,7 @@ class Inverse {
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
   bool has_walls(const Eigen::VectorXd& x);
+  double or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) const;
   std::map<std::string, std::vector<double>> start_by_formulas();
 
   Session& session_;

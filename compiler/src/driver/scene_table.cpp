@@ -243,6 +243,7 @@ void SceneTable::Storage::fill() {
   scene.t_begin = problem.t_begin;
   scene.step = problem.step;
   scene.steps = run_steps;
+  scene.steady = options.steps ? 0 : problem.steady;
   for (const model::Parameter& param : problem.params) params.push_back({text(param.name), param.value});
   for (const model::Control& c : problem.controls) {  // a task begins with `start`
     const std::vector<double>& values = c.start.empty() || options.begins_as_scene ? c.values : c.start;

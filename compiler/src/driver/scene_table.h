@@ -18,7 +18,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
 struct SceneTableOptions {
   /// With the scene's own values where the task begins elsewhere: whoever loads them has those of the task, too.
   bool begins_as_scene = false;
-  std::optional<int> steps;  // in place of the scene's
+  std::optional<int> steps;  // in place of the scene's, whatever happens in them
   bool without_files = false;
 };
 

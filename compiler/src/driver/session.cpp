@@ -70,7 +70,7 @@ EngineOptions Session::engine_options() {
 }
 
 bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
-  table_ = SceneTable::make(compiled_, source, {true, steps_, options_.made_up}, sink);
+  table_ = SceneTable::make(compiled_, source, {true, options_.steps, options_.made_up}, sink);
   if (!table_) return false;
   engine_ = std::make_unique<Engine>(table_->scene(), engine_options(), table_);
   for (const std::string& name : compiled_->code->names()) {  // of programs beside the scene's

@@ -70,6 +70,7 @@ class Session {
   /// With losses and adjoints, where there is a task.
   Rollout& rollout() { return engine_->primary(); }
   int steps() const { return steps_; }
+  bool is_until_steady() const { return engine_->scene().steady > 0; }
   double end_time() const { return problem().t_begin + steps_ * problem().step; }
   double time_of(int step) const { return problem().t_begin + step * problem().step; }
   const std::vector<DataStates>& data() const { return data_; }

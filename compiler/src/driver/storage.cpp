@@ -48,6 +48,7 @@ RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& 
   if (setup.trial != nullptr) setup.first_part = compiled.problem->step_control->first;
   setup.layout = layout_of(compiled);
   setup.steps = compiled.problem->steps;
+  setup.steady = compiled.problem->steady;
   return setup;
 }
 

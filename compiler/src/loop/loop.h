@@ -260,8 +260,7 @@ using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep
 struct Solve {
   std::vector<std::string> images, rights, unknowns;
   std::vector<Operation> body;
-  SolveMethod method = SolveMethod::automatic;
-  double tolerance = 0;
+  SolveBy by = {};
   std::array<int, max_rank> reach{};      // how far away the image looks; -1: as far as the axis goes
   std::vector<std::string> coefficients;  // the fields that the body reads beside the unknowns
   std::vector<std::string> params;        // and parameters and counters
@@ -292,9 +291,8 @@ struct Repeat {
 };
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
-         method == other.method && tolerance == other.tolerance && reach == other.reach &&
-         coefficients == other.coefficients && params == other.params && is_linear == other.is_linear &&
-         step == other.step;
+         by == other.by && reach == other.reach && coefficients == other.coefficients && params == other.params &&
+         is_linear == other.is_linear && step == other.step;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

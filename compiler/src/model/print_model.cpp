@@ -258,6 +258,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   add_parts(p, lines);
+  if (p.steady > 0) lines.push_back(fmt::format("# until steady {}", p.steady));
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+// Schemes as text.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "model/implicit_part.h"
 #include "model/print_model.h"
 #include "support/assert.h"
 
@@ -42,6 +44,13 @@ std::string split_text(const Split& split) {
   return fmt::format("{}({})", split.kind == Split::Kind::lie ? "lie" : "strang", fmt::join(parts, ", "));
 }
 
+std::string solve_text(const SolveBy& by) {
+  const std::string warning = by.warns ? ", warn" : "", name(name_of(by.method));
+  if (warning.empty() && by.most_iterations == SolveBy{}.most_iterations)
+    return by.tolerance == SolveBy{}.tolerance ? name : fmt::format("{}({})", name, by.tolerance);
+  return fmt::format("{}({}, {}{})", name, by.tolerance, by.most_iterations, warning);
+}
+
 }  // namespace
 
 std::string print(TimeScheme time) {
@@ -72,7 +81,7 @@ std::string print(const Scheme& s) {
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
   if (s.is_split()) others += "; split = " + split_text(s.split);
   if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
-  if (s.solve != SolveMethod::automatic) others += fmt::format("; solve = {}", name_of(s.solve));
+  if (s.solve != SolveBy{}) others += "; solve = " + solve_text(s.solve);
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,

@@ -93,7 +93,7 @@ struct Scheme {
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer
   Split split = {};
-  SolveMethod solve = SolveMethod::automatic;
+  SolveBy solve = {};
   Implicit implicit = Implicit::linear;
   bool operator==(const Scheme&) const = default;
 

@@ -70,7 +70,7 @@ struct PreparedSolve {
   model::State state;
   std::string unknown, image, right, at_rest, of_walls, total, between_walls;
   Kernel kernel;
-  SolveMethod method = SolveMethod::automatic;
+  SolveBy by = {};
 };
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a

@@ -21,7 +21,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   for (std::size_t axis = 0; axis < place.size(); ++axis) place[axis] = made.state.placement[axis] ? 1 : 0;
   made.right = stored_operand(solve.right, place);
   made.state.boundary = solve.boundary;
-  made.method = scheme_.solve;
+  made.by = scheme_.solve;
   // a state may be solved for: it is another field then
   made.unknown = names_.fresh(names_.is_used(solve.name) ? solve.name + "_solved" : solve.name);
   made.image = names_.fresh(solve.name + "_image");

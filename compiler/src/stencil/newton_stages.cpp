@@ -21,17 +21,20 @@ Expr between_walls(const model::Problem& problem, const model::Placement& placem
   return value;
 }
 
+constexpr double last_change = 1e-10;  // the step that is taken then leaves its square
+
 /// Other methods are those of the scheme's linear solves.
 SolveMethod method_of(const model::Scheme& scheme) {
-  const bool fits = scheme.solve == SolveMethod::direct || scheme.solve == SolveMethod::bicgstab;
-  return fits ? scheme.solve : SolveMethod::automatic;
+  const SolveMethod method = scheme.solve.method;
+  const bool fits = method == SolveMethod::direct || method == SolveMethod::bicgstab;
+  return fits ? method : SolveMethod::automatic;
 }
 
 }  // namespace
 
 std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
                                  const std::vector<NewtonEquation>& equations, Reading reading) {
-  Solve solve{{}, {}, {}, {}, {method_of(lowering.problem().scheme)}, {}, false};
+  Solve solve{{}, {}, {}, {}, {method_of(lowering.problem().scheme), last_change}, {}, false};
   Kernel trial = lowering.kernel(name + "_trial"), left = lowering.kernel(name + "_left");
   for (const NewtonEquation& equation : equations) {
     const std::string copy = lowering.field_beside(equation.state, "trial");

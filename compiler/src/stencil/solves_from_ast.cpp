@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 
 #include "stencil/expr_from_ast.h"
@@ -26,7 +27,7 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
     const std::optional<SolveMethod> method = find_solve_method(source.method->name);
     if (!method) {
       std::vector<std::string> names;
-      for (int i = 0; i <= static_cast<int>(SolveMethod::bicgstab); ++i)
+      for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i)
         names.emplace_back(name_of(static_cast<SolveMethod>(i)));
       sink.report("bad-program", source.method->range, {source.method->name + " is no method to solve by"},
                   did_you_mean(source.method->name, names));
@@ -34,13 +35,22 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
     }
     by.method = *method;
   }
-  if (!source.tolerance) return by;
-  const auto* number = std::get_if<ast::Number>(&(*source.tolerance)->kind);
-  if (number == nullptr || !(number->value > 0 && number->value < 1)) {
+  by.warns = source.warns;
+  const auto number_of = [](const ast::Expr& e) {
+    const auto* number = std::get_if<ast::Number>(&e->kind);
+    return number == nullptr ? 0 : number->value;
+  };
+  if (source.tolerance) by.tolerance = number_of(*source.tolerance);
+  if (!(by.tolerance > 0 && by.tolerance < 1)) {
     sink.report("bad-program", source.tolerance->range(), {"a tolerance is a number between 0 and 1"}, "as 1e-10");
     return std::nullopt;
   }
-  by.tolerance = number->value;
+  const double most = source.iterations ? number_of(*source.iterations) : by.most_iterations;
+  if (!(most >= 1 && most <= 1e9 && most == std::floor(most))) {
+    sink.report("bad-program", source.iterations->range(), {"iterations are a whole number from 1 on"}, "as 200");
+    return std::nullopt;
+  }
+  by.most_iterations = static_cast<int>(most);
   return by;
 }
 

@@ -56,8 +56,9 @@
 //    interior cells. Behind it x is what gives b: of all x for which |Ax - b| is least the smallest one, known in the
 //    interior. So where A takes every constant to 0 and sums to 0, the mean of b is not looked at and x has none. The
 //    block sees the interior of what it reads from outside; what it writes is known in it only. `by` names a method,
-//    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step (the interpreter solves exactly). There
-//    may be several of each, solve y, w = b, c for x, v { ... }: A makes y and w of x and v.
+//    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step, `iterations` after how many steps it is
+//    an error or, with `or warn`, a warning (the interpreter solves exactly). There may be several of each,
+//    solve y, w = b, c for x, v { ... }: A makes y and w of x and v.
 //  - newton y, w = b, c for x, v { block }: the same where the block is not linear, y, w = F(x, v). Behind it x, v is
 //    the solution to which Newton's method comes that begins with b, c; `tolerance` is the last change of a field over
 //    the field.
@@ -310,12 +311,6 @@ struct Run {
   std::string kernel;
   int grow = 0;
   bool operator==(const Run&) const = default;
-};
-/// How, and how well.
-struct SolveBy {
-  SolveMethod method = SolveMethod::automatic;
-  double tolerance = 1e-10;
-  bool operator==(const SolveBy&) const = default;
 };
 struct Solve;
 struct Repeat;

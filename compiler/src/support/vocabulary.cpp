@@ -166,12 +166,13 @@ std::string_view name_of(SolveMethod method) {
     case SolveMethod::multigrid: return "multigrid";
     case SolveMethod::cg: return "cg";
     case SolveMethod::bicgstab: return "bicgstab";
+    case SolveMethod::gmres: return "gmres";
   }
   unreachable("name of a method");
 }
 
 std::optional<SolveMethod> find_solve_method(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(SolveMethod::bicgstab); ++i) {
+  for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i) {
     if (name_of(static_cast<SolveMethod>(i)) == name) return static_cast<SolveMethod>(i);
   }
   return std::nullopt;

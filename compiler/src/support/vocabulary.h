@@ -49,7 +49,15 @@ enum class Topology { periodic, bounded };
 /// How the values of a field along some axes become one.
 enum class Reduction { mean, sum, max, min };
 /// How a linear system is solved; automatic: as the operator's properties say.
-enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab };
+enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+/// How, and how well. What does not come near enough is an error, or where `warns` a warning.
+struct SolveBy {
+  SolveMethod method = SolveMethod::automatic;
+  double tolerance = 1e-12;
+  int most_iterations = 200;
+  bool warns = false;
+  bool operator==(const SolveBy&) const = default;
+};
 /// What the values of fields are, and what is computed with them.
 enum class Precision { f64, f32 };
 

@@ -108,8 +108,9 @@ struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
 };
 struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
                    // time 0 .. 1, step 1/32, tolerance 1e-6, absolute 1e-9, first 1e-3
+                   // time 0 .. 100, step 0.01, until steady 1e-8
   Expr from, to;
-  std::optional<Expr> step, courant, speed, tolerance, absolute, first;
+  std::optional<Expr> step, courant, speed, tolerance, absolute, first, steady;
 };
 struct StepItem {  // step 1/32             (with a hand-written loop)
   Expr step;
@@ -268,12 +269,14 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-/// solve y = b for x by multigrid tolerance 1e-8 { fill x ...; run ... }      The block makes y of x.
+/// solve y = b for x by multigrid tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
+/// The block makes y of x.
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
   std::optional<Identifier> method;
-  std::optional<Expr> tolerance;
+  std::optional<Expr> tolerance, iterations;
+  bool warns = false;
   std::vector<Item> items;
   BlockLayout layout;
 };

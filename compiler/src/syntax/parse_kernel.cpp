@@ -177,6 +177,9 @@ ItemKind parse_solve(Cursor& cursor) {
   item.unknowns = parse_components(cursor, "the field that is sought");
   if (cursor.accept_word("by")) item.method = cursor.expect_name("a method, as multigrid");
   if (cursor.accept_word("tolerance")) item.tolerance = parse_expression(cursor);
+  if (cursor.accept_word("iterations")) item.iterations = parse_expression(cursor);
+  item.warns = cursor.accept_word("or");
+  if (item.warns) cursor.expect_word("warn");
   if (!cursor.begin_block(max_blocks_inside))
     cursor.fail("repeats-too-deep", item.unknowns.front().range, {std::to_string(max_blocks_inside)});
   parse_items(cursor, item.layout, operator_rule(), item.items);

@@ -238,23 +238,25 @@ ItemKind parse_boundary(Cursor& cursor) {
 ItemKind parse_time(Cursor& cursor) {
   TimeItem item;
   using Option = std::pair<std::string_view, std::optional<Expr>*>;
-  const std::array<Option, 6> options{{{"step", &item.step},
+  const std::array<Option, 7> options{{{"step", &item.step},
                                        {"courant", &item.courant},
                                        {"speed", &item.speed},
                                        {"tolerance", &item.tolerance},
                                        {"absolute", &item.absolute},
-                                       {"first", &item.first}}};
+                                       {"first", &item.first},
+                                       {"until", &item.steady}}};
   item.from = parse_expression(cursor);
   cursor.expect(TokenKind::dot_dot);
   item.to = parse_expression(cursor);
   while (cursor.accept(TokenKind::comma)) {
     const auto option = std::ranges::find(options, cursor.peek().spelling, &Option::first);
     if (option == options.end()) {
-      refuse_option(cursor, "time", {"step", "courant", "speed", "tolerance", "absolute", "first"});
+      refuse_option(cursor, "time", {"step", "courant", "speed", "tolerance", "absolute", "first", "until steady"});
       continue;
     }
     refuse_repetition(cursor, option->second->has_value());
     cursor.take();
+    if (option->second == &item.steady) cursor.expect_word("steady");
     *option->second = parse_expression(cursor);
   }
   return item;

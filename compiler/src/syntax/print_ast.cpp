@@ -74,6 +74,7 @@ std::string print_time(const TimeItem& time) {
   if (time.tolerance) text += ", tolerance " + print(*time.tolerance);
   if (time.absolute) text += ", absolute " + print(*time.absolute);
   if (time.first) text += ", first " + print(*time.first);
+  if (time.steady) text += ", until steady " + print(*time.steady);
   return text;
 }
 
@@ -456,6 +457,8 @@ std::string print_solve(const SolveItem& solve) {
                                  print_names(solve.rights), print_names(solve.unknowns));
   if (solve.method) head += " by " + solve.method->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
+  if (solve.iterations) head += " iterations " + print(*solve.iterations);
+  if (solve.warns) head += " or warn";
   return print_inner_block(head, solve.layout, solve.items);
 }
 

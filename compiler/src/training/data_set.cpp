@@ -59,6 +59,12 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
   maker->session_ = maker->open_run(0, {}, sink);
   if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
+  const model::Problem& problem = maker->session_->problem();
+  if (problem.steady > 0) {
+    sink.report("not-allowed-here", problem.time_origin.range, {"until steady", "a scene of a data set"},
+                "its runs have the same frames: leave it out");
+    return nullptr;
+  }
   maker->files_ = files::hash_of_files(maker->session_->problem(), source);
   for (const model::Axis& axis : maker->session_->axes()) {
     if (axis.cells % maker->set_.coarsen == 0) continue;

@@ -220,7 +220,8 @@ enum {
   DPDE_SOLVE_FOURIER = 3,
   DPDE_SOLVE_MULTIGRID = 4,
   DPDE_SOLVE_CG = 5,
-  DPDE_SOLVE_BICGSTAB = 6
+  DPDE_SOLVE_BICGSTAB = 6,
+  DPDE_SOLVE_GMRES = 7
 };
 /* The operations make `images` of `unknowns`, linearly: these become what makes them equal to `rights` (indices into
  * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its
@@ -234,6 +235,8 @@ typedef struct dpde_solve {
   const struct dpde_operation* operations;
   int32_t method;
   double tolerance;             /* of |images - rights| / |rights|; not linear: of the last change / unknowns */
+  int32_t most_iterations;      /* of methods that come near step by step */
+  int32_t warns;                /* what does not come to the tolerance is no error */
   int64_t reach[DPDE_MAX_RANK]; /* how many cells away the image looks; -1: as far as the axis goes */
   int32_t coefficient_count;
   const int32_t* coefficients; /* indices into dpde_program.fields */

@@ -120,6 +120,8 @@ typedef struct dpde_scene {
   dpde_axis axes[DPDE_MAX_RANK];
   double t_begin, step;
   int32_t steps;
+  double steady; /* > 0: the run ends where no state changes by more a unit of time; see RolloutSetup::steady in
+                    dpde/runtime/rollout.h */
   int32_t param_count;
   const dpde_value* params; /* an unknown has the value its task begins with */
   int32_t control_count;

@@ -37,10 +37,12 @@ CoupledMatrix::CoupledMatrix(const CoupledShape& shape, Method method, double to
   number_cells(shape);
   const std::int64_t size = cells_ * unknowns_, width = widest();
   const double work = static_cast<double>(size) * static_cast<double>(width) * static_cast<double>(width);
-  if (method == Method::direct || (method == Method::automatic && work <= most_band_work)) {
+  if (method != Method::bicgstab && work <= most_band_work) {
     band_.emplace(size, width);
+  } else if (method == Method::direct) {
+    sparse_ = std::make_unique<SparseFactors>(columns_of_rows());
   } else {
-    make_rows();
+    rows_ = std::make_unique<IncompleteFactors>(columns_of_rows());
     iterations_.emplace([this](std::span<const double> x, std::span<double> made) { rows_->multiply(x, made); },
                         [this](std::span<const double> r, std::span<double> z) { rows_->precondition(r, z); },
                         tolerance, most_coupled_iterations);
@@ -99,7 +101,7 @@ std::int64_t CoupledMatrix::widest() const {
   return most * unknowns_ + unknowns_ - 1;
 }
 
-void CoupledMatrix::make_rows() {
+std::vector<std::vector<std::int64_t>> CoupledMatrix::columns_of_rows() const {
   std::vector<std::vector<std::int64_t>> rows(static_cast<std::size_t>(cells_ * unknowns_));
   for (const std::vector<std::int64_t>& columns : columns_) {
     for (std::int64_t cell = 0; cell < cells_; ++cell) {
@@ -111,12 +113,14 @@ void CoupledMatrix::make_rows() {
     }
   }
   for (std::vector<std::int64_t>& row : rows) std::ranges::sort(row);
-  rows_ = std::make_unique<IncompleteFactors>(rows);
+  return rows;
 }
 
 void CoupledMatrix::set(std::int64_t row, std::int64_t column, double value) {
   if (band_) {
     band_->entry(row, column) = value;
+  } else if (sparse_) {
+    sparse_->set(row, column, value);
   } else {
     rows_->set(row, column, value);
   }
@@ -125,6 +129,8 @@ void CoupledMatrix::set(std::int64_t row, std::int64_t column, double value) {
 bool CoupledMatrix::make(const CoupledImage& image) {
   if (band_) {
     band_->set_zero();
+  } else if (sparse_) {
+    sparse_->set_zero();
   } else {
     rows_->set_zero();
   }
@@ -141,6 +147,7 @@ bool CoupledMatrix::make(const CoupledImage& image) {
       }
     }
   }
+  if (sparse_) return sparse_->factor();
   return band_ ? band_->factor() : rows_->factor();
 }
 
@@ -156,6 +163,8 @@ bool CoupledMatrix::solve(std::span<const double> right, std::span<double> x) {
   if (band_) {
     band_->solve(right_);
     std::ranges::copy(right_, solution_.begin());
+  } else if (sparse_) {
+    sparse_->solve(right_, solution_);
   } else {
     std::ranges::fill(solution_, 0.0);
     has_come = iterations_->bicgstab(right_, solution_).converged;

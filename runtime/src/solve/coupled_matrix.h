@@ -2,7 +2,7 @@
 // The matrix of a linear operator with one or more unknowns a cell, found by running it on unit vectors of each unknown
 // (colours as in operator_probe.h), and what solves with it: factors of a band where the unknowns of a cell and those
 // of its neighbours can be numbered near each other (always along one axis, and where no cell looks at another), else
-// BiCGStab with incomplete factors. Everything it needs is allocated once.
+// BiCGStab with incomplete factors, or sparse factors where these are wanted. All but those is allocated once.
 #pragma once
 
 #include <array>
@@ -16,6 +16,7 @@
 #include "solve/banded.h"
 #include "solve/incomplete_factors.h"
 #include "solve/krylov.h"
+#include "solve/sparse_factors.h"
 
 namespace dpde {
 
@@ -38,12 +39,13 @@ class CoupledMatrix {
   bool make(const CoupledImage& image);
   /// False where it does not come near enough.
   bool solve(std::span<const double> right, std::span<double> x);
+  bool has_factors() const { return band_.has_value() || sparse_ != nullptr; }
 
  private:
   void find_columns(const CoupledShape& shape);
   void number_cells(const CoupledShape& shape);
   std::int64_t widest() const;
-  void make_rows();
+  std::vector<std::vector<std::int64_t>> columns_of_rows() const;
   void set(std::int64_t row, std::int64_t column, double value);
   /// The number of an unknown in the matrix.
   std::int64_t number(std::int64_t cell, int unknown) const {
@@ -56,6 +58,7 @@ class CoupledMatrix {
   std::vector<std::vector<std::int64_t>> of_colour_;
   std::vector<std::int64_t> numbers_;
   std::optional<BandedMatrix> band_;
+  std::unique_ptr<SparseFactors> sparse_;  // where factors are wanted and the band is wide
   std::unique_ptr<IncompleteFactors> rows_;
   std::optional<Iterations> iterations_;
   std::vector<double> unit_, image_, right_, solution_;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace dpde {
-namespace {
 
 double dot(std::span<const double> a, std::span<const double> b) {
   double lanes[4] = {};
@@ -16,12 +15,9 @@ double dot(std::span<const double> a, std::span<const double> b) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-/// y += c*x
-void add(double c, std::span<const double> x, std::span<double> y) {
+void add_multiple(double c, std::span<const double> x, std::span<double> y) {
   for (std::size_t i = 0; i < x.size(); ++i) y[i] += c * x[i];
 }
-
-}  // namespace
 
 double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
 
@@ -52,8 +48,8 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     if (sign == 0) sign = curvature < 0 ? -1 : 1;
     report.is_indefinite = !(curvature * sign > 0);
     if (report.is_indefinite) return report;
-    add(product / curvature, p_, x);
-    add(-product / curvature, q_, r_);
+    add_multiple(product / curvature, p_, x);
+    add_multiple(-product / curvature, q_, r_);
   }
 }
 
@@ -72,12 +68,12 @@ void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationR
     multiply_(z_, v_);
     alpha = rho / dot(first_, v_);
     for (std::size_t i = 0; i < s_.size(); ++i) s_[i] = r_[i] - alpha * v_[i];
-    add(alpha, z_, x);
+    add_multiple(alpha, z_, x);
     precondition_(s_, z_);
     multiply_(z_, t_);
     const double length = dot(t_, t_);
     omega = length == 0 ? 0 : dot(t_, s_) / length;
-    add(omega, z_, x);
+    add_multiple(omega, z_, x);
     for (std::size_t i = 0; i < r_.size(); ++i) r_[i] = s_[i] - omega * t_[i];
     ++report.iterations;
     const double residual = norm(r_);

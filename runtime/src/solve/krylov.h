@@ -18,7 +18,10 @@ struct IterationReport {
   bool converged = false, is_indefinite = false;
 };
 
+double dot(std::span<const double> a, std::span<const double> b);
 double norm(std::span<const double> a);
+/// y += c*x
+void add_multiple(double c, std::span<const double> x, std::span<double> y);
 
 /// Memory for the vectors of one size.
 class Iterations {

@@ -16,6 +16,7 @@
 #include "solve/direct.h"
 #include "solve/finite.h"
 #include "solve/fourier.h"
+#include "solve/gmres.h"
 #include "solve/krylov.h"
 #include "solve/multigrid.h"
 #include "solve/null_space.h"
@@ -25,6 +26,7 @@ namespace dpde {
 
 namespace {
 
+constexpr int vectors_of_gmres = 40;          // between restarts
 constexpr std::int64_t small_system = 10000;  // factors of so many cells cost no more than cycles, and are exact
 using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -60,6 +62,7 @@ std::string_view name_of(SolverMethod method) {
     case SolverMethod::multigrid: return "multigrid";
     case SolverMethod::cg: return "cg";
     case SolverMethod::bicgstab: return "bicgstab";
+    case SolverMethod::gmres: return "gmres";
   }
   return "";
 }
@@ -82,13 +85,16 @@ struct LinearSolver::Impl {
   bool try_fourier(const StencilMatrix& matrix);
   bool try_multigrid(const StencilMatrix& matrix, SolverMethod wanted);
   void make_direct(const StencilMatrix& matrix, const char* why);
-  void make_bicgstab(const StencilMatrix& matrix);
-  void make_bicgstab_with_multigrid();
+  void make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted);
+  void precondition_by_multigrid();
   void make_iterations(VectorFunction precondition);
   SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
   IterationReport iterate(std::span<double> x);
   IterationReport iterate_packed(std::span<double> x);
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
+  /// What rounding of the entries makes of A*x, over |x|.
+  double rounding_of_x() const { return 8 * options.rounding * largest_row; }
+  bool has_steps() const { return iterations || gmres || is_packed; }
   bool is_symmetric() const {
     const Rows difference = rows - Rows(rows.transpose());
     return difference.norm() <= 64 * options.rounding * rows.norm();
@@ -109,6 +115,7 @@ struct LinearSolver::Impl {
   std::optional<Multigrid> multigrid;
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
+  std::optional<Gmres> gmres;
   std::vector<double> right, residual;
   bool is_packed = false;  // multigrid, or conjugate gradients with it, in its order of cells
   Numbers packed_right, packed_x;
@@ -142,8 +149,13 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
     vector_of(y).noalias() = rows * vector_of(x);
   };
-  iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
-  iterations->resize(right.size());
+  if (method == SolverMethod::gmres) {
+    gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres);
+    gmres->resize(right.size());
+  } else {
+    iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
+    iterations->resize(right.size());
+  }
 }
 
 bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
@@ -164,10 +176,10 @@ bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod
 }
 
 /// Of unsymmetric operators, in the cells' own order.
-void LinearSolver::Impl::make_bicgstab_with_multigrid() {
+void LinearSolver::Impl::precondition_by_multigrid() {
   packed_right = Numbers(multigrid->size());
   packed_x = Numbers(multigrid->size());
-  reason = "not symmetric: BiCGStab, preconditioned by multigrid of the symmetric part";
+  reason += ", preconditioned by multigrid of the symmetric part";
   make_iterations([this](std::span<const double> r, std::span<double> z) {
     multigrid->pack_right(r, packed_right);
     multigrid->cycle(packed_right, packed_x);
@@ -178,33 +190,35 @@ void LinearSolver::Impl::make_bicgstab_with_multigrid() {
 IterationReport LinearSolver::Impl::iterate_packed(std::span<double> x) {
   multigrid->pack_right(right, packed_right);
   multigrid->pack(x, packed_x);
-  const IterationReport report =
-      iterations ? iterations->cg(packed_right, packed_x)
-                 : multigrid->iterate(packed_right, packed_x, options.tolerance, options.most_iterations);
+  const IterationReport report = iterations ? iterations->cg(packed_right, packed_x)
+                                            : multigrid->iterate(packed_right, packed_x, options.tolerance,
+                                                                 rounding_of_x(), options.most_iterations);
   multigrid->unpack(packed_x, x);
   return report;
 }
 
 IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
   if (is_packed) return iterate_packed(x);
+  if (gmres) return gmres->solve(right, x);
   return method == SolverMethod::cg ? iterations->cg(right, x) : iterations->bicgstab(right, x);
 }
 
-void LinearSolver::Impl::make_bicgstab(const StencilMatrix& matrix) {
+void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted) {
   if (null_space.is_lopsided())
-    refuse(SolverMethod::bicgstab,
+    refuse(wanted,
            "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
            "round)",
            "take direct, or write it in the form of fluxes");
-  method = SolverMethod::bicgstab;
+  method = wanted;
+  reason = wanted == SolverMethod::gmres ? "GMRES" : "not symmetric: BiCGStab";
   multigrid = Multigrid::of_symmetric_part(matrix, null_space, options.rounding, false, no_multigrid);
-  if (multigrid) return make_bicgstab_with_multigrid();
+  if (multigrid) return precondition_by_multigrid();
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
   incomplete.compute(Eigen::SparseMatrix<double>(rows));
   if (incomplete.info() != Eigen::Success)
     throw Error(ErrorKind::run, "the operator is singular: no incomplete factors of it are found");
-  reason = "neither constant nor coupled with neighbours alone: BiCGStab, preconditioned by incomplete factors";
+  reason += ", preconditioned by incomplete factors, as cells are coupled with more than their neighbours";
   make_iterations(
       [this](std::span<const double> r, std::span<double> z) { vector_of(z) = incomplete.solve(vector_of(r)); });
 }
@@ -216,7 +230,7 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
       if (matrix.size() <= small_system || null_space.is_lopsided())
         return make_direct(matrix, null_space.is_lopsided() ? "singular and not symmetric: inverted as a whole"
                                                             : "a small system: sparse factors");
-      if (!try_multigrid(matrix, SolverMethod::cg)) make_bicgstab(matrix);
+      if (!try_multigrid(matrix, SolverMethod::cg)) make_unsymmetric(matrix, SolverMethod::bicgstab);
       return;
     case SolverMethod::direct: return make_direct(matrix, "as the scheme says");
     case SolverMethod::tridiagonal:
@@ -243,7 +257,8 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
         return;
       }
       refuse(options.method, no_multigrid.c_str(), "take bicgstab or direct");
-    case SolverMethod::bicgstab: return make_bicgstab(matrix);
+    case SolverMethod::bicgstab:
+    case SolverMethod::gmres: return make_unsymmetric(matrix, options.method);
   }
 }
 
@@ -269,11 +284,10 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
     report.incompatible = report.residual;
     report.residual = size == 0 || left <= 1e-6 * size ? 0 : image.norm() / (largest_row * size);
   }
-  // Factors leave what rounding of the entries makes of x.
-  const double by_rounding = size == 0 ? 0 : 8 * options.rounding * largest_row * vector_of(x).norm() / size;
-  const bool is_iterated = iterations || is_packed;
-  report.bound = is_iterated ? options.tolerance : std::max({options.tolerance, 1e-9, by_rounding});
-  report.converged = has_come && std::isfinite(left) && (is_iterated || report.residual <= report.bound);
+  const double by_rounding = size == 0 ? 0 : rounding_of_x() * vector_of(x).norm() / size;
+  const bool is_iterated = has_steps();
+  report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
+  report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
   if (fourier && report.converged) fourier_residual = report.residual;
   report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
 }
@@ -295,14 +309,14 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
-  if (own.iterations || own.is_packed) way = own.iterate(x);
+  if (own.has_steps()) way = own.iterate(x);
   if (!own.fourier) own.null_space.remove(x);  // whose waves have none of it
   report.iterations = way.iterations;
   report.is_indefinite = way.is_indefinite;
   own.judge(own.right, x, way.converged, report);
   return report;
 }
-bool LinearSolver::has_first_guess() const { return impl_->iterations || impl_->is_packed; }
+bool LinearSolver::has_first_guess() const { return impl_->has_steps(); }
 SolverMethod LinearSolver::method() const { return impl_->method; }
 const std::string& LinearSolver::reason() const { return impl_->reason; }
 

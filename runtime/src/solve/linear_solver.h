@@ -11,13 +11,13 @@
 
 namespace dpde {
 
-enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab };
+enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 std::string_view name_of(SolverMethod method);
 
 struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
   double tolerance =
-      1e-10;  // of |A*x - b|/|b|, where the method comes near step by step; of others it is at least 1e-9
+      1e-12;  // of |A*x - b|/|b|, or what rounding of A*x leaves; of methods without steps it is at least 1e-9
   int most_iterations = 200;
   double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
   bool operator==(const SolveOptions&) const = default;

@@ -42,8 +42,8 @@ class Multigrid {
 
   /// One cycle, for the guess 0: x is about A^-1*b.
   void cycle(std::span<const double> b, std::span<double> x) { descend(0, b.data(), x.data()); }
-  /// Cycles until |b - A*x| is at most the tolerance times |b|.
-  IterationReport iterate(std::span<const double> b, std::span<double> x, double tolerance, int most);
+  /// Cycles until |b - A*x| is at most the tolerance times |b|, or `rounding` times |x|.
+  IterationReport iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding, int most);
   void multiply(std::span<const double> x, std::span<double> y) const { levels_.front().multiply(x.data(), y.data()); }
   double residual(std::span<const double> b, std::span<const double> x) const;  // |b - A*x|
   int levels() const { return static_cast<int>(levels_.size()); }

@@ -313,7 +313,7 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const std::vector<std::string> axes = texts(s.axes, s.rank, [&](const dpde_axis& a) { return axis(a, tables); });
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
   out += fmt::format("    {{{}}},  // axes\n", fmt::join(axes, ", "));
-  out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
+  out += fmt::format("    {}, {}, {}, {},  // begin, step, steps, steady\n", s.t_begin, s.step, s.steps, s.steady);
   out += fmt::format("    {}, {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count,
                      params, s.control_count, controls, tables.program(s.rate), s.courant, quoted(s.rate_field));
   out += fmt::format("    {}, {{{}, {}}},  // tolerance\n", tables.program(s.trial), s.control.order, s.control.first);

@@ -118,6 +118,8 @@ void bind_time(Draft& draft);
 void bind_courant(Draft& draft);
 /// Behind it, subcycles and transports.
 void bind_step_control(Draft& draft);
+/// steady.cpp: until steady; after the task.
+void check_steady(Draft& draft);
 /// Equations that make several steps within each.
 void bind_subcycles(Draft& draft);
 /// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.

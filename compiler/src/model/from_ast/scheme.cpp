@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+
 #include "model/from_ast/parts.h"
 #include "syntax/print_ast.h"
 
@@ -49,7 +51,7 @@ void set_dealias(Scheme& scheme) {
 
 template <SolveMethod method>
 void set_solve(Scheme& scheme) {
-  scheme.solve = method;
+  scheme.solve = {method};
 }
 
 template <Implicit implicit>
@@ -111,6 +113,7 @@ constexpr Choice choices[] = {
     {"solve", "multigrid", {}, set_solve<SolveMethod::multigrid>},
     {"solve", "cg", {}, set_solve<SolveMethod::cg>},
     {"solve", "bicgstab", {}, set_solve<SolveMethod::bicgstab>},
+    {"solve", "gmres", {}, set_solve<SolveMethod::gmres>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
@@ -178,8 +181,37 @@ const std::vector<std::string>& scheme_keys() {
   return keys;
 }
 
+/// cg(1e-12), cg(1e-12, 500), cg(1e-12, 500, warn): the tolerance, the most iterations, and that what does not come to
+/// the tolerance is a warning.
+static std::optional<SolveBy> solve_by(const ast::Expr& value) {
+  const auto* call = std::get_if<ast::Call>(&value->kind);
+  const std::optional<SolveMethod> method = call ? find_solve_method(call->callee) : std::nullopt;
+  if (!method || call->arguments.empty() || call->arguments.size() > 3) return std::nullopt;
+  SolveBy by{*method};
+  const auto number = [&](std::size_t i) {
+    const auto* found = std::get_if<ast::Number>(&call->arguments[i].value->kind);
+    return found && call->arguments[i].name.empty() ? found->value : 0;
+  };
+  by.tolerance = number(0);
+  if (call->arguments.size() > 1) {
+    const double most = number(1);
+    if (!(most >= 1 && most <= 1e9 && most == std::floor(most))) return std::nullopt;
+    by.most_iterations = static_cast<int>(most);
+  }
+  if (call->arguments.size() > 2) {
+    const auto* word = std::get_if<ast::Name>(&call->arguments[2].value->kind);
+    if (!word || word->name != "warn") return std::nullopt;
+    by.warns = true;
+  }
+  return by.tolerance > 0 && by.tolerance < 1 ? std::optional(by) : std::nullopt;
+}
+
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value) {
   if (std::holds_alternative<ast::Error>(value->kind)) return std::nullopt;
+  if (const std::optional<SolveBy> by = key == "solve" ? solve_by(value) : std::nullopt) {
+    scheme.solve = *by;
+    return std::nullopt;
+  }
   const std::string text = ast::print(value);
   SchemeRefusal refusal;
   for (const Choice& choice : choices) {
@@ -191,6 +223,7 @@ std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& k
     refusal.choices.emplace_back(choice.text);
   }
   refusal.unknown_key = refusal.choices.empty();
+  if (key == "solve") refusal.choices.emplace_back("one of them as in cg(1e-12, 200, warn)");
   return refusal;
 }
 

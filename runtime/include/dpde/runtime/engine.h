@@ -155,6 +155,7 @@ class Engine {
   std::vector<int> steps_of(const dpde_instants& instants) const;
   LossTerm loss_term(const dpde_loss& loss, const dpde_program& program);
   Rollout& open(std::optional<Rollout>& rollout, RolloutSetup setup);
+  void begin_tangent(Rollout& rollout);
   template <class Visit>
   void for_each_rollout(const Visit& visit) {
     for (std::optional<Rollout>* rollout : {&stepper_, &losses_, &full_, &gauss_newton_, &tangent_}) {

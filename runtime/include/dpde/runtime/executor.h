@@ -15,6 +15,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/clock.h"
+#include "dpde/runtime/solve_note.h"
 #include "dpde/runtime/team.h"
 
 namespace dpde {
@@ -94,6 +96,9 @@ class Executor {
   /// Memory of what passes leave for later: made once. The first run() does it, unless it was done before.
   void make_stacks();
   std::int64_t stack_bytes() const;
+
+  /// What the solves of the program have met, one each.
+  std::deque<SolveNote>& solve_notes();
 
   /// Adds the time of each run from now on; null: no more. `to` must stay.
   void set_clock(RunSeconds* to) { clock_ = to; }

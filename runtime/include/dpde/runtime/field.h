@@ -86,5 +86,8 @@ bool is_finite(const dpde_layout& layout, const void* base);
 double value_at(const dpde_layout& layout, const void* base, const Cell& cell);
 /// Of the interior values; not a number where one of them is not.
 double largest(const dpde_layout& layout, const void* base);
+/// The largest |a - b| of interior values, or of the first rows one that is above `enough`; not a number where one of
+/// them is not.
+double largest_difference(const dpde_layout& layout, const void* a, const void* b, double enough);
 
 }  // namespace dpde

@@ -142,6 +142,14 @@ struct RolloutSetup {
   int error_order = 1;    // the estimate is length^error_order for short parts
   double first_part = 0;  // the length that is tried first
   bool follows = false;   // the parts will be those of another rollout: follow() says which
+  /// > 0: the run ends with the first step in which no value changes by more than that a unit of time. Losses are those
+  /// of the state `steps`, which that state is, and the gradient is that of a state which the step leaves as it is,
+  /// wherever the run begins: x = S(x, p), by one linear solve with the adjoint of the step (rollout_steady.cpp). Where
+  /// `steps` are not enough loss() and gradient() throw NoSolution.
+  double steady = 0;
+  /// With `steady`: the states that are rates of the others, by a tangent step. initial() of the others is steady, and
+  /// that of the rates is not looked at: they are what the tangent step leaves as they are.
+  std::vector<std::string> rates;
   /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its
   /// steps as then fit; slots > 0 overrides it. Where there is room for all steps, states that the way back does not
   /// read are not kept.
@@ -171,6 +179,7 @@ struct Snapshot {
   int step;
   double t;
   const std::vector<void*>& states;
+  bool is_last = false;  // of a run that goes on to its end
 };
 struct Observer {
   int every = 0;  // 0: never
@@ -184,7 +193,16 @@ struct BlowUp {
   Cell cell;
   double value;
 };
+/// Where a run until steady has come to.
+struct Steady {
+  bool is_reached = false;
+  int step = 0;  // of the state
+  double t = 0;
+  double change = 0;  // the largest of a value in the last step, a unit of time
+};
+
 struct RunResult {
+  std::optional<Steady> steady;  // of runs until steady that were neither stopped nor blown up
   int64_t parts = 0;    // how many steps were made, where a Courant number or a tolerance splits them
   int64_t refused = 0;  // parts whose estimated error was too large
   int steps_done = 0;   // the number of the state that final_states() holds
@@ -193,7 +211,17 @@ struct RunResult {
   double seconds = 0;
 };
 
+/// The linear solve for the adjoint of a steady state.
+struct SteadyAdjoint {
+  Steady state;
+  int products = 0;     // with the adjoint of the step
+  double residual = 0;  // |x_bar - (I - S_x^T)*lambda|/|x_bar|
+  double bound = 0;     // to which it came: the tolerance, or rounding
+  int64_t bytes = 0;    // of the vectors of the solve
+};
+
 struct GradientResult {
+  std::optional<SteadyAdjoint> steady;
   double loss = 0;
   bool stopped = false;               // nothing else is valid then
   std::vector<FieldView> state_bars;  // d loss / d initial(i), valid until the next call
@@ -248,6 +276,10 @@ class Rollout {
   int state_index(std::string_view name) const;
   /// The caller sets the interior; run(), loss() and gradient() fill the halo and leave the rest alone.
   Field& initial(int state);
+
+  /// What the solves of the steps have met, and those of their adjoints.
+  const std::deque<SolveNote>& solve_notes() const;
+  const std::deque<SolveNote>& adjoint_solve_notes() const;
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
   bool set_param(std::string_view name, double value);

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/solve_tolerance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dpde/runtime/error.h"
+#include "driver/inverse.h"
+
+namespace dpde::analysis {
+
+namespace {
+
+constexpr double how_much_larger = 100;
+
+struct Found {
+  Eigen::VectorXd gradient;
+  bool solves = false, is_by_steps = false;
+};
+
+std::optional<Found> gradient_of(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                                 const driver::SessionOptions& options) {
+  DiagnosticSink silent;
+  const auto session = driver::Session::open(source, compiled, options, silent);
+  const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
+  if (!inverse) return std::nullopt;
+  Found found{Eigen::VectorXd(inverse->size())};
+  inverse->value_and_gradient(inverse->start(), found.gradient);
+  for (const auto* notes : {&session->rollout().solve_notes(), &session->rollout().adjoint_solve_notes()}) {
+    for (const SolveNote& note : *notes) {
+      found.solves = found.solves || note.solves > 0;
+      found.is_by_steps = found.is_by_steps || (note.most_iterations > 0 && note.method != "newton");
+    }
+  }
+  return found.gradient.allFinite() ? std::optional(found) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
+                                                   const std::shared_ptr<const driver::Compiled>& compiled,
+                                                   const CertifyOptions& options) {
+  if (!compiled->problem) return std::nullopt;
+  const SolveBy& by = compiled->problem->scheme.solve;
+  driver::SessionOptions session;
+  session.threads = options.threads;
+  session.stop = options.stop;
+  try {
+    const std::optional<Found> own = gradient_of(source, compiled, session);
+    if (!own || !own->solves) return std::nullopt;
+    ToleranceEffect effect{by.tolerance, own->is_by_steps};
+    if (!own->is_by_steps) return effect;
+    driver::CompileOptions loose = compiled->options;
+    loose.selection.overrides["solve"] =
+        fmt::format("{}({}, {}{})", name_of(by.method), std::min(how_much_larger * by.tolerance, 0.5),
+                    by.most_iterations, by.warns ? ", warn" : "");
+    DiagnosticSink silent;
+    std::optional<driver::Compiled> other = driver::compile(source, loose, silent);
+    if (!other) return std::nullopt;
+    const std::optional<Found> changed =
+        gradient_of(source, std::make_shared<driver::Compiled>(std::move(*other)), session);
+    if (!changed) return std::nullopt;
+    const double size = own->gradient.norm();
+    effect.error = size == 0 ? 0 : (changed->gradient - own->gradient).norm() / (how_much_larger * size);
+    return effect;
+  } catch (const Error&) {  // the certificate says what does not run
+    return std::nullopt;
+  }
+}
+
+}  // namespace dpde::analysis

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/solve_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "support/match.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// The solve for a field, in blocks too; null where there is none.
+const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statements, const std::string& unknown) {
+  for (const stencil::Statement& statement : statements) {
+    const stencil::Solve* found = match(
+        statement, [](const stencil::Fill&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Fold&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Reduce&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::NetworkCall&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Transform&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Run&) -> const stencil::Solve* { return nullptr; },
+        [&](const stencil::Solve& solve) { return solve.unknowns.front() == unknown ? &solve : nullptr; },
+        [&](const stencil::Repeat& repeat) { return find_solve(repeat.body, unknown); });
+    if (found != nullptr) return found;
+  }
+  return nullptr;
+}
+
+/// The stages of a step solve the same equation.
+void add_note(SolveNote& to, const SolveNote& note) {
+  to.solves += note.solves;
+  to.iterations += note.iterations;
+  to.missed += note.missed;
+  to.most_iterations = std::max(to.most_iterations, note.most_iterations);
+  to.incompatible = std::max(to.incompatible, note.incompatible);
+  if (note.residual < to.residual) return;
+  to.residual = note.residual;
+  to.tolerance = note.tolerance;
+}
+
+}  // namespace
+
+std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
+  const stencil::Program& step = *compiled.stencil.find_program(compiled.step_name());
+  std::vector<SolveReport> reports;
+  for (const SolveNote& note : notes) {
+    if (note.solves == 0) continue;
+    const std::string first = note.unknown.substr(0, note.unknown.find(','));
+    const stencil::Solve* solve = find_solve(step.body, first);
+    const std::string field = solve != nullptr && !solve->written.field.empty() ? solve->written.field : note.unknown;
+    const SourceRange range = solve != nullptr ? solve->written.range : SourceRange{};
+    const auto same = std::ranges::find_if(reports, [&](const SolveReport& other) {
+      return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
+    });
+    if (same == reports.end()) {
+      reports.push_back({field, range, note});
+    } else {
+      add_note(same->note, note);
+    }
+  }
+  return reports;
+}
+
+std::string text_of(const std::vector<SolveReport>& solves) {
+  std::string text;
+  for (const SolveReport& solve : solves) {
+    const int most = solve.note.most_iterations;
+    text += fmt::format("solve for {}: {} ({}){}\n", solve.field, solve.note.method, solve.note.reason,
+                        most > 0 ? fmt::format("; at most {} iterations", most) : "");
+  }
+  return text;
+}
+
+void report_solves(Session& session, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  const double rounding = problem.scheme.real == Precision::f32 ? 1e-3 : 1e-6;
+  for (const SolveReport& solve : solves_of(session.compiled(), session.rollout().solve_notes())) {
+    const SolveNote& note = solve.note;
+    if (note.missed > 0)
+      sink.report("tolerance-missed", solve.range,
+                  {solve.field, fmt::format("{}", note.missed), fmt::format("{}", note.solves),
+                   fmt::format("{:.3g}", note.residual), fmt::format("{:.3g}", note.tolerance)},
+                  "allow more iterations or another method: solve = cg(1e-12, 1000)");
+    const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
+    if (!(note.incompatible > rounding) || is_constraint) continue;
+    sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.incompatible)},
+                "what no field can make, as the mean of a Laplacian between walls without values, is left out: take it "
+                "off the right side yourself, or give the field a value at a wall");
+  }
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the solves of a run have met, at the equations that a person wrote.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "dpde/runtime/solve_note.h"
+#include "driver/session.h"
+
+namespace dpde::driver {
+
+struct SolveReport {
+  std::string field;  // as it is written
+  SourceRange range;
+  SolveNote note;  // of all solves of steps that come from this equation
+};
+/// Of steps that were made; equations that were not solved are left out.
+std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);
+/// Warnings of right sides that the operator does not reach, and of solves that did not come to their tolerance.
+void report_solves(Session& session, DiagnosticSink& sink);
+/// "solve for p: fourier (why)", a line each.
+std::string text_of(const std::vector<SolveReport>& solves);
+
+}  // namespace dpde::driver

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// until steady 1e-8: runs that end where the state changes by less a unit of time, and what tasks can ask of them. The
+// gradient is that of the steady state, by the implicit function theorem: it knows neither the way there nor where that
+// began, and each step has to be the same.
+#include <fmt/format.h>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_of_time(const Expr& e) {
+  return any_part(e, [](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    return param && param->name == "t";
+  });
+}
+
+bool is_of_time(const std::vector<Event::Update>& updates) {
+  return std::ranges::any_of(updates, [](const Event::Update& update) { return is_of_time(update.value); });
+}
+
+bool is_of_time(const std::vector<AxisSides>& boundary) {
+  const auto reads = [](const Side& side) {
+    return is_of_time(side.value) || is_of_time(side.a) || is_of_time(side.b);
+  };
+  return std::ranges::any_of(boundary, [&](const AxisSides& axis) { return reads(axis.low) || reads(axis.high); });
+}
+
+/// The first thing that makes steps differ.
+const Origin* change_in_time(const Problem& problem) {
+  for (const State& state : problem.states) {
+    if ((state.rhs && is_of_time(*state.rhs)) || is_of_time(state.boundary)) return &state.origin;
+  }
+  for (const Projection& projection : problem.projections) {
+    const bool reads = is_of_time(projection.updates) || is_of_time(projection.constraint) ||
+                       (projection.potential && is_of_time(*projection.potential));
+    if (reads) return &projection.origin;
+  }
+  for (const Event& event : problem.events) {
+    if (!event.after_step || is_of_time(event.updates)) return &event.origin;
+  }
+  return nullptr;
+}
+
+void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {
+  draft.sink.report("not-allowed-here", origin.range, {what, "a task of a scene that runs until steady"}, hint);
+}
+
+void check_task(Draft& draft, const Task& task) {
+  const Problem& problem = draft.problem;
+  if (task.training) return refuse(draft, problem.time_origin, "learning from trajectories", "leave until steady out");
+  for (const Loss& loss : task.losses) {
+    if (loss.when.kind != When::Kind::end)
+      refuse(draft, loss.origin, "a loss at given times", "its loss is one of the steady state: name no time");
+  }
+  for (const Test& test : task.tests) {
+    if (test.when.kind != When::Kind::end)
+      refuse(draft, test.quantity.origin, "a test at given times", "its tests are of the steady state: name no time");
+  }
+  for (const Unknown& unknown : task.unknowns) {
+    if (unknown.kind == Unknown::Kind::initial)
+      refuse(draft, unknown.origin, "an unknown initial state",
+             "the steady state does not depend on where the run begins; leave until steady out");
+  }
+  if (const Origin* change = change_in_time(problem))
+    refuse(draft, *change, "a step that depends on time",
+           "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
+}
+
+}  // namespace
+
+void check_steady(Draft& draft) {
+  const auto lines = items_of<ast::TimeItem>(draft.scene->items);
+  if (lines.empty() || !lines.front().kind.steady) return;
+  const ast::Expr& written = *lines.front().kind.steady;
+  const auto tolerance = evaluate(draft, written, "the tolerance");
+  if (!tolerance) return;
+  if (!(*tolerance > 0)) draft.sink.report("bad-step", written.range(), {"tolerance", fmt::format("{}", *tolerance)});
+  if (draft.program)
+    draft.sink.report("not-allowed-here", written.range(), {"until steady", "a scene of a program"},
+                      "write a model, or run the program for a given time");
+  const bool has_control_fields = std::ranges::any_of(draft.problem.coefficients, &Coefficient::is_control);
+  if (!draft.problem.controls.empty() || has_control_fields)
+    draft.sink.report("not-allowed-here", written.range(),
+                      {"until steady", "a scene with controls, which vary in time"},
+                      "make them parameters and coefficients");
+  draft.problem.steady = *tolerance;
+  if (draft.problem.task) check_task(draft, *draft.problem.task);
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the solves of a program have met, for whoever tells the user.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace dpde {
+
+struct SolveNote {
+  std::string unknown;                 // the field that is sought
+  std::string method, reason;          // of the last one; "" before there was one
+  int64_t solves = 0, iterations = 0;  // all of them
+  int most_iterations = 0;             // of one
+  double residual = 0;                 // the largest |A*x - b|/|b|
+  double tolerance = 0;                // to which the solver of that one had to come
+  double incompatible = 0;             // the largest part of b that no x reaches, over |b|
+  int64_t missed = 0;                  // solves that did not come to the tolerance and were to be a warning
+};
+
+}  // namespace dpde

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/gmres.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dpde {
+
+void Gmres::resize(std::size_t size) {
+  restart_ = std::max(1, std::min(restart_, static_cast<int>(std::min<std::size_t>(size, 1u << 20))));
+  const auto count = static_cast<std::size_t>(restart_) + 1;
+  basis_.clear();
+  for (std::size_t i = 0; i < count; ++i) basis_.emplace_back(size);
+  work_ = Numbers(size);
+  upper_.assign(count * count, 0.0);
+  for (auto* values : {&cosine_, &sine_, &right_}) values->assign(count, 0.0);
+}
+
+/// Into the first vector; its length.
+double Gmres::find_residual(std::span<const double> b, std::span<const double> x) {
+  Numbers& left = basis_.front();
+  multiply_(x, left);
+  for (std::size_t i = 0; i < b.size(); ++i) left[i] = b[i] - left[i];
+  return norm(left);
+}
+
+IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
+  const double size = norm(b);
+  IterationReport report;
+  double before = INFINITY;
+  for (;;) {
+    const double left = find_residual(b, x);
+    report.residual = size == 0 ? left : left / size;
+    report.converged = report.residual <= tolerance_;
+    const bool goes_on = report.residual < 0.5 * before && report.iterations < most_;
+    if (report.converged || !goes_on) return report;
+    before = report.residual;
+    const int count = make_basis(left, 0.5 * tolerance_ * size, most_ - report.iterations);
+    report.iterations += count;
+    correct(count, x);
+  }
+}
+
+/// From the residual in the first vector, of the length `left`; how many directions were found.
+int Gmres::make_basis(double left, double enough, int most) {
+  for (std::size_t i = 0; i < basis_.front().size(); ++i) basis_.front()[i] /= left;
+  std::ranges::fill(right_, 0.0);
+  right_.front() = left;
+  const int limit = std::min(most, restart_);
+  for (int count = 0; count < limit;) {
+    const auto j = static_cast<std::size_t>(count);
+    const bool is_new = add_direction(j);
+    rotate(j);
+    ++count;
+    if (!is_new || !(std::abs(right_[j + 1]) > enough)) return count;
+  }
+  return limit;
+}
+
+/// A*M*v_j, orthogonal to those before (Gram and Schmidt, modified); whether something new is left of it.
+bool Gmres::add_direction(std::size_t j) {
+  precondition_(basis_[j], work_);
+  Numbers& next = basis_[j + 1];
+  multiply_(work_, next);
+  const double size = norm(next);
+  for (std::size_t i = 0; i <= j; ++i) {
+    upper(i, j) = dot(basis_[i], next);
+    add_multiple(-upper(i, j), basis_[i], next);
+  }
+  const double left = norm(next);
+  const bool is_new = left > 0x1p-50 * size;
+  upper(j + 1, j) = is_new ? left : 0;
+  if (is_new) {
+    for (std::size_t i = 0; i < next.size(); ++i) next[i] /= left;
+  }
+  return is_new;
+}
+
+/// Takes the last entry of the new column away, by Givens rotations: |right[j + 1]| is what is left.
+void Gmres::rotate(std::size_t j) {
+  for (std::size_t i = 0; i < j; ++i) {
+    const double above = upper(i, j), below = upper(i + 1, j);
+    upper(i, j) = cosine_[i] * above + sine_[i] * below;
+    upper(i + 1, j) = cosine_[i] * below - sine_[i] * above;
+  }
+  const double length = std::hypot(upper(j, j), upper(j + 1, j));
+  cosine_[j] = length == 0 ? 1 : upper(j, j) / length;
+  sine_[j] = length == 0 ? 0 : upper(j + 1, j) / length;
+  upper(j, j) = length;
+  right_[j + 1] = -sine_[j] * right_[j];
+  right_[j] *= cosine_[j];
+}
+
+/// x += M*V*y, with y of the triangle; what a singular operator says nothing of stays 0.
+void Gmres::correct(int count, std::span<double> x) {
+  const auto n = static_cast<std::size_t>(count);
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(upper(i, i)));
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t k = i + 1; k < n; ++k) right_[i] -= upper(i, k) * right_[k];
+    right_[i] = std::abs(upper(i, i)) <= 0x1p-50 * largest ? 0 : right_[i] / upper(i, i);
+  }
+  Numbers& sum = basis_[n];  // the last one is not read any more
+  std::ranges::fill(std::span<double>(sum), 0.0);
+  for (std::size_t i = 0; i < n; ++i) add_multiple(right_[i], basis_[i], sum);
+  precondition_(sum, work_);
+  add_multiple(1, work_, x);
+}
+
+}  // namespace dpde

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// GMRES (Saad and Schultz 1986): of all x in the space of what has been multiplied so far the one that leaves least.
+// Of any operator; restarted, so that memory is bounded, and preconditioned from the right: what is left is that of A.
+#pragma once
+
+#include <vector>
+
+#include "solve/krylov.h"
+
+namespace dpde {
+
+class Gmres {
+ public:
+  /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once.
+  Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart)
+      : multiply_(std::move(multiply)),
+        precondition_(std::move(precondition)),
+        tolerance_(tolerance),
+        most_(most),
+        restart_(restart) {}
+
+  /// All the memory it needs.
+  void resize(std::size_t size);
+  /// Begins with what `x` is. It gives up where all the vectors between two restarts do not halve what is left.
+  IterationReport solve(std::span<const double> b, std::span<double> x);
+  std::size_t vectors() const { return basis_.size(); }
+
+ private:
+  double find_residual(std::span<const double> b, std::span<const double> x);
+  int make_basis(double left, double enough, int most);
+  bool add_direction(std::size_t j);
+  void rotate(std::size_t j);
+  void correct(int count, std::span<double> x);
+  double& upper(std::size_t i, std::size_t j) { return upper_[j * (basis_.size()) + i]; }
+
+  VectorFunction multiply_, precondition_;
+  double tolerance_;
+  int most_, restart_;
+  std::vector<Numbers> basis_;  // orthonormal; restart + 1
+  Numbers work_;
+  std::vector<double> upper_, cosine_, sine_, right_;  // of the least squares, made triangular by rotations
+};
+
+}  // namespace dpde

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/sparse_factors.h"
+
+#include <algorithm>
+
+namespace dpde {
+
+SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>>& columns)
+    : matrix_(static_cast<Eigen::Index>(columns.size()), static_cast<Eigen::Index>(columns.size())) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t row = 0; row < columns.size(); ++row) {
+    for (const std::int64_t column : columns[row])
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(column), 0.0);
+  }
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+}
+
+void SparseFactors::set_zero() { std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0); }
+
+void SparseFactors::set(std::int64_t row, std::int64_t column, double value) { matrix_.coeffRef(row, column) = value; }
+
+bool SparseFactors::factor() {
+  const Eigen::Map<const Eigen::ArrayXd> values(matrix_.valuePtr(), matrix_.nonZeros());
+  if (!values.isFinite().all()) return false;
+  if (!has_order_) factors_.analyzePattern(matrix_);
+  has_order_ = true;
+  factors_.factorize(matrix_);
+  return factors_.info() == Eigen::Success;
+}
+
+void SparseFactors::solve(std::span<const double> right, std::span<double> x) const {
+  const auto size = static_cast<Eigen::Index>(right.size());
+  Eigen::Map<Eigen::VectorXd>(x.data(), size) = factors_.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), size));
+}
+
+}  // namespace dpde
