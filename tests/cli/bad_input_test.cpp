@@ -170,7 +170,7 @@ TEST_F(BadInput, DataOfAnotherSceneThatDoNotFit) {
   const auto with = [&](const std::string& fine, const std::string& data) {
     write("rod.dpde",
           std::string(rod_text) + "scene fine : heat with ftcs {\n  grid x = 0 .. 2*pi, cells " + fine +
-              ", periodic\n  k = 0.3\n  initial u = sin(x)\n  time 0 .. 1, step 1/12\n}\ntask t : rod {\n  data d = " +
+              ", periodic\n  k = 0.3\n  initial u = sin(x)\n  time 0 .. 1, step 1/16\n}\ntask t : rod {\n  data d = " +
               data + "\n  unknown k\n  minimise mean((u - d)^2) at t = 0.5, 1\n}\n");
     return dpde("gradient rod.dpde t --json");
   };

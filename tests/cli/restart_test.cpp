@@ -67,6 +67,27 @@ TEST_F(Restart, ALongerRunGoesOnToTheSameEnd) {
   }
 }
 
+/// The controller goes on with the length and the error that it had.
+TEST_F(Restart, UnderATolerancePartsGoOnAsTheyWere) {
+  std::string text = tide_text;
+  text.replace(text.find("step 1/64"), 9, "step 1/4, tolerance 1e-5");
+  text.replace(text.find("time = rk4"), 10, "time = bs32");
+  text.replace(text.find("every 10\n"), 9, "every 1\n");
+  text.replace(text.find("every 25\n"), 9, "every 1\n");
+  write("tide.dpde", text);
+  const Outcome whole = run("--out whole");
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  ASSERT_EQ(run("--set end=5 --checkpoint-every 8 --out half").status, 0);
+  const Outcome rest = run("--resume --out half --set end=10");
+  ASSERT_EQ(rest.status, 0) << rest.err;
+  EXPECT_EQ(content(path("whole/u.npy")), content(path("half/u.npy")));
+  EXPECT_GT(whole.json()["parts"], 40);
+  EXPECT_GT(whole.json()["parts"], rest.json()["parts"]);
+  EXPECT_GE(whole.json()["refused"], 1);
+  const Outcome other = run("--resume --out half --set tolerance=1e-6");
+  EXPECT_EQ(other.codes(), std::vector<std::string>{"E0914"}) << other.err;
+}
+
 TEST_F(Restart, AnInterruptedRunGoesOnToTheSameEnd) {
   ASSERT_EQ(run("--set end=4000 --out whole").status, 0);
   const Outcome stopped = shell(

@@ -30,7 +30,7 @@ double order_of_coupled(const std::string& scheme, int parts, double back = 0) {
 
 TEST(Subcycle, KeepsTheOrderFromSlowToFast) {
   EXPECT_NEAR(order_of_coupled("euler", 4), 1, 0.1);
-  for (const std::string scheme : {"rk2", "ssp_rk3", "rk4"}) {
+  for (const std::string scheme : {"rk2", "ssp_rk3", "rk4", "bs32", "dopri5"}) {
     EXPECT_NEAR(order_of_coupled(scheme, 3), 2, 0.1) << scheme;
     EXPECT_NEAR(order_of_coupled(scheme, 8), 2, 0.1) << scheme;
   }

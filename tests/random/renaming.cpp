@@ -70,7 +70,8 @@ const std::set<std::string> words{
     "weights", "real",    "euler",       "rk2",      "rk4",      "verlet",    "ab2",        "leapfrog", "central",
     "upwind",  "cubic",   "linear",      "conv",     "dense",    "relu",      "tanh",       "gradient", "value",
     "mixed",   "mean",    "max",         "min",      "sum",      "growth",    "subcycle",   "epochs",   "cut",
-    "noise",   "clip",    "validate",    "patience", "schedule", "trials"};
+    "noise",   "clip",    "validate",    "patience", "schedule", "trials",    "tolerance",  "absolute", "first",
+    "about",   "mask",    "inside",      "gives"};
 
 class Names {
  public:

@@ -225,7 +225,9 @@ Kernel kernel_of_error(Lowering& lowering, const std::string& name, const Fields
   const model::StepControl& control = *lowering.problem().step_control;
   const auto magnitude = [](const std::string& field) { return call(Fn::abs, {access(field)}); };
   Expr sum = 0.0;
-  for (const auto& [state, other] : embedded) {
+  for (const model::State& each : lowering.problem().states) {  // in the model's order, whatever the names
+    if (!embedded.contains(each.name)) continue;
+    const std::string &state = each.name, &other = embedded.at(state);
     const Expr size = call(Fn::max, {magnitude(state), magnitude(results.at(state))});
     const Expr tolerated = control.absolute + control.relative * size;
     sum = sum + power((access(other) - access(results.at(state))) / tolerated, 2.0);

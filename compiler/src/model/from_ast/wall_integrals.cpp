@@ -105,9 +105,16 @@ class OnWall {
     return placement[static_cast<std::size_t>(wall_.axis)];
   }
 
+  /// What a constraint gives has an image without a slope, but where it is 0 on an open wall.
+  bool is_extrapolated(const std::string& name) const {
+    if (!draft_.multipliers.contains(name)) return false;
+    const AxisSides& sides = draft_.problem.find_state(name)->boundary[static_cast<std::size_t>(wall_.axis)];
+    return !condition_of((wall_.is_low ? sides.low : sides.high).kind).gives_value();
+  }
+
   Expr value(const Field& read, const Expr& e) const {
     if (lies_on_wall(read.name)) return inside(e, row_of_wall());
-    if (draft_.multipliers.contains(read.name)) return sum_of({{1.5, e}, {-0.5, inside(e, 1)}}, e->origin);
+    if (is_extrapolated(read.name)) return sum_of({{1.5, e}, {-0.5, inside(e, 1)}}, e->origin);
     return sum_of({{0.5, e}, {0.5, inside(e, -1)}}, e->origin);
   }
 
@@ -139,7 +146,7 @@ class OnWall {
     std::vector<std::pair<double, Expr>> terms;  // into the grid, in units of the spacing
     if (lies_on_wall(read.name)) {
       terms = {{-1.5, inside(e, wall)}, {2, inside(e, wall + 1)}, {-0.5, inside(e, wall + 2)}};
-    } else if (draft_.multipliers.contains(read.name)) {
+    } else if (is_extrapolated(read.name)) {
       terms = {{-2, e}, {3, inside(e, 1)}, {-1, inside(e, 2)}};
     } else {
       terms = {{1, e}, {-1, inside(e, -1)}};
