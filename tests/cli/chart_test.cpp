@@ -141,6 +141,26 @@ TEST_F(ChartCommand, TuneRefusesATaskWithoutItsGradient) {
   EXPECT_NE(dpde("chart --help").out.find("the median counts"), std::string::npos);
 }
 
+/// RK4 with central(2) is stable up to a Courant number of 2.83, however many parts a step has.
+TEST_F(ChartCommand, StepsThatACourantNumberSplitsAreJudged) {
+  std::string text = wind(true);
+  text.insert(text.find("step 1/32") + 9, ", courant 3, speed c");
+  write("s.dpde", text);
+  const std::string command = "chart s.dpde --vary cells=32,64 --vary fraction=1 --vary time=rk4 --set end=20";
+  const Json points = dpde(command + quick).json()["points"];
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_TRUE(points[0]["stable"].get<bool>()) << "one part of 1/32 is short enough";
+  text.replace(text.find("step 1/32"), 9, "step 1");
+  write("s.dpde", text);
+  for (const Json& point : dpde(command + quick).json()["points"]) {
+    EXPECT_FALSE(point["stable"].get<bool>()) << point;
+  }
+  text.replace(text.find("courant 3"), 9, "courant 0.5");
+  write("s.dpde", text);
+  const Json tuned = dpde("tune s.dpde --tolerance 1e-2 --vary time=rk4 --vary real=f64" + quick).json();
+  EXPECT_NE(tuned["text"].get<std::string>().find(", courant 0.5, speed c\n"), std::string::npos) << tuned;
+}
+
 /// What is chosen has the error that is told, and that meets the tolerance.
 TEST_F(ChartCommand, TuneProvesWhatItChooses) {
   write("s.dpde", wind(true));

@@ -72,6 +72,51 @@ TEST_F(UnstableStep, OfSchemesWithoutAStableOneIsTold) {
   EXPECT_EQ(dpde("run long.dpde --json").codes(), std::vector<std::string>{"E0809"});
 }
 
+/// The scene that makes the data is judged as the one of the task is.
+TEST_F(UnstableStep, OfASceneThatMakesDataIsRefused) {
+  std::string text = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1, step 1/520");
+  text.insert(text.find("task t"),
+              "scene fine : m with c {\n  grid x = 0 .. 1, cells 32, periodic\n"
+              "  grid y = 0 .. 1, cells 32, periodic\n  k = 0.5\n  initial u = sin(2*pi*x)\n"
+              "  time 0 .. 1, step 1/520\n}\n");
+  text.replace(text.find("mean(u^2)"), 9, "mean((u - r)^2)");
+  text.insert(text.find("  unknown"), "  data r = u from scene fine\n");
+  write("s.dpde", text);
+  for (const std::string verb : {"gradient", "optimize"}) {
+    const Outcome run = dpde(verb + " s.dpde t --json");
+    EXPECT_EQ(run.codes(), std::vector<std::string>{"E0808"}) << run.err;
+    EXPECT_NE(run.err.find("scene fine: the step"), std::string::npos) << run.err;
+  }
+}
+
+/// More diffusion makes the loss less: the optimiser goes to where 1/520 is above h^2/(4*k), that is k > 0.508.
+TEST_F(UnstableStep, OnTheWayOfAnOptimiserIsToldOnce) {
+  std::string more = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1/52, step 1/520");
+  more.replace(more.find("at t = 1"), 8, "at t = 1/52");
+  write("s.dpde", more);
+  const Outcome run = dpde("optimize s.dpde t --json");
+  ASSERT_EQ(run.codes(), std::vector<std::string>{"W0808"}) << run.err;
+  EXPECT_NE(run.err.find("the largest stable one with k = "), std::string::npos) << run.err;
+  more.replace(more.find("from 0.4"), 8, "from 0.4 in 0.1 .. 0.5");
+  write("bounded.dpde", more);
+  EXPECT_TRUE(dpde("optimize bounded.dpde t --json").codes().empty());
+}
+
+TEST_F(UnstableStep, StartsAndExactSolutionsThatAreNotFiniteAreTold) {
+  const auto with = [&](const std::string& line) {
+    std::string text = plate("lap = central(2); time = rk4", "k*lap(u)", "0 .. 0.01, step 1/2000");
+    text.insert(text.find("  time"), line);
+    write("s.dpde", text);
+  };
+  with("  exact u = sqrt(x - 2)\n");
+  for (const std::string verb : {"check s.dpde s", "run s.dpde s", "chart s.dpde s"})
+    EXPECT_EQ(dpde(verb + " --json").codes(), std::vector<std::string>{"E0810"}) << verb;
+  std::string text = plate("lap = central(2); time = rk4", "k*lap(u)", "0 .. 0.01, step 1/2000");
+  text.replace(text.find("initial u = sin(2*pi*x)"), 23, "initial u = sqrt(x - 2)");
+  write("s.dpde", text);
+  EXPECT_EQ(dpde("check s.dpde s --json").codes(), std::vector<std::string>{"E0805"});
+}
+
 TEST_F(UnstableStep, IsInTheVerdictOfCheck) {
   write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u) + 0.1*u", "0 .. 1, step 1/128"));
   const Outcome check = dpde("check s.dpde s --json");

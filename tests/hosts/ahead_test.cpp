@@ -100,7 +100,7 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
   ASSERT_NE(scene, nullptr);
   for (const int slots : {0, 3}) {
     Simulation ahead(*scene, {.slots = slots});
-    Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set});
+    Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set, .force = true});
     give_data(ahead, c);
     give_data(in_memory, c);
     EXPECT_EQ(ahead.states(), in_memory.states());
@@ -119,14 +119,15 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
 
 TEST_P(AheadOfTime, RunsOnOtherGrids) {
   const Case& c = example_case();
-  Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set});
+  Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set, .force = true});
   const dpde_scene* scene = build();
   ASSERT_NE(scene, nullptr);
   std::vector<std::int64_t> cells = in_memory.cells();
   for (std::int64_t& n : cells) n = n < 8 ? n + 3 : n / 2;
   std::map<std::string, std::string> set = c.set;
   set["cells"] = std::to_string(cells[0]);
-  Simulation same = compile_file(example(c), {.name = c.name, .set = set}), ahead(*scene, {.cells = cells});
+  Simulation same = compile_file(example(c), {.name = c.name, .set = set, .force = true}),
+             ahead(*scene, {.cells = cells});
   EXPECT_EQ(ahead.cells(), cells);
   same.step(20);
   ahead.step(20);
@@ -135,7 +136,7 @@ TEST_P(AheadOfTime, RunsOnOtherGrids) {
 
 TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
   const Case& c = example_case();
-  Simulation sim = compile_file(example(c), {.name = c.name, .set = c.set});
+  Simulation sim = compile_file(example(c), {.name = c.name, .set = c.set, .force = true});
   if (sim.unknowns().empty()) return;  // a scene: nothing to differentiate
   fs::create_directories(folder_);
   const std::string command = DPDE_BINARY_DIR "/bin/dpde gradient " + example(c) + " " + c.name + settings(c) +

@@ -98,7 +98,7 @@ TEST(Simulation, StepsAndRunsOnEveryBackEnd) {
 }
 
 TEST(Simulation, ParametersCellsAndStates) {
-  Simulation sim = compile_text(rod, {.name = "rod", .set = {{"cells", "32"}}});
+  Simulation sim = compile_text(rod, {.name = "rod", .set = {{"cells", "32"}}, .force = true});
   EXPECT_EQ(sim.cells(), std::vector<std::int64_t>{32});
   EXPECT_EQ(sim.params(), (std::vector<std::string>{"k", "q"}));
   EXPECT_EQ(sim.states(), std::vector<std::string>{"u"});
@@ -462,6 +462,22 @@ scene s : still {
   Eigen::ArrayXXd columns(3, 2);
   sim.state("u", columns);
   EXPECT_EQ(columns(2, 1), 17.5);
+}
+
+/// h^2/(2*0.3) is 0.257.
+TEST(Host, RefusesAStepThatRuinsTheRun) {
+  const HostOptions options{.name = "rod", .set = {{"step", "0.5"}, {"end", "50"}}};
+  try {
+    compile_text(rod, options);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    ASSERT_EQ(error.messages().size(), 1u);
+    EXPECT_EQ(error.messages()[0].code, "E0808");
+    EXPECT_NE(error.messages()[0].text.find("scene rod: the step 0.5 is above 0.257"), std::string::npos);
+  }
+  HostOptions forced = options;
+  forced.force = true;
+  EXPECT_NO_THROW(compile_text(rod, forced));
 }
 
 }  // namespace

@@ -118,6 +118,73 @@ TEST(Verdict, DoesNotForgiveDifferencesThatGrow) {
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
 }
 
+/// Short waves too: with L*u = u - 0.02*(8 + d^2)^2 u the wave of k^2 = 8 grows by exp(t), on 5 cells a wave here; heat
+/// that runs backward lets the shortest one grow most, by 4*k/h^2. Reactions of a Brusselator on cells that hardly
+/// resolve its waves; the growth that differences know of is not more than that of numerics.md, section 7.
+TEST(Verdict, ForgivesWhatTheEquationsDoToShortWaves) {
+  const auto on_cells = [](const std::string& equations, double h, const std::string& scheme, double step) {
+    return verdict_on(
+        fmt::format("model m {{ field u; {} }}\nscheme c {{ {} }}\nscene s : m with c {{\n"
+                    "  grid x = 0 .. {}, cells 32, periodic\n  initial u = 2\n{}"
+                    "  time 0 .. {}, step {}\n}}\n",
+                    equations, scheme, 32 * h,
+                    equations.find("field v") == std::string::npos ? "" : "  initial v = 1.5\n", 100 * step, step));
+  };
+  const Verdict band = on_cells("dt(u) = u - 0.02*(lap(lap(u)) + 16*lap(u) + 64*u)", 0.44, "time = rk4", 1e-3);
+  EXPECT_FALSE(band.is_above());
+  EXPECT_NEAR(band.growth_rate, 1, 1e-2);
+  const Verdict back = on_cells("dt(u) = -0.01*lap(u)", 1.0 / 64, "time = rk4", 1e-3);
+  EXPECT_FALSE(back.is_above());
+  EXPECT_NEAR(back.growth_rate, 4 * 0.01 * 64 * 64, 1e-3 * back.growth_rate);
+  const std::string reactions = "field v; dt(u) = 2 - 4*u + u^2*v + 0.1*lap(u); dt(v) = 3*u - u^2*v + lap(v)";
+  const Verdict spots = on_cells(reactions, 0.5, "time = euler", 1e-2);
+  EXPECT_FALSE(spots.is_above());
+  EXPECT_NEAR(spots.growth_rate, 0.2323441889, 0.05 * 0.2323441889);
+  const Verdict too_long = on_cells(reactions, 0.5, "time = euler", 0.2);  // 4/h^2*step is 3.2: the diffusion of v
+  EXPECT_TRUE(too_long.is_above());
+}
+
+/// Constants fall by a factor of 1 - a*dt in a step of Euler's method, whatever waves do; runs say so too.
+TEST(Verdict, KnowsWhatMeansFeedBack) {
+  const auto limit_of = [](const std::string& rate, double expected, int rank = 1) {
+    const Verdict verdict = verdict_on("dt(u) = " + rate, run, "time = euler", "1 + sin(2*pi*x/64)", rank);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << rate;
+    EXPECT_NEAR(verdict.limit.step, expected, 1e-3 * expected) << rate;
+  };
+  limit_of("-50*mean(u)", 2.0 / 50);
+  limit_of("-sum(u)", 2.0 / 64);
+  limit_of("lap(u) - 50*mean(u)", 2.0 / 50);
+  limit_of("lap(u) - 1*mean(u)", 0.5);
+  limit_of("-50*mean(u, x)", 2.0 / 50, 2);
+  limit_of("-50*(u - mean(u))", 2.0 / 50);
+  EXPECT_EQ(verdict_on("dt(u) = 50*mean(u)", run, "time = euler").limit.kind, StepLimit::Kind::none);
+  for (const auto& [step, is_bounded] : {std::pair(0.039, true), {0.041, false}}) {
+    const auto session = session_on(fmt::format(
+        "model m {{ field u; dt(u) = -50*mean(u) }}\nscheme c {{ time = euler }}\nscene s : m with c {{\n"
+        "  grid x = 0 .. 64, cells 64, periodic\n  initial u = 1 + sin(2*pi*x/64)\n  time 0 .. {}, step {}\n}}\n",
+        1000 * step, step));
+    session->rollout().run();
+    EXPECT_EQ(std::abs(session->final_state(0)[0]) < 2, is_bounded) << step;
+  }
+}
+
+/// The quick look and the search for a limit agree, between walls too and in steps far below the limit of waves.
+TEST(Verdict, AgreesWithTheQuickLook) {
+  for (const std::string time : {"euler", "rk2", "ab2", "ab3", "leapfrog", "rk4"}) {
+    for (const std::string advect : {"central(2)", "upwind(1)", "upwind(3)"}) {
+      for (const std::string sides : {"x.low = 0, x.high = zero_gradient", "x.low = 0, x.high = linear"}) {
+        for (const double step : {0.05, 0.3}) {
+          const auto session = session_on(fmt::format(
+              "model m {{ field u; dt(u) = -advect(1, u) }}\nscheme s {{ advect = {}; time = {} }}\nscene s : m with s "
+              "{{\n  grid x = 0 .. 24, cells 24\n  boundary u: {}\n  initial u = x\n  time 0 .. {}, step {}\n}}\n",
+              advect, time, sides, 1000 * step, step));
+          EXPECT_EQ(grows_nothing(*session), !verdict_of(*session).is_above()) << advect << time << sides << step;
+        }
+      }
+    }
+  }
+}
+
 /// Of advection by central differences and forward Euler, diffusion solved for: |1 - i*v*dt/h*sin a| stays below
 /// 1 + 4*k*dt/h^2*sin(a/2)^2 for all a up to dt = 2*k/v^2.
 TEST(Verdict, OfImplicitSchemesIsThatOfWhatIsExplicit) {

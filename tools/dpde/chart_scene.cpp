@@ -239,6 +239,7 @@ bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   scene.session = open_scene(job, *compile, job.sink());
   if (scene.session == nullptr || !find_common_steps(job, scene)) return false;
   find_measures(job, wishes, scene);
+  if (scene.reference_cells == 0) has_finite_exact(*scene.session, job.sink());
   return !job.failed();
 }
 

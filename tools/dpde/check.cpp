@@ -229,6 +229,17 @@ std::string report_solves(driver::Session* session, Json& result) {
   return driver::text_of(solves);
 }
 
+/// The scene as it begins; null where that cannot be made. What is wrong with files was told already.
+std::unique_ptr<driver::Session> open_checked(Job& job) {
+  DiagnosticSink silent;
+  std::unique_ptr<driver::Session> session = open_scene(job, silent);
+  for (const Diagnostic& diagnostic : silent.all()) {
+    if (diagnostic.kind == KindRef("start-not-finite").kind) job.sink().add(diagnostic);
+  }
+  if (session != nullptr) has_finite_exact(*session, job.sink());
+  return session;
+}
+
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Memory memory = driver::memory_of(compiled);
@@ -245,8 +256,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   for (const auto& [name, type] : result["types"].items())
     text += fmt::format("  {}: {}\n", name, type.get<std::string>());
   text += report_order(problem, result);
-  DiagnosticSink silent;  // what is wrong with files was told already
-  const std::unique_ptr<driver::Session> session = open_scene(job, silent);
+  const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);
   text += report_solves(session.get(), result);
   text += report_networks(problem, result);

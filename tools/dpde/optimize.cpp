@@ -11,6 +11,7 @@
 #include "files/evaluation_log.h"
 #include "growth_report.h"
 #include "interrupt.h"
+#include "limit_watch.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
 #include "progress.h"
@@ -118,8 +119,11 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     return loss;
   };
   std::string lines;  // shown after the clock has stopped when the run is short, so that printing costs no time
+  std::optional<LimitWatch> limit;
+  if (!options.force) limit.emplace(job, run);
   const auto start = std::chrono::steady_clock::now();
   const IterationObserver observer = [&](const Iteration& iteration) {
+    if (limit) limit->look(iteration.iteration, iteration.x);
     if (is_shown(iteration.iteration, method.iterations)) {
       lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration,
                            shown(iteration.loss), shown(iteration.gradient_norm));
@@ -135,6 +139,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   };
   outcome.result = minimise_with(run, method, objective, observer);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (limit && !interrupt_flag().load()) limit->look(outcome.result.iterations, outcome.result.x, true);
   job.say(lines);
   return outcome;
 }

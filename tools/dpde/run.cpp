@@ -110,7 +110,8 @@ bool Run::open() {
   if (!check_options() || !prepare_out(job_)) return false;
   const Preparing preparing(job_);
   session_ = open_scene(job_, job_.sink());
-  return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink());
+  return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink()) &&
+         has_finite_exact(*session_, job_.sink());
 }
 
 /// The calls that the record, checkpoints and the progress line need, as one interval.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_session.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <utility>
 
 #include "interrupt.h"
@@ -27,6 +30,19 @@ std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions opt
   session.threads = thread_count(job.options());
   session.stop = &interrupt_flag();
   return driver::Session::open(job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session, sink);
+}
+
+bool has_finite_exact(driver::Session& session, DiagnosticSink& sink) {
+  std::vector<void*> states;
+  for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().initial(s).base());
+  for (const driver::ErrorNorms& norms : session.errors(session.end_time(), states)) {
+    if (std::isfinite(norms.scale)) continue;
+    const model::State* state = session.problem().find_state(norms.field);
+    sink.report("exact-not-finite", state == nullptr ? SourceRange{} : (*state->exact)->origin.range,
+                {norms.field, fmt::format("{:.6g}", session.end_time())});
+    return false;
+  }
+  return true;
 }
 
 }  // namespace dpde::tools

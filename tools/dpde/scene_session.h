@@ -17,4 +17,7 @@ std::unique_ptr<driver::Session> open_scene(Job& job, DiagnosticSink& sink,
 /// The scene that the options select.
 std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions options, DiagnosticSink& sink);
 
+/// Whether the exact solutions are finite where the scene ends; else a diagnostic.
+bool has_finite_exact(driver::Session& session, DiagnosticSink& sink);
+
 }  // namespace dpde::tools

@@ -90,11 +90,13 @@ class Stability {
   Job& job_;
   const StabilityOptions& options_;
   Progress progress_;
+  bool has_rows_ = false;  // of a scan against a parameter
 };
 
 std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
                                                  const std::map<std::string, std::string>& overrides) {
-  const Preparing preparing(job_);
+  std::optional<Preparing> preparing;  // it ends the process: not where rows are there already
+  if (!has_rows_) preparing.emplace(job_);
   return open_scene(job_, sink, overrides);
 }
 
@@ -232,6 +234,7 @@ bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& r
   DiagnosticSink sink;
   Json row = {{sweep.name, value}, {"predicted", nullptr}, {"measured", nullptr}, {"ratio", nullptr}};
   const std::unique_ptr<driver::Session> session = open(sink, {{sweep.name, fmt::format("{}", value)}});
+  if (interrupt_flag().load()) return false;
   if (session == nullptr) {
     const auto error =
         std::ranges::find(sink.all(), Severity::error, [](const Diagnostic& d) { return d.kind->severity; });
@@ -268,6 +271,7 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
   result["points"] = Json::array();
   for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {
     if (!scan_value(sweep, sweep.values[i], rows, result)) break;
+    has_rows_ = true;
     progress_.show(fmt::format("{} = {:.5g}", sweep.name, sweep.values[i]), static_cast<int>(i) + 1, options_.points);
   }
   const bool is_any_run = std::ranges::any_of(rows, [](const Json& row) { return !row.contains("failure"); });

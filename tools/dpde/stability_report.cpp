@@ -50,6 +50,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["step"] = verdict.step;
   result["stable"] = !verdict.is_above();
   result["weak"] = limit.is_weak();
+  result["limiter_step"] = verdict.limiter_step > 0 ? Json(verdict.limiter_step) : Json(nullptr);
   result["growth_per_step"] = json_number(verdict.growth);
   result["steps_to_hundredfold"] = json_number(verdict.hundredfold());
   result["growth_rate"] = json_number(verdict.growth_rate);
@@ -75,6 +76,10 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
       text += fmt::format(
           "unstable at every step{}: {} grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps\n",
           verdict.limit.is_weak() ? ", weakly" : "", wave, verdict.growth, std::ceil(verdict.hundredfold()));
+      if (verdict.limiter_step > 0)
+        text +=
+            fmt::format("  that is of slopes: up to a step of {:.6g} the limiter makes stairs of them, and no more\n",
+                        verdict.limiter_step);
       break;
     case StepLimit::Kind::limit: {
       text += fmt::format("stable up to a step of {:.6g}", verdict.limit.step);

@@ -16,6 +16,7 @@
 #include "model/print_model.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "syntax/print_ast.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -38,16 +39,32 @@ Json chosen_json(const chart::Point& point) {
   return json;
 }
 
+/// What a line of the scene says behind its step; "" where no Courant number splits that.
+std::string courant_text(const ast::File& file, const model::Problem& chosen) {
+  if (!(chosen.courant > 0)) return "";
+  std::string text = fmt::format(", courant {}", chosen.courant);
+  for (const ast::Declaration& declaration : file.declarations) {
+    const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);
+    if (scene == nullptr || scene->name.name != chosen.scene) continue;
+    for (const ast::Item& item : scene->items) {
+      const ast::TimeItem* time = std::get_if<ast::TimeItem>(&item.kind);
+      if (time != nullptr && time->speed) text += ", speed " + print(*time->speed);
+    }
+  }
+  return text;
+}
+
 /// To paste: a scheme block with all that the chosen one has, and lines of the scene.
-std::string text_to_paste(const chart::Point& point, const model::Problem& chosen) {
+std::string text_to_paste(const chart::Point& point, const driver::Compiled& compiled) {
+  const model::Problem& chosen = *compiled.problem;
   model::Scheme scheme = chosen.scheme;
   scheme.name = "tuned";
   std::string text = model::print(scheme);
   if (!text.ends_with("\n")) text += "\n";
   for (std::size_t a = 0; a < chosen.axes.size(); ++a)
     text += fmt::format("# grid {}: cells {}\n", chosen.axes[a].name, point.cells[a]);
-  return text + fmt::format("# time {} .. {}, step {}\n", chosen.t_begin, chosen.t_begin + chosen.steps * chosen.step,
-                            point.step);
+  return text + fmt::format("# time {} .. {}, step {}{}\n", chosen.t_begin, chosen.t_begin + chosen.steps * chosen.step,
+                            point.step, courant_text(compiled.ast, chosen));
 }
 
 void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choice, double tolerance, Json& result) {
@@ -72,7 +89,7 @@ void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choic
     result["wall_s"] = point.seconds;
     std::string why;
     const auto session = chart::open(job.source(), scene.options, point.variant, why);
-    const std::string text = session == nullptr ? "" : text_to_paste(point, session->problem());
+    const std::string text = session == nullptr ? "" : text_to_paste(point, session->compiled());
     result["text"] = text;
     job.say(
         fmt::format("{}: {} on {} cells, steps of {:.6g}: error {:.3g}, {:.3g} s a unit of time, after {} runs\n\n{}\n",
@@ -153,8 +170,7 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   const chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
   report_choice(job, scene, choice, tolerance, result);
   if (choice.chosen && chosen_json(*choice.chosen).value("real", "") == "f32")
-    analysis::keep_single_precision(scene.session->compiled().options.cache.get(), job.source(), problem.scene,
-                                    tolerance, choice.chosen->error);
+    analysis::keep_single_precision(scene.session->compiled(), job.source(), tolerance, choice.chosen->error);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});
   } else if (!choice.chosen) {

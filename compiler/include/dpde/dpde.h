@@ -32,6 +32,7 @@ struct HostOptions {
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // see SimulationOptions
   int slots = 0;
   const std::atomic<bool>* stop = nullptr;
+  bool force = false;             // a step that ruins the run is an error; forced it is run all the same
   std::optional<bool> certify{};  // a task's derivatives on a few cells; unset: where that is cheap
   bool second_order =
       false;  // of a task: hessian_vector(); newton_cg has it anyway. Compiling takes up to twice as long

@@ -209,8 +209,13 @@ void add_histories(const driver::Compiled& compiled, std::vector<Unused>& result
 }
 
 /// Another text may be another scene.
-std::string key_of_precision(const SourceFile& source, const std::string& scene) {
-  return fmt::format("precision\n{}\n{}", scene, source.text());
+/// The text, and what is set in it: other numbers may need other digits.
+std::string key_of_precision(const driver::Compiled& compiled, const SourceFile& source) {
+  std::string key = fmt::format("precision\n{}\n{}\n", compiled.problem->scene, compiled.options.selection.scheme);
+  for (const auto& [name, value] : compiled.options.selection.overrides) {
+    if (name != "real") key += fmt::format("{}={}\n", name, value);
+  }
+  return key + std::string(source.text());
 }
 
 }  // namespace
@@ -218,14 +223,14 @@ std::string key_of_precision(const SourceFile& source, const std::string& scene)
 std::vector<Unused> idle_precision(const driver::Compiled& compiled, const SourceFile& source) {
   codegen::CodeCache* const cache = compiled.options.cache.get();
   if (cache == nullptr || compiled.real() != Precision::f64) return {};
-  const std::optional<std::string> known = cache->find(key_of_precision(source, compiled.problem->scene));
+  const std::optional<std::string> known = cache->find(key_of_precision(compiled, source));
   return known ? std::vector<Unused>{{Unused::Kind::precision, "f64", *known}} : std::vector<Unused>{};
 }
 
-void keep_single_precision(codegen::CodeCache* cache, const SourceFile& source, const std::string& scene,
-                           double tolerance, double error) {
+void keep_single_precision(const driver::Compiled& compiled, const SourceFile& source, double tolerance, double error) {
+  codegen::CodeCache* const cache = compiled.options.cache.get();
   if (cache == nullptr) return;
-  cache->store(key_of_precision(source, scene),
+  cache->store(key_of_precision(compiled, source),
                fmt::format("dpde tune found an error of {:.2g} with f32, for a tolerance of {:g}", error, tolerance));
 }
 

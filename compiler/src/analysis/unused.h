@@ -28,9 +28,8 @@ std::vector<Unused> unused_parts(const driver::Compiled& compiled);
 /// Whether `dpde tune` has proven that f32 meets a tolerance of this scene of this text: kept in the cache, as no other
 /// command makes runs to find that out. Of scenes in f64.
 std::vector<Unused> idle_precision(const driver::Compiled& compiled, const SourceFile& source);
-/// For that: what was chosen in f32 has this error. `cache` may be null.
-void keep_single_precision(codegen::CodeCache* cache, const SourceFile& source, const std::string& scene,
-                           double tolerance, double error);
+/// For that: what was chosen in f32 for the scene with these settings has this error.
+void keep_single_precision(const driver::Compiled& compiled, const SourceFile& source, double tolerance, double error);
 
 /// Axes along which the run of the scene from its initial state varies in nothing, with what one axis less would save.
 /// By induction: all that the step reads is the same along the axis as the run begins, the step commutes with shifts

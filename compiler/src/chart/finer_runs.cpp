@@ -17,6 +17,7 @@ namespace dpde::chart {
 namespace {
 
 constexpr double reference_fraction = 0.25;  // of the largest stable step
+constexpr double no_agreement = 0.5;         // of two runs: neither is a reference
 constexpr int growth_of_work = 2;            // twice as many steps on twice as many cells: 2^(1 + axes) at least
 
 bool reads_files(const model::Problem& problem) {
@@ -110,6 +111,11 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
     const double next_seconds = seconds * std::pow(2, growth_of_work + std::ssize(scene.axes) - 1);
     const bool is_last = second && (finer.uncertainty(*result, *second) <= refinement.enough ||
                                     2 * factor > refinement.most || next_seconds > refinement.most_seconds);
+    if (is_last && !(finer.uncertainty(*result, *second) < no_agreement)) {
+      why = fmt::format("runs on {:g} and {:g} times the cells by {} differ by {:.2g} of it: they do not converge",
+                        factor / 2, factor, method_text({method, {}}), finer.uncertainty(*result, *second));
+      return std::nullopt;
+    }
     if (is_last)
       return LastTwo<Result>{std::move(*second), std::move(*result),
                              fmt::format("a run on {:g} times the cells by {}", factor, method_text({method, {}}))};

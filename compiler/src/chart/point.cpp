@@ -55,6 +55,7 @@ std::unique_ptr<driver::Session> open_with(const SourceFile& source, const Point
     open.threads = options.threads;
     open.stop = options.stop;
     open.checkpoint_bytes = most_checkpoint_bytes;
+    open.judge = [](driver::Session& scene, DiagnosticSink& told) { return stability::check_step(scene, false, told); };
     session = driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(*compiled)), open, sink);
   }
   for (const Diagnostic& diagnostic : sink.all()) {
@@ -129,15 +130,15 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
   if (session == nullptr) return false;
   const stability::Verdict verdict = stability::verdict_of(*session);
-  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::never) {
+  if (verdict.bounded_step() == 0) {
     point.is_unstable = true;
     point.failure = never_stable;
     return false;
   }
   // Without a limit the scene's own step, which shrinks with the cells.
   double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
-  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
-    largest = point.largest_step = verdict.limit.step;
+  if (std::isfinite(verdict.bounded_step()) && verdict.parts == 1)
+    largest = point.largest_step = verdict.bounded_step();
   const double length = (options.common_steps > 0 ? options.common_steps : scene.steps) * scene.step;
   const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
   entry.variant.resolution["step"] = fmt::format("{}", length / steps);
@@ -146,7 +147,8 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
 
 namespace {
 
-/// A step that is chosen as part of the largest stable one needs no other verdict.
+/// A step that is chosen as part of the largest stable one needs no other verdict. Where none is known, as of steps
+/// that a Courant number splits, it does.
 Point run_or_throw(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
                    const References& references) {
   Point point;
@@ -159,7 +161,8 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
   point.steps = session->steps();
   point.compile_seconds = session->compiled().seconds;
   point.memory_bytes = driver::peak_of_run(session->compiled());
-  if ((!is_chosen || entry.fraction > 1) && !is_allowed(point, *session)) return point;
+  const bool is_judged = is_chosen && entry.fraction <= 1 && point.largest_step > 0;
+  if (!is_judged && !is_allowed(point, *session)) return point;
   const RunResult first = session->rollout().run();
   if (first.stopped) return point;
   if (first.blow_up) {

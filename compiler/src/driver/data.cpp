@@ -116,8 +116,9 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   SessionOptions session_options;
   session_options.threads = session.options().threads;
   session_options.stop = session.options().stop;
+  session_options.judge = session.options().judge;
   const auto other = Session::open(source, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
-  if (!other) return false;
+  if (!other || (session_options.judge && !session_options.judge(*other, sink))) return false;
   const std::string difference = mismatch(other->axes(), session.axes());
   if (!difference.empty() && !datum.series) return fail(difference);
   const int state = other->rollout().state_index(datum.field);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -17,6 +18,8 @@
 
 namespace dpde::driver {
 
+class Session;
+
 struct SessionOptions {
   int threads = 1;
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
@@ -24,6 +27,9 @@ struct SessionOptions {
   std::string
       checkpoint_folder;  // states of gradients lie in a file there; checkpoint_bytes is then not held to memory
   const std::atomic<bool>* stop = nullptr;  // looked at before each step
+  /// Of each scene that is run to make data: where it is false, after a diagnostic, there is no run. Unset: all are
+  /// run.
+  std::function<bool(Session&, DiagnosticSink&)> judge = {};
   /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
   std::vector<int> cells;
   std::optional<int> steps;  // in place of the scene's

@@ -13,6 +13,7 @@
 #include "files/files.h"
 #include "files/imports.h"
 #include "source/render.h"
+#include "stability/verdict.h"
 #include "support/assert.h"
 
 namespace dpde {
@@ -114,8 +115,11 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   session_options.checkpoint_bytes = options.checkpoint_bytes;
   session_options.slots = options.slots;
   session_options.stop = options.stop;
+  session_options.judge = [&options](driver::Session& scene, DiagnosticSink& told) {
+    return stability::check_step(scene, options.force, told);
+  };
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
-  if (!session) fail(source, sink);
+  if (!session || !session_options.judge(*session, sink)) fail(source, sink);
   Simulation simulation(table->scene(),
                         {{}, options.threads, session->options().checkpoint_bytes, options.slots, 0, options.stop},
                         table);

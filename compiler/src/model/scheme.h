@@ -14,6 +14,8 @@ namespace dpde::model {
 constexpr int spectral = 0;  // in place of an order: by Fourier series
 enum class Advection { central, upwind, weno, muscl, semi_lagrangian, maccormack, maccormack_steady };
 enum class Limiter { minmod, van_leer, mc };
+/// The steepest slope that it takes, in units of the smaller of the rises beside it.
+constexpr double steepest_slope(Limiter limiter) { return limiter == Limiter::minmod ? 1 : 2; }
 /// Whether it goes back along the flow, and is no difference.
 constexpr bool follows_flow(Advection advect) { return advect >= Advection::semi_lagrangian; }
 /// Whether it steps back as well, and clamps.
@@ -96,6 +98,17 @@ struct Scheme {
   /// Whether any advect does.
   bool follows_flow() const { return any_transport(model::follows_flow); }
   bool has_clamp() const { return any_transport(corrects); }
+  bool has_limiter() const { return steepest_slope() > 0; }
+  /// The steepest of what limits slopes; 0: nothing does.
+  double steepest_slope() const {
+    double steepest = 0;
+    const auto look_at = [&](const Transport& one) {
+      if (one.advect == Advection::muscl) steepest = std::max(steepest, model::steepest_slope(one.limiter));
+    };
+    look_at(transport);
+    for (const auto& [state, own] : transports) look_at(own);
+    return steepest;
+  }
   bool is_split() const { return split.kind != Split::Kind::none; }
 
  private:

@@ -74,6 +74,11 @@ Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initial
   return diagnostics_.emplace_back(std::move(diagnostic));
 }
 
+void DiagnosticSink::add(const Diagnostic& diagnostic) {
+  diagnostics_.push_back(diagnostic);
+  if (diagnostic.kind->severity == Severity::error) ++error_count_;
+}
+
 bool DiagnosticSink::is_full() const { return error_count_ >= max_of_a_severity; }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {

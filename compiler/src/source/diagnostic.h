@@ -56,6 +56,8 @@ class DiagnosticSink {
   /// The reference returned is valid until the next report: use it to add a hint or notes.
   Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments = {},
                      const Hint& hint = {});
+  /// One that another sink has.
+  void add(const Diagnostic& diagnostic);
   bool has_errors() const { return error_count_ > 0; }
   /// Further errors are counted only.
   bool is_full() const;

@@ -27,6 +27,9 @@ void report_never(driver::Session& session, const Verdict& verdict, bool ruins, 
   std::string hint = "a smaller step only takes longer to fail";
   if (const std::optional<OtherScheme> other = stable_scheme(session, verdict))
     hint = fmt::format("time = {} is stable up to a step of {:.4g}", other->time, other->step);
+  if (verdict.limiter_step > 0)
+    hint += fmt::format("; up to {:.4g} the limiter makes stairs of slopes and keeps values between their neighbours'",
+                        verdict.limiter_step);
   const KindRef kind = ruins ? KindRef("never-stable") : KindRef("weakly-unstable");
   sink.report(kind, equation_of(problem, verdict.field),
               {problem.scene, wave_text(verdict, problem), fmt::format("{:.9g}", verdict.growth),
@@ -47,7 +50,7 @@ void report_above(driver::Session& session, const Verdict& verdict, bool ruins, 
                                              : fmt::format("--set step={} is stable", verdict.largest_step);
   const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
   sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
-              {fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
+              {problem.scene, fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
                wave_text(verdict, problem), growth_text(verdict.growth)},
               with_force(hint, verdict, ruins));
 }

@@ -23,6 +23,17 @@ bool have_ways_that_end(const model::Problem& problem) {
   return lies_on_walls && problem.scheme.follows_flow();
 }
 
+constexpr double finer = 16;  // cells of a symbol
+
+/// The equations by differences of order 8, whatever the scheme's are.
+model::Problem with_fine_differences(model::Problem problem) {
+  problem.scheme.transport = {model::Advection::central, 8};
+  problem.scheme.transports.clear();
+  problem.scheme.derivative_order = problem.scheme.laplacian_order = 8;
+  problem.scheme.dealias = false;
+  return problem;
+}
+
 /// The problem as it is away from walls.
 model::Problem boundless(model::Problem problem) {
   for (model::Axis& axis : problem.axes) axis.topology = Topology::periodic;
@@ -69,6 +80,24 @@ std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint&
   for (std::size_t row = 0; row < step->rows.size(); ++row)
     rates.rows.push_back(step->rows[row].plus(Form(static_cast<int>(row)).times(-1)).times(1 / dt));
   return rates;
+}
+
+Eigen::VectorXcd Symbol::eigenvalues(Angles angles) const {
+  for (double& angle : angles) angle /= finer;
+  return rates_.eigenvalues(angles);
+}
+
+std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
+  if (!is_made_) fine_ = linear_step(with_fine_differences(by_euler(problem_)));
+  is_made_ = true;
+  if (!fine_) return std::nullopt;
+  FrozenPoint on_fine_cells = point;
+  for (const model::Axis& axis : problem_.axes) on_fine_cells.params.at("h" + axis.name) /= finer;
+  for (auto& [name, field] : on_fine_cells.fields) {
+    for (double& slope : field.slope) slope /= finer;
+  }
+  const std::optional<Response> rates = generator_of(*fine_, on_fine_cells);
+  return rates ? std::optional(Symbol(*rates, static_cast<int>(problem_.axes.size()))) : std::nullopt;
 }
 
 FrozenPoint flat(FrozenPoint point) {

@@ -7,6 +7,7 @@
 
 #include "driver/session.h"
 #include "model/model.h"
+#include "stability/amplification.h"
 #include "stability/linear_step.h"
 
 namespace dpde::stability {
@@ -23,6 +24,33 @@ model::Problem by_euler(model::Problem problem);
 
 /// L about the point, 1/time, of such a step. nullopt where it is not finite.
 std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint& point);
+
+/// What the equations about a point do to waves without a grid: eigenvalues of the same equations by differences of
+/// order 8 on cells of a sixteenth.
+class Symbol {
+ public:
+  /// `rates`: on such cells.
+  Symbol(const Response& rates, int rank) : rates_(rates, rank) {}
+  /// Angles are those of the scene's cells.
+  Eigen::VectorXcd eigenvalues(Angles angles) const;
+  double growth_rate(const Angles& angles) const { return eigenvalues(angles).real().maxCoeff(); }
+
+ private:
+  Amplification rates_;
+};
+
+/// The equations of a problem; they are lowered when they are first asked for.
+class Equations {
+ public:
+  explicit Equations(model::Problem problem) : problem_(std::move(problem)) {}
+  /// nullopt where they cannot be taken so.
+  std::optional<Symbol> about(const FrozenPoint& point) const;
+
+ private:
+  model::Problem problem_;
+  mutable bool is_made_ = false;  // fine_: a cache
+  mutable std::optional<LinearStep> fine_;
+};
 
 /// The point with the values of its fields everywhere about it.
 FrozenPoint flat(FrozenPoint point);

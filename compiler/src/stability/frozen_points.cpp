@@ -27,6 +27,7 @@ std::map<std::string, double> numbers_of(const driver::Session& session) {
   for (const auto& [name, value] : session.workspace().params()) numbers[name] = value;
   for (const model::Axis& axis : session.axes()) {
     numbers["h" + axis.name] = axis.spacing();
+    numbers["cells." + axis.name] = axis.cells;
     cells *= axis.cells;
   }
   numbers["cells"] = cells;

@@ -24,8 +24,10 @@ model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange
 }
 
 /// Infinite where there is none, 0 where every step is unstable.
-double limit_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
-  const auto analysis = FrozenAnalysis::make(linear, point, rank, step);
+double limit_of(const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point, double step) {
+  const Equations equations(problem);
+  const int rank = static_cast<int>(problem.axes.size());
+  const auto analysis = FrozenAnalysis::make(linear, point, rank, step, &equations);
   if (!analysis) return 0;
   const StepLimit limit = analysis->limit();
   return limit.kind == StepLimit::Kind::limit  ? limit.step
@@ -53,8 +55,7 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
       model::Problem without = problem;
       without.states[s].rhs = sum_without(terms, range);
       const std::optional<LinearStep> linear = linear_step(without);
-      const int rank = static_cast<int>(problem.axes.size());
-      const double limit = linear ? limit_of(*linear, verdict.worst, rank, verdict.step) : 0;
+      const double limit = linear ? limit_of(without, *linear, verdict.worst, verdict.step) : 0;
       if (!(limit > largest)) continue;
       largest = limit;
       best = range;
@@ -74,11 +75,10 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
     other.scheme.time = time;
     const std::optional<LinearStep> linear = linear_step(other);
     if (!linear) continue;
-    const int rank = static_cast<int>(problem.axes.size());
-    double limit = limit_of(*linear, verdict.worst, rank, verdict.step);  // most fail there
+    double limit = limit_of(other, *linear, verdict.worst, verdict.step);  // most fail there
     for (const ScenePoint& point : frozen_points(session, *linear)) {
       if (limit == 0) break;
-      limit = std::min(limit, limit_of(*linear, point.point, rank, verdict.step));
+      limit = std::min(limit, limit_of(other, *linear, point.point, verdict.step));
     }
     if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
   }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "stability/amplification.h"
+#include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
 
@@ -112,39 +113,27 @@ double largest_step_where(double rate, double factor, const std::function<bool(d
   return low;
 }
 
-/// The equations by differences of order 8, whatever the scheme's are.
-model::Problem with_fine_differences(model::Problem problem) {
-  problem.scheme.transport = {model::Advection::central, 8};
-  problem.scheme.transports.clear();
-  problem.scheme.derivative_order = problem.scheme.laplacian_order = 8;
-  problem.scheme.dealias = false;
-  return problem;
-}
-
 }  // namespace
 
-Positivity positivity_of(driver::Session& session, double step) {
+namespace {
+
+/// Of a linear step.
+Positivity positivity_of(driver::Session& session, const LinearStep& linear, double step) {
   Positivity found;
-  const model::Problem& problem = session.problem();
-  const std::optional<LinearStep> linear = linear_step(session, found.why);
-  if (!linear) return found;
-  if (problem.scheme.has_clamp() && linear->follows_flow()) {
-    found.why = "its clamp is not linear";
-    return found;
-  }
   const int rank = static_cast<int>(session.axes().size());
   std::vector<FrozenPoint> points;
   double rate = 0;
-  for (const ScenePoint& at : frozen_points(session, *linear)) {
+  for (const ScenePoint& at : frozen_points(session, linear)) {
     points.push_back(flat(at.point));
-    const std::optional<Response> rows = linear->response(points.back(), step);
+    const std::optional<Response> rows = linear.response(points.back(), step);
     if (!rows) continue;
-    if (linear->solves()) {
-      rate = std::max(rate, rate_of(*linear, points.back(), rank, step));
+    if (linear.solves()) {
+      rate = std::max(rate, rate_of(linear, points.back(), rank, step));
       continue;
     }
     if (!rows->waves.empty()) {
-      found.why = "a Fourier series reaches all cells, with weights of both signs";
+      found.why = linear.reduces() ? "a mean reaches all cells"
+                                   : "a Fourier series reaches all cells, with weights of both signs";
       return found;
     }
     Response change;
@@ -152,43 +141,80 @@ Positivity positivity_of(driver::Session& session, double step) {
       change.rows.push_back(rows->rows[row].plus(Form(static_cast<int>(row)).times(-1)));
     rate = std::max(rate, magnitude_of(change) / step);
   }
-  if (linear->solves() && rate == 0) {
+  if (linear.solves() && rate == 0) {
     found.why = "a solve is in it";
     return found;
   }
   const auto holds = [&](double dt) {
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
-      const std::optional<Response> rows = linear->response(point, dt);
-      if (rows && linear->solves()) return is_positive(Amplification(*rows, rank), rank);
-      return rows ? is_positive(*rows) : linear->follows_flow();  // where it goes too far to be followed
+      const std::optional<Response> rows = linear.response(point, dt);
+      if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
+      return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
     });
   };
   found.is_kept = holds(step);
-  found.largest_step = largest_step_where(rate, linear->solves() ? step_factor_with_solves : step_factor, holds);
+  found.largest_step = largest_step_where(rate, linear.solves() ? step_factor_with_solves : step_factor, holds);
   return found;
 }
 
+/// Limited slopes add to the weight of the cell upstream at most L/2 of what upwind(1) gives it, L being the steepest
+/// slope that is taken (P. K. Sweby, SIAM J. Numer. Anal. 21 (1984)): a step of Euler's method keeps
+///   1 - dt/dt_1 - L/2*c*dt >= 0
+/// up to 1/(1/dt_1 + L/2*c), with the largest step dt_1 of upwind(1) and c dt the Courant number. ssp_rk3 is made of
+/// such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
+Positivity positivity_with_limiter(driver::Session& session, double step) {
+  const model::Problem& problem = session.problem();
+  const model::TimeScheme time = problem.scheme.time;
+  Positivity found;
+  found.why = "its limiter is not linear";
+  const bool is_of_euler = time == model::TimeScheme::euler || time == model::TimeScheme::ssp_rk3;
+  const std::optional<LinearStep> euler = linear_step(by_euler(problem));
+  if (!is_of_euler || problem.scheme.is_split() || !euler) return found;
+  double rate = 0;
+  for (const ScenePoint& at : frozen_points(session, *euler)) {
+    const std::optional<double> courant = courant_number(problem, at.point, 1);
+    if (!courant) return found;
+    rate = std::max(rate, *courant);
+  }
+  found = positivity_of(session, *euler, step);
+  if (!found.why.empty() || found.largest_step == 0) return found;
+  found.largest_step = 1 / (1 / found.largest_step + 0.5 * problem.scheme.steepest_slope() * rate);
+  found.is_kept = step <= found.largest_step * (1 + step_precision);
+  return found;
+}
+
+}  // namespace
+
+Positivity positivity_of(driver::Session& session, double step) {
+  if (session.problem().scheme.has_limiter()) return positivity_with_limiter(session, step);
+  Positivity found;
+  const std::optional<LinearStep> linear = linear_step(session, found.why);
+  if (!linear) return found;
+  if (session.problem().scheme.has_clamp() && linear->follows_flow()) {
+    found.why = "its clamp is not linear";
+    return found;
+  }
+  return positivity_of(session, *linear, step);
+}
+
 std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step) {
-  constexpr double lengths[] = {4, 8, 16, 32}, finer = 16;
+  constexpr double lengths[] = {4, 8, 16, 32};
   const int rank = static_cast<int>(session.axes().size());
   std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why);
-  const std::optional<LinearStep> fine = linear_step(with_fine_differences(by_euler(session.problem())));
-  if (!linear || !fine) return {};
+  if (!linear) return {};
   const FrozenPoint point = flat(at);
-  FrozenPoint on_fine_grid = point;
-  for (const model::Axis& axis : session.axes()) on_fine_grid.params.at("h" + axis.name) /= finer;
-  const std::optional<Response> rows = linear->response(point, step), rates = generator_of(*fine, on_fine_grid);
-  if (!rows || !rates) return {};
-  const Amplification scheme(*rows, rank), equations(*rates, rank);
+  const std::optional<Response> rows = linear->response(point, step);
+  const std::optional<Symbol> equations = Equations(session.problem()).about(point);
+  if (!rows || !equations) return {};
+  const Amplification scheme(*rows, rank);
   std::vector<Wave> result;
   for (int axis = 0; axis < rank; ++axis) {
     for (const double cells : lengths) {
-      Angles angle{}, fine_angle{};
+      Angles angle{};
       angle[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / cells;
-      fine_angle[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / (finer * cells);
       const Eigen::VectorXcd factors = scheme.eigenvalues(angle);
-      for (const Complex rate : equations.eigenvalues(fine_angle)) {
+      for (const Complex rate : equations->eigenvalues(angle)) {
         const Complex exact = std::exp(step * rate);
         const auto is_nearer = [&](const Complex& a, const Complex& b) {
           return std::abs(a - exact) < std::abs(b - exact);

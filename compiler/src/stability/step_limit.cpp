@@ -36,6 +36,13 @@ Response sum(const Response& a, const Response& b, double factor) {
   return result;
 }
 
+/// With that of no angle, the mean, where the step knows it.
+Largest largest_over_waves(const LinearStep& linear, int rank, const std::function<double(const Angles&)>& f) {
+  Largest largest = stability::largest_over_waves(rank, f);
+  const double of_mean = linear.reduces() ? f({}) : -infinite;
+  return of_mean > largest.value ? Largest{{}, of_mean} : largest;
+}
+
 bool is_identity(const Response& response) {
   const std::vector<Form>& rows = response.rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -72,7 +79,7 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
   if (!rows) return std::nullopt;
   const Amplification g(*rows, rank);
   StepGrowth result;
-  const Largest largest = largest_over_waves(rank, [&](const Angles& a) {
+  const Largest largest = largest_over_waves(linear, rank, [&](const Angles& a) {
     const Eigen::VectorXcd values = g.eigenvalues(a);
     result.change = std::max(result.change, (values.array() - 1.0).abs().maxCoeff());
     return values.cwiseAbs().maxCoeff();
@@ -93,7 +100,7 @@ bool FrozenAnalysis::differentiate(double step) {
     }
   }
   rates_.emplace(sum_of_all, rank_);
-  rate_ = largest_over_waves(rank_, [&](const Angles& a) { return rates_->spectral_radius(a); }).value;
+  rate_ = over_waves([&](const Angles& a) { return rates_->spectral_radius(a); }).value;
   return std::isfinite(rate_);
 }
 
@@ -110,28 +117,46 @@ bool FrozenAnalysis::measure_rates(double step) {
       short_ = short_step / rate_;
       short_step_ = at(short_);
       if (!short_step_) return false;
-      const double found = largest_over_waves(rank_,
-                                              [&](const Angles& a) {
-                                                double largest = 0;
-                                                for (const std::complex<double> g : short_step_->eigenvalues(a)) {
-                                                  if (std::abs(g - 1.0) < 0.5)
-                                                    largest = std::max(largest, std::abs(g - 1.0));
-                                                }
-                                                return largest;
-                                              })
-                               .value /
-                           short_;
+      const auto change = [&](const Angles& a) {
+        double largest = 0;
+        for (const std::complex<double> g : short_step_->eigenvalues(a)) {
+          if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::abs(g - 1.0));
+        }
+        return largest;
+      };
+      const double found = over_waves(change).value / short_;
       const bool is_settled = found > 0.5 * rate_ && found < 2 * rate_;
       if (!std::isfinite(found) || found == 0) break;
       rate_ = found;
       if (is_settled) break;
     }
   }
-  growth_ = std::max(
-      largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? growth_rate_of(a) : -infinite; }).value,
-      growth_rate_of({}) > rounding_of_mean * rate_ ? growth_rate_of({}) : 0.0);
-  if (!(growth_ > no_growth * rate_)) growth_ = 0;
   return true;
+}
+
+/// Of resolved waves as the differences have them; of others no more than both these and the equations say.
+void FrozenAnalysis::measure_growth(const Equations* equations) {
+  const auto rate_of = [&](const Angles& a) { return growth_rate_of(a); };
+  const double of_mean = growth_rate_of({}), of_all = largest_over_waves(rank_, rate_of).value;
+  if (of_all > no_growth * rate_)
+    growth_ = largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? rate_of(a) : -infinite; }).value;
+  growth_ = std::max(growth_, of_mean > rounding_of_mean * rate_ ? of_mean : 0.0);
+  const double told_apart = (rates_ ? rounding_of_mean : short_step) * rate_;
+  if (equations != nullptr && !linear_->follows_flow() && of_all > growth_ + told_apart) {
+    const std::optional<Symbol> symbol = equations->about(point_);
+    const auto rate_of_both = [&](const Angles& a) { return std::min(rate_of(a), symbol->growth_rate(a)); };
+    if (symbol) growth_ = std::max(growth_, largest_over_waves(rank_, rate_of_both).value);
+  }
+  if (!(growth_ > no_growth * rate_)) growth_ = 0;
+}
+
+/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+double FrozenAnalysis::allowed_rate(const Angles& wave) const {
+  return growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
+}
+
+Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f) const {
+  return largest_over_waves(*linear_, rank_, f);
 }
 
 double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
@@ -147,19 +172,19 @@ double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
 }
 
 std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, const FrozenPoint& point, int rank,
-                                                   double step) {
+                                                   double step, const Equations* equations) {
   FrozenAnalysis result(linear, point, rank);
-  return result.measure_rates(step) ? std::optional(std::move(result)) : std::nullopt;
+  if (!result.measure_rates(step)) return std::nullopt;
+  result.measure_growth(equations);
+  return result;
 }
 
 Largest FrozenAnalysis::excess(double step) const {
   const std::optional<Amplification> g = at(step);
   if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
-  return largest_over_waves(rank_, [&](const Angles& a) {
+  return over_waves([&](const Angles& a) {
     const double growth = std::log(g->spectral_radius(a));
-    // Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
-    const double rate = growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(growth_rate_of(a), 0.0, growth_);
-    const double by_equations = rate * step;
+    const double by_equations = allowed_rate(a) * step;
     if (by_equations > unresolved) return 0.0;
     return std::isnan(growth) ? infinite : growth - 2 * by_equations;
   });

@@ -3,7 +3,8 @@
 //
 // A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, as they are discretised in
 // space, let it grow by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0, at most that
-// of waves of eight cells and more (is_resolved). The step is stable where
+// of waves of eight cells and more (is_resolved), or what the equations do to some wave without a grid (Symbol). The
+// step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
 // von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
 // that the equations multiply by more than exp(1/2) in a step are not judged: that is blow-up of theirs, or a step that
@@ -13,6 +14,7 @@
 #include <optional>
 
 #include "stability/amplification.h"
+#include "stability/equations.h"
 
 namespace dpde::stability {
 
@@ -30,8 +32,8 @@ struct StepLimit {
   bool is_weak() const { return kind == Kind::never && order > 3.5; }
 };
 
-/// Eight cells or more along each axis. Growth of shorter waves is that of differences, not of the equations: a wind
-/// that is looked at from behind grows so.
+/// Eight cells or more along each axis. Growth of shorter waves may be that of differences, not of the equations: a
+/// wind that is looked at from behind grows so.
 bool is_resolved(const Angles& a);
 
 /// What is allowed to remain of ln |g|: rounding, the root of it where eigenvalues are one.
@@ -46,10 +48,12 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
 
 class FrozenAnalysis {
  public:
-  /// `step` sets the scale of steps that are tried. nullopt where values are not finite.
-  static std::optional<FrozenAnalysis> make(const LinearStep& linear, const FrozenPoint& point, int rank, double step);
+  /// `step` sets the scale of steps that are tried. nullopt where values are not finite. Without `equations` no short
+  /// wave may grow more than those that are resolved.
+  static std::optional<FrozenAnalysis> make(const LinearStep& linear, const FrozenPoint& point, int rank, double step,
+                                            const Equations* equations = nullptr);
 
-  /// The largest real part of the equations' eigenvalues, 1/time: of waves that are resolved, and of one.
+  /// The largest real part of the equations' eigenvalues, 1/time: of all waves, and of one as the differences have it.
   double growth_rate() const { return growth_; }
   double growth_rate_of(const Angles& wave) const;
   /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
@@ -65,6 +69,9 @@ class FrozenAnalysis {
       : linear_(&linear), point_(std::move(point)), rank_(rank) {}
   std::optional<Amplification> at(double step) const;
   bool measure_rates(double step);
+  void measure_growth(const Equations* equations);
+  double allowed_rate(const Angles& wave) const;
+  Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool differentiate(double step);
   StepLimit bisect(double stable, double unstable) const;
   StepLimit descend(double unstable) const;

@@ -12,6 +12,8 @@
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
+#include "stability/local_character.h"
+#include "stability/verdict_cache.h"
 #include "stability/wall_spectrum.h"
 
 namespace dpde::stability {
@@ -53,14 +55,18 @@ double whole_step(const model::Problem& problem, double limit) {
 class Examination {
  public:
   Examination(driver::Session& session, const LinearStep& linear, Verdict& verdict)
-      : session_(session), linear_(linear), verdict_(verdict), rank_(static_cast<int>(session.axes().size())) {
+      : session_(session),
+        linear_(linear),
+        verdict_(verdict),
+        rank_(static_cast<int>(session.axes().size())),
+        equations_(session.problem()) {
     verdict_.parts = parts_of(session);
     verdict_.step = session.problem().step / verdict_.parts;
   }
 
   bool run() {
     for (const ScenePoint& point : frozen_points(session_, linear_)) {
-      std::optional<FrozenAnalysis> analysis = FrozenAnalysis::make(linear_, point.point, rank_, verdict_.step);
+      const std::optional<FrozenAnalysis> analysis = analysis_at(point.point);
       if (!analysis) continue;
       look_at(*analysis, point);
     }
@@ -86,30 +92,29 @@ class Examination {
   }
 
  private:
+  std::optional<FrozenAnalysis> analysis_at(const FrozenPoint& point) const {
+    return FrozenAnalysis::make(linear_, point, rank_, verdict_.step, &equations_);
+  }
   /// More than rounding, or more than a run may grow without a word.
   bool grows(double in_step) const {
     return in_step > growth_tolerance(linear_) || in_step * session_.steps() * verdict_.parts > told_growth;
   }
   bool grows_beyond_equations(const ScenePoint& point) {
-    const auto analysis = FrozenAnalysis::make(linear_, point.point, rank_, verdict_.step);
+    const auto analysis = analysis_at(point.point);
     if (!analysis || grows(analysis->excess(verdict_.step).value)) return true;
     verdict_.growth_rate = std::max(verdict_.growth_rate, analysis->growth_rate());
     return false;
   }
 
   /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
-  /// waves counts, else the field is taken as flat.
+  /// waves counts, else the field is taken as flat. Not where limiters make another scheme of a slope.
   StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
     const StepLimit limit = analysis.limit();
     const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
-    if (limit.kind != StepLimit::Kind::never && !is_long) return limit;
-    FrozenPoint flat = point.point;
-    bool is_other = false;
-    for (auto& [name, field] : flat.fields) {
-      is_other = is_other || field.slope != FrozenValue().slope;
-      field.slope = {};
-    }
-    const auto without = is_other ? FrozenAnalysis::make(linear_, flat, rank_, verdict_.step) : std::nullopt;
+    if ((limit.kind != StepLimit::Kind::never && !is_long) || session_.problem().scheme.has_limiter()) return limit;
+    const FrozenPoint without_slopes = flat(point.point);
+    const bool is_other = without_slopes.fields != point.point.fields;
+    const auto without = is_other ? analysis_at(without_slopes) : std::nullopt;
     return without ? without->limit() : limit;
   }
 
@@ -154,14 +159,18 @@ class Examination {
     return largest;
   }
 
-  /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
+  /// Walls may let grow what no wave does, at the limit of waves or in the scene's own, shorter step; they may damp,
+  /// too, but a limit that holds away from them stays.
   void look_at_walls() {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     double low = has_limit ? verdict_.limit.step : verdict_.step;
-    const double short_step = 1e-3 * low;
+    const double short_step = 1e-3 * std::min(low, verdict_.step);
     const double allowed = 2 * std::max(rate_between_walls(short_step, true), verdict_.growth_rate);
     const auto beyond = [&](double step) { return (rate_between_walls(step, false) - allowed) * step; };
-    if (beyond(low) <= wall_tolerance) return;
+    if (beyond(low) <= wall_tolerance) {
+      if (!(verdict_.step < low) || beyond(verdict_.step) <= wall_tolerance) return;
+      low = verdict_.step;
+    }
     double high = low;
     while (low > short_step && beyond(low) > wall_tolerance) low /= 2;
     const bool is_never = low <= short_step;
@@ -181,17 +190,17 @@ class Examination {
   const LinearStep& linear_;
   Verdict& verdict_;
   int rank_;
+  Equations equations_;
   ScenePoint worst_;
   bool is_any_ = false;
 };
 
 }  // namespace
 
-bool grows_nothing(driver::Session& session) {
+bool look_for_growth(driver::Session& session) {
   Verdict verdict;
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
-  if (!linear) return false;
-  return Examination(session, *linear, verdict).grows_nothing();
+  return linear && Examination(session, *linear, verdict).grows_nothing();
 }
 
 bool Verdict::is_above() const {
@@ -200,13 +209,18 @@ bool Verdict::is_above() const {
   return step > limit.step * (is_of_walls ? 1 + 2e-3 : 1 + 1e-4);
 }
 
-bool Verdict::ruins_run() const { return is_above() && end_growth > hundred; }
+bool Verdict::ruins_run() const { return is_above() && end_growth > hundred && !is_held_by_limiter(); }
+
+double Verdict::bounded_step() const {
+  if (!is_analysed() || limit.kind == StepLimit::Kind::none) return std::numeric_limits<double>::infinity();
+  return limit.kind == StepLimit::Kind::limit ? limit.step : limiter_step;
+}
 
 double Verdict::hundredfold() const {
   return is_above() && beyond > 0 ? hundred / (beyond * parts) : std::numeric_limits<double>::infinity();
 }
 
-Verdict verdict_of(driver::Session& session) {
+Verdict examine(driver::Session& session) {
   Verdict verdict;
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
   if (!linear) return verdict;
@@ -214,6 +228,9 @@ Verdict verdict_of(driver::Session& session) {
     verdict.why = linear->solves() ? "a solve is in it" : "the step's tangent is not finite at the initial state";
     return verdict;
   }
+  const model::Scheme& scheme = session.problem().scheme;
+  if (verdict.limit.kind == StepLimit::Kind::never && scheme.has_limiter() && scheme.time == model::TimeScheme::euler)
+    verdict.limiter_step = positivity_of(session, verdict.step).largest_step;
   verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;
   if (verdict.limit.kind == StepLimit::Kind::limit)
     verdict.courant = courant_number(session.problem(), verdict.worst, verdict.limit.step);
@@ -229,7 +246,8 @@ std::vector<double> growths_at(const driver::Session& session, const Verdict& ve
   const std::optional<LinearStep> linear = linear_step(session, why);
   if (!linear || !verdict.is_analysed()) return growths;
   const int rank = static_cast<int>(session.axes().size());
-  const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step);
+  const Equations equations(session.problem());
+  const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step, &equations);
   for (std::size_t i = 0; analysis && i < steps.size(); ++i)
     growths[i] = analysis->growth_of(analysis->excess(steps[i]).angles, steps[i]);
   return growths;
@@ -248,8 +266,8 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
                         : fmt::format("of {:.3g} cells along {}", 2 * std::numbers::pi / angle, problem.axes[a].name));
     last = angle;
   }
-  return fmt::format("the wave {}",
-                     parts.empty() ? "as long as the grid" : fmt::format("{}", fmt::join(parts, " and ")));
+  if (parts.empty()) return "the mean of all cells";
+  return fmt::format("the wave {}", fmt::join(parts, " and "));
 }
 
 }  // namespace dpde::stability

@@ -18,6 +18,7 @@ struct Verdict {
   StepLimit limit;
   bool is_exact = false;     // holds for all places, states and times, and there are no walls; else an estimate
   bool is_of_walls = false;  // it is walls that lower the limit
+  double limiter_step = 0;   // where slopes grow at each step: up to this one limiters make stairs of them, and no more
   double step = 0;           // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;
   double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
@@ -33,6 +34,10 @@ struct Verdict {
 
   bool is_analysed() const { return why.empty(); }
   bool is_above() const;
+  /// Growth ends where a limiter keeps values between their neighbours'.
+  bool is_held_by_limiter() const { return step <= limiter_step; }
+  /// Up to which a run is bounded; 0: none, infinite: all are.
+  double bounded_step() const;
   /// Beyond the limit by so much that the run's errors grow a hundredfold.
   bool ruins_run() const;
   /// Steps in which errors grow a hundredfold; infinite where they do not.

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of a step's tangent at a frozen point, with sums of displaced perturbations in place of numbers.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "stability/linear_step.h"
+
+namespace dpde::stability {
+
+/// The value at the point, its change from cell to cell, and how it is perturbed.
+struct Value {
+  double number = 0;
+  Form form = {};
+  std::array<double, 3> slope = {};  // of fields; no expression has one
+};
+
+class Evaluation {
+ public:
+  Evaluation(const stencil::Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt,
+             FrozenStages& stages, bool of_constraints)
+      : module_(module), varied_(varied), point_(point), dt_(dt), stages_(stages), of_constraints_(of_constraints) {}
+
+  void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
+  void run(const std::vector<stencil::Statement>& body);
+  const Value& at(const std::string& field) { return field_value(field); }
+  bool is_too_far() const { return is_too_far_; }
+  std::vector<WaveSum> take_waves() { return std::move(waves_); }
+
+ private:
+  const Value& field_value(const std::string& name);
+  double parameter(const std::string& name) const;
+  Value access(const std::string& name, const stencil::Offset& offset);
+  Value interpolate(const stencil::Interp& interp);
+  Value binary(const stencil::Binary& b);
+  Value value(const stencil::Expr& e);
+  double condition_of(const stencil::Expr& e);
+  bool is_tie(const stencil::Expr& condition);
+  Value select(const stencil::Select& s);
+  std::vector<Value> stored_values(const stencil::Kernel& kernel);
+  std::optional<std::vector<FrozenValue>> frozen_values(const stencil::Kernel& kernel);
+  std::optional<std::vector<Value>> values_of_states(const stencil::Kernel& kernel);
+  void run_kernel(const stencil::Kernel& kernel);
+  void reduce(const stencil::Reduce& reduce);
+  std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol);
+  void transform(const stencil::Transform& transform);
+  void add_waves(Value& to, WaveSum waves);
+  void run_block(const stencil::Solve& solve);
+  void solve(const stencil::Solve& solve);
+  void solve_coupled(const stencil::Solve& solve);
+  void solve_by_newton(const stencil::Solve& solve);
+  void repeat(const stencil::Repeat& repeat);
+
+  const stencil::Module& module_;
+  const std::set<std::string>& varied_;
+  const FrozenPoint& point_;
+  double dt_;
+  FrozenStages& stages_;
+  const bool of_constraints_;
+  std::size_t runs_ = 0;       // of kernels that make states
+  std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
+  std::map<std::string, Value> fields_, locals_;
+  std::map<std::string, double> counters_;
+  std::vector<WaveSum> waves_;
+  bool is_too_far_ = false;
+};
+
+}  // namespace dpde::stability

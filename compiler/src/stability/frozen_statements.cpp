@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Statements that are no kernels: reductions, transforms, solves, repeats.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "stability/coupled_waves.h"
+#include "stability/frozen_evaluation.h"
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "stencil/symbol.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+constexpr double rounding = 1e-12;  // of sums of weights
+
+}  // namespace
+
+/// Means and sums of perturbations are those of waves that do not vary along their axes. The derivative of max and min
+/// goes to one cell: that is not seen.
+void Evaluation::reduce(const Reduce& reduce) {
+  const Value field = field_value(reduce.field);
+  const bool is_of_all = reduce.over == std::array<bool, max_rank>{};
+  WaveMultiplier by = WaveMultiplier::one();
+  double cells = 1;
+  for (std::size_t axis = 0; axis < by.means.size(); ++axis) {
+    by.means[axis] = is_of_all || reduce.over[axis];
+    const auto along = point_.params.find(std::string("cells.").append(1, "xyz"[axis]));
+    if (by.means[axis] && along != point_.params.end()) cells *= along->second;
+  }
+  const double factor = reduce.kind == Reduction::sum ? cells : 1;
+  Value result{field.number * factor};
+  const bool is_linear = reduce.kind == Reduction::sum || reduce.kind == Reduction::mean;
+  if (is_linear && !field.form.is_zero()) add_waves(result, {{{field.form.times(factor), by}}, {}});
+  fields_[reduce.result] = std::move(result);
+}
+
+/// In angles: the spacings go into the numbers.
+std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) {
+  std::vector<NumberMonomial> numbers;
+  for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
+    double coefficient = value(monomial.coefficient).number;
+    for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
+      if (monomial.powers[axis] > 0)
+        coefficient /= std::pow(parameter(std::string("h").append(1, "xyz"[axis])), monomial.powers[axis]);
+    }
+    numbers.push_back({coefficient, monomial.powers});
+  }
+  return numbers;
+}
+
+/// What is not perturbed is taken as a straight line about the point; a state with dt = 0, as those that kernels make.
+void Evaluation::transform(const Transform& transform) {
+  const bool is_state = varied_.contains(transform.result);
+  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  Value result;
+  WaveSum waves;
+  for (const Transform::Term& term : transform.terms) {
+    WaveMultiplier by{term.by.function, {}, numbers_of(term.by.factor), term.by.within_two_thirds};
+    if (term.by.function) by.argument = numbers_of(term.by.argument);
+    const Value& field = field_value(term.field);
+    const double of_constant = by.of_constant();
+    const std::array<double, 3> of_slopes = by.of_slopes();
+    result.number += of_constant == 0 ? 0 : of_constant * field.number;
+    for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
+      if (field.slope[axis] == 0 && std::isfinite(of_constant)) continue;
+      result.number += of_slopes[axis] * field.slope[axis];
+      result.slope[axis] += of_constant * field.slope[axis];
+    }
+    if (by.is_constant()) {
+      result.form = result.form.plus(field.form.times(of_constant));
+    } else if (!field.form.is_zero()) {
+      waves.terms.push_back({field.form, std::move(by)});
+    }
+  }
+  dt_ = step;
+  if (!waves.terms.empty()) add_waves(result, std::move(waves));
+  fields_[transform.result] = std::move(result);
+}
+
+void Evaluation::add_waves(Value& to, WaveSum waves) {
+  to.form = to.form.plus(Form(most_states + static_cast<int>(waves_.size())));
+  waves_.push_back(std::move(waves));
+  is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
+}
+
+/// Nothing in it is a stage of the states.
+void Evaluation::run_block(const Solve& solve) {
+  for (const Statement& statement : solve.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (run == nullptr) continue;
+    const Kernel& kernel = kernel_of(module_, *run);
+    const std::vector<Value> values = stored_values(kernel);
+    for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
+  }
+}
+
+/// What is not perturbed is nothing here but rates, which are 0.
+void Evaluation::solve_coupled(const Solve& solve) {
+  const std::size_t count = solve.unknowns.size();
+  std::vector<std::vector<Form>> matrix(count, std::vector<Form>(count));
+  std::vector<Form> rights;
+  for (const std::string& right : solve.rights) rights.push_back(field_value(right).form);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t i = 0; i < count; ++i) fields_[solve.unknowns[i]] = {0, i == k ? Form(0) : Form()};
+    run_block(solve);
+    for (std::size_t i = 0; i < count; ++i) matrix[i][k] = field_value(solve.images[i]).form;
+  }
+  std::vector<WaveSum> waves = coupled_waves(matrix, rights);
+  for (std::size_t i = 0; i < count; ++i) {
+    Value& result = fields_[solve.unknowns[i]] = {};
+    if (!waves.empty()) add_waves(result, std::move(waves[i]));
+  }
+}
+
+/// Stages of states are taken at dt = 0, where each is its right side, if the block is one of a time scheme.
+void Evaluation::solve_by_newton(const Solve& solve) {
+  const double step = std::exchange(dt_, 0);
+  for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
+    const Value right = field_value(solve.rights[i]);
+    fields_[solve.unknowns[i]] = {right.number, {}, right.slope};
+  }
+  run_block(solve);
+  dt_ = step;
+  for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
+    const double made = field_value(solve.images[i]).number, right = field_value(solve.rights[i]).number;
+    is_too_far_ = is_too_far_ || std::abs(made - right) > rounding * std::abs(right);
+  }
+}
+
+/// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point.
+void Evaluation::solve(const Solve& solve) {
+  if (!solve.is_linear) return solve_by_newton(solve);
+  if (solve.unknowns.size() > 1) return solve_coupled(solve);
+  const bool is_state = varied_.contains(solve.unknowns.front());
+  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  fields_[solve.unknowns.front()] = {0, Form(0)};
+  run_block(solve);
+  const Form image = field_value(solve.images.front()).form;
+  dt_ = step;
+  double of_constant = 0, of_all = 0;
+  std::array<double, 3> of_slopes{};
+  for (const Form::Term& term : image.terms()) {
+    of_constant += term.coefficient;
+    of_all += std::abs(term.coefficient);
+    const Offset offset = Form::offset_of(term.key);
+    for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) of_slopes[axis] += term.coefficient * offset[axis];
+  }
+  if (std::abs(of_constant) < rounding * of_all) of_constant = 0;
+  const Value& right = field_value(solve.rights.front());
+  Value result{right.number / of_constant, {}, right.slope};
+  for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
+    result.slope[axis] /= of_constant;
+    result.number -= of_slopes[axis] * result.slope[axis] / of_constant;
+  }
+  if (of_constant == 0 && of_constraints_) result = {0, {}, {}};
+  if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
+  fields_[solve.unknowns.front()] = std::move(result);
+  fields_[solve.images.front()] = right;
+}
+
+/// Outside, what it carries keeps its value.
+void Evaluation::repeat(const Repeat& repeat) {
+  std::map<std::string, Value> outside, results;
+  for (const Carry& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
+  for (int k = 0; k < repeat.count; ++k) {
+    counters_[repeat.counter.name] = repeat.counter.is_backwards ? repeat.count - 1 - k : k;
+    run(repeat.body);
+    std::map<std::string, Value> next;
+    for (const Carry& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
+    for (auto& [state, value] : next) fields_[state] = std::move(value);
+  }
+  counters_.erase(repeat.counter.name);
+  for (auto& [state, value] : outside) fields_[state] = std::move(value);
+  for (auto& [result, value] : results) fields_[result] = std::move(value);
+}
+
+void Evaluation::run(const std::vector<Statement>& body) {
+  for (const Statement& statement : body) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
+        [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
+        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Solve& s) { solve(s); },
+        [&](const Repeat& r) { repeat(r); });
+    if (is_too_far_) return;
+  }
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/verdict_cache.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <sstream>
+
+#include "model/print_model.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr double worth_keeping = 0.05;  // seconds
+constexpr const char* last_line = "end of the verdict";
+
+std::string key_of(driver::Session& session) {
+  std::uint64_t fields = 14695981039346656037ull;  // FNV-1a, of numbers in the place of bytes
+  const auto add = [&](const std::vector<double>& values) {
+    for (const double value : values) {
+      fields = (fields ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211ull;
+      fields ^= fields >> 32;
+    }
+  };
+  for (int s = 0; s < session.rollout().state_count(); ++s) add(session.initial(s));
+  for (const model::Coefficient& coefficient : session.problem().coefficients)
+    add(session.workspace().dense(coefficient.name));
+  std::string key = fmt::format("verdict\n{} steps, fields {:x}\n", session.steps(), fields);
+  for (const auto& [name, value] : session.workspace().params()) key += fmt::format("{} = {}\n", name, value);
+  for (const model::Control& control : session.problem().controls) {
+    for (const double value : control.values) key += fmt::format("{}: {}\n", control.name, value);
+  }
+  return key + print(session.problem()) + print(session.compiled().stencil);
+}
+
+/// What `find` gives, or what it gave before.
+std::string kept_or_found(driver::Session& session, const std::string& what,
+                          const std::function<bool(const std::string&)>& is_text,
+                          const std::function<std::string()>& find) {
+  codegen::CodeCache* const cache = session.compiled().options.cache.get();
+  const std::string key = cache == nullptr ? "" : what + key_of(session);
+  const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(key);
+  if (kept && is_text(*kept)) return *kept;
+  const auto start = std::chrono::steady_clock::now();
+  std::string found = find();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (cache != nullptr && seconds > worth_keeping) cache->store(key, found);
+  return found;
+}
+
+/// Numbers as they are read back: those that are not finite too.
+class Reader {
+ public:
+  explicit Reader(const std::string& text) : in_(text) {}
+  std::string line() {
+    std::string result;
+    is_good_ = is_good_ && std::getline(in_, result);
+    return result;
+  }
+  std::string word() {
+    std::string result;
+    is_good_ = is_good_ && in_ >> result;
+    return result;
+  }
+  double number() {
+    const std::string text = word();
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    is_good_ = is_good_ && !text.empty() && *end == 0;
+    return value;
+  }
+  void end_line() { is_good_ = is_good_ && line().empty(); }
+  bool is_good() const { return is_good_; }
+
+ private:
+  std::istringstream in_;
+  bool is_good_ = true;
+};
+
+FrozenPoint read_point(Reader& reader) {
+  FrozenPoint point;
+  for (double& place : point.place) place = reader.number();
+  const double fields = reader.number(), params = reader.number();
+  for (int i = 0; i < fields && reader.is_good(); ++i) {
+    FrozenValue& field = point.fields[reader.word()];
+    field.value = reader.number();
+    for (double& slope : field.slope) slope = reader.number();
+  }
+  for (int i = 0; i < params && reader.is_good(); ++i) {
+    const std::string name = reader.word();
+    point.params[name] = reader.number();
+  }
+  return point;
+}
+
+std::string text_of(const FrozenPoint& point) {
+  std::string text;
+  for (const double place : point.place) text += fmt::format("{} ", place);
+  text += fmt::format("{} {}\n", point.fields.size(), point.params.size());
+  for (const auto& [name, field] : point.fields)
+    text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
+  for (const auto& [name, value] : point.params) text += fmt::format("{} {}\n", name, value);
+  return text;
+}
+
+}  // namespace
+
+std::string text_of(const Verdict& v) {
+  std::string text = fmt::format("{}\n{}\n{}\n", v.why, v.place, v.field);
+  text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
+  for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
+  text += fmt::format("{} {} {} {} {}\n", v.is_exact ? 1 : 0, v.is_of_walls ? 1 : 0, v.limiter_step, v.step, v.parts);
+  text += fmt::format("{} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.end_growth);
+  text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
+  return text + text_of(v.worst) + last_line;
+}
+
+std::optional<Verdict> verdict_from(const std::string& text) {
+  Reader reader(text);
+  Verdict v;
+  v.why = reader.line(), v.place = reader.line(), v.field = reader.line();
+  const double kind = reader.number();
+  v.limit.kind = kind == 1 ? StepLimit::Kind::none : kind == 2 ? StepLimit::Kind::never : StepLimit::Kind::limit;
+  v.limit.step = reader.number(), v.limit.order = reader.number();
+  v.limit.state = static_cast<std::size_t>(reader.number());
+  for (Angles* wave : {&v.limit.wave, &v.wave}) {
+    for (double& angle : *wave) angle = reader.number();
+  }
+  v.is_exact = reader.number() != 0, v.is_of_walls = reader.number() != 0;
+  v.limiter_step = reader.number(), v.step = reader.number(), v.parts = static_cast<int>(reader.number());
+  v.growth = reader.number(), v.beyond = reader.number();
+  v.growth_rate = reader.number(), v.end_growth = reader.number();
+  if (const double courant = reader.number(); courant >= 0) v.courant = courant;
+  v.largest_step = reader.number();
+  v.worst = read_point(reader);
+  reader.end_line();
+  const bool is_whole = reader.line() == last_line;
+  return is_whole && reader.is_good() ? std::optional(std::move(v)) : std::nullopt;
+}
+
+Verdict verdict_of(driver::Session& session) {
+  const auto is_text = [](const std::string& text) { return verdict_from(text).has_value(); };
+  Verdict found;
+  bool is_found = false;
+  const std::string text = kept_or_found(session, "", is_text, [&] {
+    found = examine(session);
+    is_found = true;
+    return text_of(found);
+  });
+  return is_found ? found : verdict_from(text).value();
+}
+
+bool grows_nothing(driver::Session& session) {
+  const std::string yes = "nothing grows", no = "something grows";
+  const auto is_text = [&](const std::string& text) { return text == yes || text == no; };
+  return kept_or_found(session, "growth of a ", is_text, [&] { return look_for_growth(session) ? yes : no; }) == yes;
+}
+
+}  // namespace dpde::stability

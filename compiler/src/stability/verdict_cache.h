@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verdicts that took long are kept by what they are of: the text of the problem and of its step, its numbers, and the
+// values of its fields as the run begins. The cache adds the version of dpde.
+#pragma once
+
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+
+/// What verdict_of() and grows_nothing() do where nothing is kept.
+Verdict examine(driver::Session& session);
+bool look_for_growth(driver::Session& session);
+
+/// As text, and back; nullopt of what is no such text.
+std::string text_of(const Verdict& verdict);
+std::optional<Verdict> verdict_from(const std::string& text);
+
+}  // namespace dpde::stability
