@@ -104,6 +104,37 @@ TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
   }
 }
 
+/// Blocks of 8 x 8 cells with the coefficients 1 and `jump` in turns; cells `aspect` times as long as they are high.
+StencilMatrix chequered(double jump, double aspect) {
+  const Coefficient k = [=](std::int64_t cell, std::size_t axis) {
+    const auto of = [&](std::int64_t x, std::int64_t y) { return (x / 8 + y / 8) % 2 == 1 ? jump : 1.0; };
+    const std::int64_t x = cell % 128, y = cell / 128;
+    const double mean = (of(x, y) + (axis == 0 ? of(x + 1, y) : of(x, y + 1))) / 2;
+    return axis == 1 ? aspect * aspect * mean : mean;
+  };
+  return diffusion({128, 128, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, k);
+}
+
+/// The table in dsl-examples/README.md.
+TEST(LinearSolvers, JumpsAndLongCellsTakeMoreIterations) {
+  struct Case {
+    double jump, aspect;
+    int multigrid, cg;
+  };
+  for (const Case& c : {Case{1, 1, 8, 8}, Case{1, 10, 11, 8}, Case{1, 100, 14, 7}, Case{1e3, 1, 32, 17},
+                        Case{1e3, 10, 390, 58}, Case{1e6, 1, 32, 17}}) {
+    const StencilMatrix matrix = chequered(c.jump, c.aspect);
+    for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg}) {
+      LinearSolver solver(matrix, {.method = method, .tolerance = 1e-6, .most_iterations = 1000});
+      std::vector<double> b = arbitrary_values(matrix.size(), 9), x(b.size(), 0.0);
+      const SolveReport report = solver.solve(b, x);
+      EXPECT_TRUE(report.converged);
+      EXPECT_LE(report.iterations, method == SolverMethod::cg ? c.cg : c.multigrid)
+          << name_of(method) << " " << c.jump << " " << c.aspect;
+    }
+  }
+}
+
 TEST(LinearSolvers, MultigridNeedsFewCycles) {
   struct Case {
     Cells cells;

@@ -211,17 +211,6 @@ std::string report_stability(Job& job, driver::Session* session, bool with_waves
   return text + report_conserved(job, *session, result);
 }
 
-/// The scene as it begins; null where that cannot be made. What is wrong with files was told already.
-std::unique_ptr<driver::Session> open_checked(Job& job) {
-  DiagnosticSink silent;
-  std::unique_ptr<driver::Session> session = open_scene(job, silent);
-  for (const Diagnostic& diagnostic : silent.all()) {
-    if (diagnostic.kind == KindRef("start-not-finite").kind) job.sink().add(diagnostic);
-  }
-  if (session != nullptr) has_finite_exact(*session, job.sink());
-  return session;
-}
-
 /// By one step from where the scene begins: the operators are known then.
 std::string report_solves(driver::Session* session, Json& result) {
   if (session == nullptr || model::solves_of(session->problem()).empty()) return "";
@@ -238,6 +227,17 @@ std::string report_solves(driver::Session* session, Json& result) {
   const auto solves = driver::solves_of(session->compiled(), one.solve_notes());
   result["solves"] = json_of(solves);
   return driver::text_of(solves);
+}
+
+/// The scene as it begins; null where that cannot be made. What is wrong with files was told already.
+std::unique_ptr<driver::Session> open_checked(Job& job) {
+  DiagnosticSink silent;
+  std::unique_ptr<driver::Session> session = open_scene(job, silent);
+  for (const Diagnostic& diagnostic : silent.all()) {
+    if (diagnostic.kind == KindRef("start-not-finite").kind) job.sink().add(diagnostic);
+  }
+  if (session != nullptr) has_finite_exact(*session, job.sink());
+  return session;
 }
 
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {

@@ -163,7 +163,7 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
   result["solves"] = {{"tolerance", effect->tolerance}, {"gradient_error", nullptr}};
   if (!effect->is_by_steps) return job.say("solves: by factors or transforms, to rounding\n");
   result["solves"]["gradient_error"] = json_number(effect->error);
-  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of at most {:.1e} in the gradient\n",
+  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of about {:.1e} in the gradient\n",
                       effect->tolerance, effect->error));
 }
 

@@ -207,7 +207,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0804", "cell-number", Severity::warning,
      "the cell {} number of {} is {} along {}: above 2 central differences of advection ring where it is steep"},
     {"W0805", "sum-drifts", Severity::warning, "{}, which steps conserve, has drifted by {} of its size in the run"},
-    {"W0808", "incompatible-right-side", Severity::warning,
+    {"W0810", "incompatible-right-side", Severity::warning,
      "the right side of the equation for {} has a part that no field makes: {} of its size"},
     {"W0809", "tolerance-missed", Severity::warning,
      "the equation for {} was not solved to the tolerance in {} of {} solves: {} of the right side is left, above {}"},
