@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "dpde/phi.h"
 #include "dpde/runtime/layout.h"
+#include "dpde/wave_functions.h"
 #include "fft.h"
 #include "real.h"
 
@@ -92,18 +92,19 @@ bool FieldTransform::has_changed(const double* uniforms) {
   return changed;
 }
 
-FieldTransform::Complex FieldTransform::value(const dpde_symbol& symbol, const std::array<double, 3>& angles,
-                                              const double* uniforms) const {
-  Complex sum = 0;
+FieldTransform::Symbol FieldTransform::value(const dpde_symbol& symbol, const std::array<double, 3>& angles,
+                                             const double* uniforms) const {
+  Symbol result;
   for (int32_t i = 0; i < symbol.count; ++i) {
     const dpde_monomial& monomial = symbol.monomials[i];
     Complex term = monomial.uniform == DPDE_ZERO ? 0 : monomial.uniform == DPDE_ONE ? 1 : uniforms[monomial.uniform];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (int32_t k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
     }
-    sum += term;
+    result.sum += term;
+    result.size += std::abs(term);
   }
-  return sum;
+  return result;
 }
 
 /// Over both signs of the angles of waves of two cells, along `axis` and those behind it.
@@ -118,8 +119,14 @@ FieldTransform::Complex FieldTransform::mean_at(const Operand& operand, std::arr
   Complex sum = 0;
   for (const dpde_transform_term* term : operand.terms) {
     if (is_short && term->within_two_thirds != 0) continue;
-    const Complex factor = value(term->factor, angles, uniforms);
-    sum += term->phi < 0 ? factor : phi(term->phi, value(term->argument, angles, uniforms)) * factor;
+    const Complex factor = value(term->factor, angles, uniforms).sum;
+    if (term->function == DPDE_NO_FUNCTION) {
+      sum += factor;
+      continue;
+    }
+    const Symbol argument = value(term->argument, angles, uniforms);
+    const bool is_phi = term->function == DPDE_PHI;
+    sum += factor * (is_phi ? phi(term->number, argument.sum) : inverse(term->number, argument.sum, argument.size));
   }
   return sum;
 }

@@ -40,13 +40,19 @@ class FieldTransform {
     std::vector<Complex> multipliers;
   };
 
+  /// A sum, and that of the sizes of its terms.
+  struct Symbol {
+    Complex sum = 0;
+    double size = 0;
+  };
+
   void note_uniforms(const dpde_symbol& symbol);
   bool has_changed(const double* uniforms);
   void make_multipliers(const double* uniforms);
   Complex multiplier_at(const Operand& operand, const std::array<int64_t, 3>& mode, const double* uniforms) const;
   Complex mean_at(const Operand& operand, std::array<double, 3> angles, std::size_t axis, bool is_short,
                   const double* uniforms) const;
-  Complex value(const dpde_symbol& symbol, const std::array<double, 3>& angles, const double* uniforms) const;
+  Symbol value(const dpde_symbol& symbol, const std::array<double, 3>& angles, const double* uniforms) const;
   template <class Real>
   void forward(const Real* from);
   template <class Real>

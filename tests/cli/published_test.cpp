@@ -45,6 +45,18 @@ TEST_F(Published, SmokeIsMovedWithTheLossesOfTheNotebook) {
   EXPECT_LT(losses[79], 175);
 }
 
+/// What a mask takes of a flow is the momentum that flows through a ring around it, another sum of other cells.
+TEST_F(Published, ForceOnACylinderIsWhatFlowsToIt) {
+  const Outcome outcome = dpde("run " DPDE_SOURCE_DIR
+                               "/dsl-examples/incompressible_flow/flow.dpde cylinder --set "
+                               "step=0.025 --set end=1.5 --json --quiet");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Json observed = outcome.json()["observables"];
+  const double drag = observed["drag"].get<double>(), balance = observed["balance"].get<double>();
+  EXPECT_NEAR(balance / drag, 1, 0.01);
+  EXPECT_NEAR(drag, 5, 0.5);
+}
+
 class Inversion : public Command {};
 
 /// The inversion lowers its misfit ten-thousandfold and puts the fastest ground where the anomaly is, near (0.9, 0.5).

@@ -7,7 +7,7 @@
 #include <complex>
 #include <numbers>
 
-#include "dpde/phi.h"
+#include "dpde/wave_functions.h"
 #include "support/scene_run.h"
 
 namespace dpde {

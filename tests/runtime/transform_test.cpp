@@ -70,7 +70,7 @@ std::vector<double> transformed(const std::vector<double>& field, const Extents&
     monomial.powers[axis] = powers[axis];
     if (axes[axis] != 0) monomials.push_back(monomial);
   }
-  const dpde_transform_term term{.phi = -1, .factor = {static_cast<int32_t>(monomials.size()), monomials.data()}};
+  const dpde_transform_term term{.factor = {static_cast<int32_t>(monomials.size()), monomials.data()}};
   const dpde_transform transform{.term_count = 1, .terms = &term, .result = 1, .axes = {axes[0], axes[1], axes[2]}};
   std::vector<Real> from(static_cast<std::size_t>(size)), to(from.size());
   const auto place = [&](std::size_t i) {

@@ -349,6 +349,11 @@ std::vector<ProgramCase> program_cases() {
        "program p { axes x periodic; transform u by phi9(c*ikx^2)*(360000), w by phi6(nu*ikx)*(700*c) to v; swap u, v "
        "}",
        {{"u", "w"}, {"nu", "c"}}},
+      {"waves divided",
+       2,
+       "program p { axes x periodic, y periodic; transform u by inverse1(ikx^2 + iky^2 + c*ikx*iky)*(a + c*ikx), w by "
+       "inverse2(2 + nu - 0.1*ikx^2 - 0.2*iky^2 + c*ikx) to v; swap u, v }",
+       {{"u", "w"}, {"a", "nu", "c"}}},
       {"waves read around",
        2,
        "kernel s(u: field, out w: field) { w = u^2 }\n"

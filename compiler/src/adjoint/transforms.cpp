@@ -20,13 +20,15 @@ Expr slope_by(const Expr& symbol, const std::string& param) {
 
 /// dM/dp times `rate`.
 std::vector<Multiplier> derivative_by(const Multiplier& by, const std::string& param, const Expr& rate) {
-  const Expr of_factor = slope_by(by.factor, param), of_argument = by.phi ? slope_by(by.argument, param) : Expr(0.0);
+  const Expr of_factor = slope_by(by.factor, param),
+             of_argument = by.function ? slope_by(by.argument, param) : Expr(0.0);
   std::vector<Multiplier> result;
-  const auto add = [&](std::optional<int> phi, const Expr& factor) {
-    if (!is_literal(factor, 0)) result.push_back({phi, by.argument, factor, by.within_two_thirds});
+  const auto add = [&](WaveFunction function, const Expr& factor) {
+    if (!is_literal(factor, 0)) result.push_back({function, by.argument, factor, by.within_two_thirds});
   };
-  add(by.phi, rate * (of_argument * by.factor + of_factor));
-  if (by.phi && *by.phi > 0) add(*by.phi + 1, rate * (-(static_cast<double>(*by.phi) * of_argument * by.factor)));
+  const auto [kind, number] = by.function;
+  add(by.function, rate * (kind == WaveFunction::Kind::phi ? of_argument * by.factor + of_factor : of_factor));
+  if (number > 0) add({kind, number + 1}, rate * (-(static_cast<double>(number) * of_argument * by.factor)));
   return result;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives of transforms: v = M(p)*u has v_dot = M*u_dot + (dM/dp)*u*p_dot, u_bar = M^T*v_bar, and each parameter
 // gets the sum over the cells of v_bar*(dM/dp)*u. They are transforms again: dM/dp of phi_N(a)*f is
-// phi_N(a)*(a'*f + f') - N*phi_P(a)*a'*f with P = N+1, and M^T is M for -k.
+// phi_N(a)*(a'*f + f') - N*phi_P(a)*a'*f with P = N+1, that of inverse_N(a)*f is inverse_N(a)*f' - N*inverse_P(a)*a'*f,
+// and M^T is M for -k.
 #pragma once
 
 #include <string>

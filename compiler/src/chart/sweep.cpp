@@ -38,6 +38,14 @@ Uses uses_of(const model::Problem& problem) {
   return uses;
 }
 
+/// Whether it takes all that is used by Fourier series.
+bool is_of_waves(const Uses& uses, const model::Scheme& scheme) {
+  const bool is_used = uses.advect || uses.first || uses.second;
+  return is_used && (!uses.advect || model::is_spectral(scheme.transport)) &&
+         (!uses.first || scheme.derivative_order == model::spectral) &&
+         (!uses.second || scheme.laplacian_order == model::spectral);
+}
+
 Method central(const Uses& uses, const std::string& order) {
   Method method;
   if (uses.advect) method["advect"] = "central" + order;
@@ -147,9 +155,11 @@ double finest_of(const model::Problem& scene, const std::vector<Entry>& entries)
   return most;
 }
 
+/// Fourier series where the scene has them: no difference resolves as much.
 Method most_accurate(const model::Problem& problem) {
-  Method method = central(uses_of(problem), "6");
-  method["time"] = "rk4";
+  const Uses uses = uses_of(problem);
+  Method method = is_of_waves(uses, problem.scheme) ? Method{} : central(uses, "6");
+  method["time"] = model::is_exponential(problem.scheme.time) && method.empty() ? "etdrk4" : "rk4";
   method["real"] = "f64";
   return method;
 }

@@ -227,7 +227,8 @@ dpde_symbol ProgramTables::Table::symbol(const std::vector<loop::Monomial>& sour
 dpde_transform ProgramTables::Table::transform(const loop::Transform& source) {
   std::vector<dpde_transform_term>& terms = transform_terms.emplace_back();
   for (const auto& [field, by] : source.terms)
-    terms.push_back({fields.index_of(field), by.phi, symbol(by.argument), symbol(by.factor), by.within_two_thirds});
+    terms.push_back({fields.index_of(field), static_cast<int32_t>(by.function.kind), by.function.number,
+                     symbol(by.argument), symbol(by.factor), by.within_two_thirds});
   return {static_cast<int32_t>(terms.size()),
           terms.data(),
           fields.index_of(source.result),

@@ -239,8 +239,8 @@ ScheduleItem ModuleBuilder::transform_item(const stencil::Transform& source, std
   std::set<std::string> touched{source.result};
   for (const stencil::Transform::Term& term : source.terms) {
     touched.insert(term.field);
-    Multiplier by{term.by.phi.value_or(-1), {}, monomials(term.by.factor), term.by.within_two_thirds};
-    if (term.by.phi) by.argument = monomials(term.by.argument);
+    Multiplier by{term.by.function, {}, monomials(term.by.factor), term.by.within_two_thirds};
+    if (term.by.function) by.argument = monomials(term.by.argument);
     transform.terms.push_back({term.field, std::move(by)});
   }
   return {std::move(transform), {source.result}, std::move(touched)};

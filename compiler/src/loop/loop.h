@@ -24,6 +24,7 @@
 #include "source/source_file.h"
 #include "support/side_conditions.h"
 #include "support/vocabulary.h"
+#include "support/wave_function.h"
 
 namespace dpde::loop {
 
@@ -207,9 +208,9 @@ struct Monomial {
   std::array<int, max_rank> powers{};
   bool operator==(const Monomial&) const = default;
 };
-/// phi_N(argument)*factor, or the factor alone.
+/// function(argument)*factor, or the factor alone.
 struct Multiplier {
-  int phi = -1;  // -1: none
+  WaveFunction function = {};
   std::vector<Monomial> argument, factor;
   bool within_two_thirds = false;
   bool operator==(const Multiplier&) const = default;

@@ -208,8 +208,10 @@ std::string symbol_text(const Module& module, const std::vector<Monomial>& symbo
 std::string transform_text(const Module& module, const Transform& transform) {
   std::vector<std::string> terms;
   for (const auto& [field, by] : transform.terms) {
-    const std::string phi = by.phi < 0 ? "" : fmt::format("phi{}({})*", by.phi, symbol_text(module, by.argument));
-    terms.push_back(fmt::format("{} by {}({}){}", field, phi, symbol_text(module, by.factor),
+    const auto [kind, number] = by.function;
+    const std::string function =
+        by.function ? fmt::format("{}{}({})*", name_of(kind), number, symbol_text(module, by.argument)) : "";
+    terms.push_back(fmt::format("{} by {}({}){}", field, function, symbol_text(module, by.factor),
                                 by.within_two_thirds ? " within two_thirds" : ""));
   }
   return fmt::format("transform {} to {}", fmt::join(terms, ", "), transform.result);

@@ -250,6 +250,12 @@ std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
   return scales && !reads(b->right, field) ? std::optional(both(*left, {b->right, b->right})) : std::nullopt;
 }
 
+bool is_spectral(const Scheme& scheme, const Expr& e) {
+  if (const Advect* advect = std::get_if<Advect>(&e->kind)) return is_spectral(transport_of(scheme, *advect));
+  const Derivative* d = std::get_if<Derivative>(&e->kind);
+  return d != nullptr && (d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order) == spectral;
+}
+
 const Transport& transport_of(const Scheme& scheme, const Advect& e) {
   const auto* field = std::get_if<Field>(&e.operand->kind);
   return field ? scheme.transport_of(field->name) : scheme.transport;

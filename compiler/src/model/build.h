@@ -77,6 +77,8 @@ bool is_larger_than(const Expr& e, int max_nodes, int max_height);
 
 /// How the scheme discretises it: what it says of the field that is carried, where that is one.
 const Transport& transport_of(const Scheme& scheme, const Advect& e);
+/// Whether the scheme takes it by a Fourier series: a Derivative or an Advect.
+bool is_spectral(const Scheme& scheme, const Expr& e);
 
 /// The largest order of derivatives inside one another: 4 for lap(lap(u)); advection counts as 1.
 int nested_order(const Expr& e);

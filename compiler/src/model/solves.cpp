@@ -31,6 +31,36 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
   return known;
 }
 
+namespace {
+
+bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme) {
+  const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme); };
+  if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown;
+  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return rest(neg->operand);
+  if (const Derivative* d = std::get_if<Derivative>(&e->kind)) return is_spectral(scheme, e) && rest(d->operand);
+  if (const Advect* advect = std::get_if<Advect>(&e->kind))
+    return is_spectral(scheme, e) && std::ranges::all_of(advect->velocity, is_uniform) && rest(advect->operand);
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (b == nullptr) return false;
+  switch (b->op) {
+    case BinaryOp::add:
+    case BinaryOp::subtract: return rest(b->left) && rest(b->right);
+    case BinaryOp::multiply: return (is_uniform(b->left) && rest(b->right)) || (is_uniform(b->right) && rest(b->left));
+    case BinaryOp::divide: return is_uniform(b->right) && rest(b->left);
+    default: return false;
+  }
+}
+
+}  // namespace
+
+bool holds_waves(const Solve& solve, const Scheme& scheme) {
+  return any_part(solve.operation, [&](const Expr& e) { return is_spectral(scheme, e); });
+}
+
+bool is_of_waves(const Solve& solve, const Scheme& scheme) {
+  return holds_waves(solve, scheme) && is_of_waves(solve.operation, solve.name, scheme);
+}
+
 bool are_constraints(const Problem& problem) {
   return std::ranges::all_of(solves_of(problem), [&](const Solve* solve) {
     return std::ranges::any_of(problem.projections, [&](const Projection& projection) {

@@ -11,6 +11,12 @@ namespace dpde::model {
 /// Each once, those that another needs before it. They live as long as the problem.
 std::vector<const Solve*> solves_of(const Problem& problem);
 
+/// Whether derivatives by Fourier series are in its operator.
+bool holds_waves(const Solve& solve, const Scheme& scheme);
+/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, with
+/// coefficients that are the same everywhere.
+bool is_of_waves(const Solve& solve, const Scheme& scheme);
+
 /// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.
 bool are_constraints(const Problem& problem);
 

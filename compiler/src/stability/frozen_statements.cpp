@@ -61,14 +61,14 @@ void Evaluation::transform(const Transform& transform) {
   Value result;
   WaveSum waves;
   for (const Transform::Term& term : transform.terms) {
-    WaveMultiplier by{term.by.phi.value_or(-1), {}, numbers_of(term.by.factor), term.by.within_two_thirds};
-    if (term.by.phi) by.argument = numbers_of(term.by.argument);
+    WaveMultiplier by{term.by.function, {}, numbers_of(term.by.factor), term.by.within_two_thirds};
+    if (term.by.function) by.argument = numbers_of(term.by.argument);
     const Value& field = field_value(term.field);
     const double of_constant = by.of_constant();
     const std::array<double, 3> of_slopes = by.of_slopes();
     result.number += of_constant == 0 ? 0 : of_constant * field.number;
     for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
-      if (field.slope[axis] == 0) continue;
+      if (field.slope[axis] == 0 && std::isfinite(of_constant)) continue;
       result.number += of_slopes[axis] * field.slope[axis];
       result.slope[axis] += of_constant * field.slope[axis];
     }

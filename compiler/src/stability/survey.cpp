@@ -27,8 +27,13 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
   for (const Statement& statement : body) {
     match(
         statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
-        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
-        [](const Transform&) {},
+        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.has_networks = true; },
+        [&](const Transform& transform) {
+          const auto solves = [](const Transform::Term& t) {
+            return t.by.function.kind == WaveFunction::Kind::inverse;
+          };
+          result.solves = result.solves || std::ranges::any_of(transform.terms, solves);
+        },
         [&](const Run& run) {
           const Kernel& kernel = kernel_of(module, run);
           if (!kernel.scatters.empty()) result.why = "it scatters";

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "dpde/phi.h"
+#include "dpde/wave_functions.h"
+#include "support/assert.h"
 
 namespace dpde::stability {
 
@@ -15,16 +17,39 @@ using Complex = std::complex<double>;
 
 constexpr double smallest_angle = 1e-9;  // of what is a wave
 
-Complex value_at(const std::vector<NumberMonomial>& symbol, const std::array<double, 3>& angles) {
-  Complex sum = 0;
+/// A sum, and that of the sizes of its terms.
+struct Sum {
+  Complex value = 0;
+  double size = 0;
+};
+
+Sum value_at(const std::vector<NumberMonomial>& symbol, const std::array<double, 3>& angles) {
+  Sum sum;
   for (const NumberMonomial& monomial : symbol) {
     Complex term = monomial.coefficient;
     for (std::size_t axis = 0; axis < angles.size(); ++axis) {
       for (int k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
     }
-    sum += term;
+    sum.value += term;
+    sum.size += std::abs(term);
   }
   return sum;
+}
+
+Complex value_of(const WaveFunction& function, const Sum& argument) {
+  switch (function.kind) {
+    case WaveFunction::Kind::none: return 1;
+    case WaveFunction::Kind::phi: return phi(function.number, argument.value);
+    case WaveFunction::Kind::inverse: return inverse(function.number, argument.value, argument.size);
+  }
+  unreachable("wave function");
+}
+
+/// By its argument: phi_N' = phi_N - N*phi_P, inverse_N' = -N*inverse_P, with P = N+1.
+Complex slope_of(const WaveFunction& function, const Sum& argument) {
+  const auto [kind, number] = function;
+  const Complex next = static_cast<double>(number) * value_of({kind, number + 1}, argument);
+  return kind == WaveFunction::Kind::phi ? value_of(function, argument) - next : -next;
 }
 
 /// Of the monomial that is this axis alone.
@@ -50,24 +75,27 @@ Complex WaveMultiplier::at(const std::array<double, 3>& angles) const {
   for (std::size_t axis = 0; axis < means.size(); ++axis) {
     if (means[axis] && std::abs(angles[axis]) > smallest_angle) return 0;
   }
-  const Complex value = value_at(factor, angles);
-  return phi < 0 ? value : dpde::phi(phi, value_at(argument, angles)) * value;
+  return value_of(function, value_at(argument, angles)) * value_at(factor, angles).value;
 }
 
 bool WaveMultiplier::is_constant() const {
   return means == std::array<bool, 3>{} && !within_two_thirds && !has_waves(factor) && !has_waves(argument);
 }
 
-/// phi_N' = phi_N - N*phi_P with P = N+1.
+/// What is solved for is not known where the equation has no constant: the right side elsewhere makes it.
+double WaveMultiplier::of_constant() const {
+  const bool is_open = function.kind == WaveFunction::Kind::inverse && value_at(argument, {}).size == 0;
+  return is_open ? std::numeric_limits<double>::infinity() : at({}).real();
+}
+
 std::array<double, 3> WaveMultiplier::of_slopes() const {
   std::array<double, 3> slopes{};
-  const Complex of_factor = value_at(factor, {}), of_argument = value_at(argument, {});
+  const Sum of_factor = value_at(factor, {}), of_argument = value_at(argument, {});
   for (std::size_t axis = 0; axis < slopes.size(); ++axis) {
     slopes[axis] = slope_along(factor, axis);
-    if (phi < 0) continue;
-    const Complex value = dpde::phi(phi, of_argument);
-    const Complex change = value - static_cast<double>(phi) * dpde::phi(phi + 1, of_argument);
-    slopes[axis] = (value * slopes[axis] + change * slope_along(argument, axis) * of_factor).real();
+    if (!function) continue;
+    const Complex of_slope = slope_of(function, of_argument) * slope_along(argument, axis) * of_factor.value;
+    slopes[axis] = (value_of(function, of_argument) * slopes[axis] + of_slope).real();
   }
   return slopes;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stability/form.h"
+#include "support/wave_function.h"
 
 namespace dpde::stability {
 
@@ -20,17 +21,17 @@ struct NumberMonomial {
 
 /// A multiplier of stencil.h with numbers in it.
 struct WaveMultiplier {
-  int phi = -1;  // -1: none
+  WaveFunction function = {};
   std::vector<NumberMonomial> argument, factor;
   bool within_two_thirds = false;
   std::array<bool, 3> means = {};  // along these axes it takes the mean: no waves are left
 
   std::complex<double> at(const std::array<double, 3>& angles) const;
-  static WaveMultiplier one() { return {-1, {}, {{1, {}}}, false}; }
+  static WaveMultiplier one() { return {{}, {}, {{1, {}}}, false}; }
   /// The same for all waves.
   bool is_constant() const;
   /// Of what is the same everywhere, and for each axis of what grows by 1 a cell along it.
-  double of_constant() const { return at({}).real(); }
+  double of_constant() const;
   std::array<double, 3> of_slopes() const;
 };
 

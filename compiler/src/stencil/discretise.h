@@ -127,6 +127,7 @@ class Discretiser {
   std::string stored_reduction(Reduce reduce);
   std::string stored_inference(const model::NetworkCall& e);
   std::string stored_solve(const model::Expr& e);
+  std::string solved_by_waves(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,

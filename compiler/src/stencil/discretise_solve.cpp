@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fields that solve an equation, as statements before the kernel that reads them.
 #include "model/build.h"
+#include "model/solves.h"
 #include "stencil/build.h"
 #include "stencil/discretise.h"
 
 namespace dpde::stencil {
+
+/// Each wave of the right side is divided by what the operator makes of it.
+std::string Discretiser::solved_by_waves(const model::Solve& solve) {
+  const std::vector<WavePart> parts = wave_parts(solve.operation, wave_reading());
+  require(parts.size() == 1, "the operator holds the unknown alone");
+  const Multiplier by{{WaveFunction::Kind::inverse, 1}, parts.front().symbol};
+  return stored_transform(Transform{{{stored_operand(solve.right, {}), by}}, ""});
+}
 
 /// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
 std::string Discretiser::stored_solve(const model::Expr& e) {
@@ -12,6 +21,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
     if (known.value == e) return known.field;
   }
   const auto& solve = std::get<model::Solve>(e->kind);
+  if (model::is_of_waves(solve, scheme_)) return solved_by_waves(solve);
   PreparedSolve made;
   made.state.name = solve.name;
   made.state.placement = placements_.of(solve.name);

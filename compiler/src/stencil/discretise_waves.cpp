@@ -22,7 +22,7 @@ Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& p
   }
   Transform transform;
   for (const WavePart& part : parts)
-    transform.terms.push_back({stored_operand(part.operand, {}), {std::nullopt, 0.0, part.symbol, false}});
+    transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
   return Quotient{access(stored_transform(std::move(transform)), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
 }
 

@@ -123,12 +123,12 @@ class Exponential {
       const Expr h = param("dt"), argument = row.part == 1 ? h * splits_[i].linear : h * splits_[i].linear * row.part;
       const std::string from = row.from == 0 ? advance.state : fields_.at(row.from).at(advance.state);
       const bool cuts = lowering_.problem().scheme.dealias;
-      Transform value{{{from, {0, argument, 1.0, cuts}}}, into};
+      Transform value{{{from, {{WaveFunction::Kind::phi, 0}, argument, 1.0, cuts}}}, into};
       for (const Share& share : row.shares) {
         const std::vector<std::string>& rates = rates_[share.stage][advance.state];
         for (std::size_t k = 0; k < rates.size(); ++k) {
           const Expr factor = share.weight * row.part * h * splits_[i].rest[k].symbol;
-          value.terms.push_back({rates[k], {share.number, argument, factor, cuts}});
+          value.terms.push_back({rates[k], {{WaveFunction::Kind::phi, share.number}, argument, factor, cuts}});
         }
       }
       values.emplace_back(std::move(value));
@@ -162,7 +162,7 @@ std::vector<Stage> cut_to_two_thirds(Lowering& lowering, std::vector<Stage> stag
     for (Store& store : stage.kernel.stores) {
       if (!lowering.stands_for_state(store.field)) continue;
       const std::string whole = lowering.fresh_field(store.field + "_whole");
-      cuts.emplace_back(Transform{{{whole, {std::nullopt, 0.0, 1.0, true}}}, store.field});
+      cuts.emplace_back(Transform{{{whole, {{}, 0.0, 1.0, true}}}, store.field});
       store.field = whole;
     }
     result.push_back(std::move(stage));

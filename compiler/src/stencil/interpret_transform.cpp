@@ -131,11 +131,27 @@ class Factor {
         if (axes_[axis]) waves[axis] = Complex(0, (turns ? -m : m) * 2 * std::numbers::pi / (n * spacing(axis)));
       }
       if (!is_new) continue;
-      const Complex factor = value_of(by_.factor, waves, state_, params_);
-      sum += by_.phi ? phi(*by_.phi, value_of(by_.argument, waves, state_, params_)) * factor : factor;
+      sum += function_at(waves) * value_of(by_.factor, waves, state_, params_);
       ++count;
     }
     return sum / static_cast<double>(count);
+  }
+  Complex function_at(const Waves& waves) const {
+    if (!by_.function) return 1;
+    const Complex argument = value_of(by_.argument, waves, state_, params_);
+    if (by_.function.kind == WaveFunction::Kind::phi) return phi(by_.function.number, argument);
+    return std::abs(argument) <= 1e-13 * size_of(waves) ? 0 : std::pow(argument, -by_.function.number);
+  }
+  /// The sum of the sizes of the terms of the argument.
+  double size_of(const Waves& waves) const {
+    double size = 0;
+    const std::vector<Monomial> terms = polynomial_of(by_.argument).value();
+    for (const Monomial& term : terms) {
+      double part = std::abs(uniform_value(term.coefficient, state_, params_));
+      for (std::size_t axis = 0; axis < max_rank; ++axis) part *= std::pow(std::abs(waves[axis]), term.powers[axis]);
+      size += part;
+    }
+    return size;
   }
   double spacing(std::size_t axis) const { return params_.at(std::string("h").append(1, "xyz"[axis])); }
 

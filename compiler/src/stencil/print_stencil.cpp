@@ -201,9 +201,10 @@ std::string reduce_text(const Reduce& reduce, std::size_t rank) {
 
 std::string multiplier_text(const Multiplier& by) {
   const std::string within = by.within_two_thirds ? " within two_thirds" : "";
-  if (!by.phi) return print(by.factor, 1) + within;
-  const std::string phi = fmt::format("phi{}({})", *by.phi, print(by.argument, 1));
-  return phi + (is_literal(by.factor, 1) ? "" : fmt::format("*({})", print(by.factor, 1))) + within;
+  if (!by.function) return print(by.factor, 1) + within;
+  const auto [kind, number] = by.function;
+  const std::string value = fmt::format("{}{}({})", name_of(kind), number, print(by.argument, 1));
+  return value + (is_literal(by.factor, 1) ? "" : fmt::format("*({})", print(by.factor, 1))) + within;
 }
 
 std::string transform_text(const Transform& transform) {

@@ -46,8 +46,9 @@
 //    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
 //    no second derivatives. Their weights are given from outside.
 //  - transform u by m to v: each wave exp(i k.x) of u in the interior is multiplied by m, a number of its own. ikx, iky
-//    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q with two polynomials:
-//    phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1. Axes whose wave numbers m has are periodic; waves go
+//    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q or inverseN(p)*q with
+//    two polynomials: phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1; inverseN(z) = z^-N, and 0 where z is
+//    0. Axes whose wave numbers m has are periodic; waves go
 //    along these alone. Of a wave of two cells, which is that of k and of -k, m is the mean over both, so that v is
 //    real. `within two_thirds`: 0 for waves of three cells or fewer along any axis, all of which are then periodic.
 //    Several terms are added up.
@@ -100,6 +101,7 @@
 #include "source/source_file.h"
 #include "support/side_conditions.h"
 #include "support/vocabulary.h"
+#include "support/wave_function.h"
 
 namespace dpde::stencil {
 
@@ -285,10 +287,10 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 using network::NetworkCall;
-/// What a wave exp(i k.x) is multiplied by: phi_N(argument)*factor, or the factor alone. Both are made of params and
+/// What a wave exp(i k.x) is multiplied by: function(argument)*factor, or the factor alone. Both are made of params and
 /// numbers, and of ikx, iky, ikz as polynomials.
 struct Multiplier {
-  std::optional<int> phi = std::nullopt;
+  WaveFunction function = {};
   Expr argument = 0.0, factor = 1.0;
   bool within_two_thirds = false;
   bool operator==(const Multiplier&) const = default;

@@ -141,7 +141,7 @@ Multiplier transposed(Multiplier multiplier) {
 
 void for_each_symbol(const Transform& transform, const std::function<void(const Expr&)>& f) {
   for (const Transform::Term& term : transform.terms) {
-    if (term.by.phi) f(term.by.argument);
+    if (term.by.function) f(term.by.argument);
     f(term.by.factor);
   }
 }

@@ -13,8 +13,8 @@
 
 namespace dpde::stencil {
 
-constexpr int highest_phi = 19;    // that a text may have: derivatives, which go up by one, are written again
-constexpr int highest_power = 16;  // of i times a wave number along one axis
+constexpr int highest_function = 19;  // of phiN, inverseN in a text: derivatives, which go up by one, are written again
+constexpr int highest_power = 16;     // of i times a wave number along one axis
 
 /// i times the wave number along an axis.
 Expr wave_number(int axis);
@@ -34,7 +34,7 @@ Expr expression_of(const std::vector<Monomial>& polynomial);
 
 /// The multiplier of the transposed operator: of k in place of -k.
 Multiplier transposed(Multiplier multiplier);
-/// Calls `f` on argument and factor; the argument counts only where there is a phi.
+/// Calls `f` on argument and factor; the argument counts only where there is a function.
 void for_each_symbol(const Transform& transform, const std::function<void(const Expr&)>& f);
 /// Its parameters but for the wave numbers, in order of first appearance.
 std::vector<std::string> params_of(const Transform& transform);

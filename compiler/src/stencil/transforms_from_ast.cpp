@@ -15,29 +15,33 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The N of phiN, which is too large where it has many digits.
-std::optional<int> phi_number(const std::string& name) {
-  if (!name.starts_with("phi") || name.size() == 3) return std::nullopt;
-  const std::string digits = name.substr(3);
-  if (!std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) return std::nullopt;
-  return digits.size() > 4 ? highest_phi + 1 : std::stoi(digits);
+/// phiN or inverseN; N is too large where it has many digits.
+WaveFunction function_of(const std::string& name) {
+  for (const WaveFunction::Kind kind : {WaveFunction::Kind::phi, WaveFunction::Kind::inverse}) {
+    const std::string_view word = name_of(kind);
+    if (!name.starts_with(word) || name.size() == word.size()) continue;
+    const std::string digits = name.substr(word.size());
+    if (!std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) continue;
+    return {kind, digits.size() > 4 ? highest_function + 1 : std::stoi(digits)};
+  }
+  return {};
 }
 
-const ast::Call* phi_call(const ast::Expr& e) {
+const ast::Call* function_call(const ast::Expr& e) {
   const ast::Call* call = std::get_if<ast::Call>(&e->kind);
-  return call != nullptr && call->arguments.size() == 1 && phi_number(call->callee) ? call : nullptr;
+  return call != nullptr && call->arguments.size() == 1 && function_of(call->callee) ? call : nullptr;
 }
 
-/// The product without the phi that it begins with, which goes to `phi`.
-ast::Expr without_phi(const ast::Expr& e, std::optional<ast::Expr>& phi) {
-  if (phi_call(e) != nullptr) {
-    phi = e;
+/// The product without the function that it begins with, which goes to `function`.
+ast::Expr without_function(const ast::Expr& e, std::optional<ast::Expr>& function) {
+  if (function_call(e) != nullptr) {
+    function = e;
     return ast::Expr(ast::Node{ast::Number{1, "1"}, e.range()});
   }
   const ast::Binary* b = std::get_if<ast::Binary>(&e->kind);
   if (b == nullptr || (b->op != BinaryOp::multiply && b->op != BinaryOp::divide)) return e;
-  const ast::Expr left = without_phi(b->left, phi);
-  return phi ? ast::Expr(ast::Node{ast::Binary{b->op, left, b->right}, e.range()}) : e;
+  const ast::Expr left = without_function(b->left, function);
+  return function ? ast::Expr(ast::Node{ast::Binary{b->op, left, b->right}, e.range()}) : e;
 }
 
 /// Params, numbers and wave numbers.
@@ -53,9 +57,10 @@ class MultiplierReader : public ExprReader {
   Expr read_offsets(const ast::Offsets& offsets, SourceRange range) override { return refuse(offsets.name, range); }
   Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
   Expr read_unknown(const ast::Call& call, SourceRange range) override {
-    if (!phi_number(call.callee)) return ExprReader::read_unknown(call, range);
+    if (!function_of(call.callee)) return ExprReader::read_unknown(call, range);
     sink().report("bad-program", range, {call.callee + " does not begin the multiplier, or has not one argument"},
-                  "write phiN(polynomial)*polynomial, and a sum as several terms: transform u by ..., u by ... to v");
+                  "write phiN(polynomial)*polynomial or inverseN(polynomial)*polynomial, and a sum as several terms: "
+                  "transform u by ..., u by ... to v");
     return 0.0;
   }
   Expr refuse(const std::string& name, SourceRange range) {
@@ -74,22 +79,23 @@ class TransformReader {
 
   Transform::Term read(const ast::TransformItem::Term& source) {
     Multiplier by;
-    if (!read(source.by, by)) by = {std::nullopt, 0.0, 0.0};
+    if (!read(source.by, by)) by = {{}, 0.0, 0.0};
     by.within_two_thirds = source.within_two_thirds;
     return {source.field.name, by};
   }
 
  private:
   bool read(const ast::Expr& source, Multiplier& by) {
-    std::optional<ast::Expr> phi;
-    const ast::Expr factor = without_phi(source, phi);
+    std::optional<ast::Expr> function;
+    const ast::Expr factor = without_function(source, function);
     if (!read(factor, source.range(), by.factor)) return false;
-    if (!phi) return true;
-    const ast::Call& call = *phi_call(*phi);
-    by.phi = phi_number(call.callee);
-    if (*by.phi > highest_phi) {
+    if (!function) return true;
+    const ast::Call& call = *function_call(*function);
+    by.function = function_of(call.callee);
+    if (by.function.number > highest_function) {
+      const std::string highest = fmt::format("{}{}", name_of(by.function.kind), highest_function);
       sink_.report("bad-program", call.callee_range,
-                   {fmt::format("{} is above phi{}, the highest one", call.callee, highest_phi)});
+                   {fmt::format("{} is above {}, the highest one", call.callee, highest)});
       return false;
     }
     const ast::Expr& argument = call.arguments[0].value;

@@ -70,12 +70,7 @@ class WaveParts {
 }  // namespace
 
 WaveReading waves_of(const model::Scheme& scheme, std::function<Expr(const model::Expr& uniform)> value) {
-  const auto is_multiplier = [scheme](const model::Expr& e) {
-    const model::Derivative* d = as<model::Derivative>(e);
-    if (!d) return model::is_spectral(model::transport_of(scheme, *as<model::Advect>(e)));
-    return (d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order) == model::spectral;
-  };
-  return {is_multiplier, std::move(value)};
+  return {[scheme](const model::Expr& e) { return model::is_spectral(scheme, e); }, std::move(value)};
 }
 
 bool is_of_waves(const model::Expr& e, const WaveReading& reading) {

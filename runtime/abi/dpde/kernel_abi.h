@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 18
+#define DPDE_ABI_VERSION 19
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -167,12 +167,14 @@ typedef struct dpde_symbol {
   int32_t count;
   const dpde_monomial* monomials;
 } dpde_symbol;
-/* A field whose waves are multiplied by phi_N(argument)*factor, phi_0 = exp; by factor alone where phi is -1.
+enum { DPDE_NO_FUNCTION = 0, DPDE_PHI = 1, DPDE_INVERSE = 2 };
+/* A field whose waves are multiplied by phi_N(argument)*factor or inverse_N(argument)*factor (wave_functions.h), by
+ * factor alone where there is no function. N is `number`.
  * A wave of two cells along an axis is that of the angle pi and of -pi: its multiplier is the mean over both.
  * within_two_thirds: by 0 where a wave has three cells or fewer along one of the axes. */
 typedef struct dpde_transform_term {
   int32_t field; /* index into dpde_program.fields */
-  int32_t phi;
+  int32_t function, number;
   dpde_symbol argument, factor;
   int32_t within_two_thirds;
 } dpde_transform_term;

@@ -164,7 +164,8 @@ std::string Tables::transform(const dpde_transform& t) {
   };
   const auto term = [&](const dpde_transform_term& by) {
     const std::string argument = symbol(by.argument), factor = symbol(by.factor);
-    return fmt::format("{{{}, {}, {}, {}, {}}}", by.field, by.phi, argument, factor, by.within_two_thirds);
+    return fmt::format("{{{}, {}, {}, {}, {}, {}}}", by.field, by.function, by.number, argument, factor,
+                       by.within_two_thirds);
   };
   const std::string terms = array("dpde_transform_term", "terms", texts(t.terms, t.term_count, term));
   return fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", t.term_count, terms, t.result, t.axes[0], t.axes[1], t.axes[2]);

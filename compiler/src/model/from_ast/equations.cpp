@@ -5,6 +5,7 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/solves.h"
 
 namespace dpde::model {
 
@@ -39,11 +40,6 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
     draft.sink.report("solve-does-not-fit", range, {name, "the equation does not hold it"}, "as in lap(phi) = omega");
     return;
   }
-  if (draft.problem.scheme.derivative_order == spectral || draft.problem.scheme.laplacian_order == spectral) {
-    draft.sink.report("solve-does-not-fit", range, {name, "derivatives by Fourier series are in no solve"},
-                      "take dx and lap = central(2), ... in the scheme");
-    return;
-  }
   const bool is_advected = any_part(parts->part, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
   const Advection advect = draft.problem.scheme.transport.advect;
   if (is_advected && advect != Advection::central && advect != Advection::upwind) {
@@ -52,6 +48,14 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
     return;
   }
   Solve solved{name, parts->part, negate(parts->rest), boundary_of_solved(draft, name)};
+  const Scheme& scheme = draft.problem.scheme;
+  if (holds_waves(solved, scheme) && !is_of_waves(solved, scheme)) {
+    draft.sink.report(
+        "solve-does-not-fit", range,
+        {name, "by Fourier series all its derivatives are such, and their coefficients the same everywhere"},
+        "take dx, lap and advect = spectral, or central(2), ... for all of them");
+    return;
+  }
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 

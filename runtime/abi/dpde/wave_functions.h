@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The functions of exponential integrators (S. M. Cox and P. C. Matthews, J. Comput. Phys. 176, 2002, 430):
+/* Functions of polynomials of wave numbers, by which transforms multiply waves.
+ *
+ * Those of exponential integrators (S. M. Cox and P. C. Matthews, J. Comput. Phys. 176, 2002, 430):
  *   phi_0(z) = exp(z), phi_N(z) = integral from 0 to 1 of exp((1-s)*z) * s^(N-1)/(N-1)! ds = sum_j z^j/(j+N)!
  * By the recursion phi_N = (phi_M - 1/M!)/z with M = N-1 where z is large, which loses digits where it is small, and by
- * the series there. Their derivative is phi_N' = phi_N - N*phi_P with P = N+1. */
-#ifndef DPDE_PHI_H
-#define DPDE_PHI_H
+ * the series there. Their derivative is phi_N' = phi_N - N*phi_P with P = N+1.
+ *
+ * Those of equations that are solved wave by wave: inverse_N(z) = z^-N, and 0 where z is 0, so that the solution is the
+ * smallest one. Its derivative is inverse_N' = -N*inverse_P, 0 there too. */
+#ifndef DPDE_WAVE_FUNCTIONS_H
+#define DPDE_WAVE_FUNCTIONS_H
 
 #include <cmath>
 #include <complex>
@@ -30,6 +35,15 @@ inline std::complex<double> phi(int number, std::complex<double> z) {
     sum += term;
   }
   return sum;
+}
+
+/// `size` is the sum of the sizes of what z is a sum of: z is 0 where nothing but rounding is left of it.
+inline std::complex<double> inverse(int number, std::complex<double> z, double size) {
+  constexpr double rounding = 1e-13;
+  if (std::abs(z) <= rounding * size) return 0;
+  std::complex<double> value = 1;
+  for (int n = 0; n < number; ++n) value /= z;
+  return value;
 }
 
 }  // namespace dpde
