@@ -52,6 +52,7 @@ const std::map<std::string, std::string> smaller = {
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
+    {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 
 /// These read what other commands write (trained weights) or what is published elsewhere.
