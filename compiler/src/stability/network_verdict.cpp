@@ -17,8 +17,8 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double network_tolerance = 1e-6;  // ln |g| of a dense matrix
-constexpr double most_work = 3e8;           // products of a network in one matrix
+constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
+constexpr double most_work = 3e6;           // products of a network in one matrix
 constexpr double network_precision = 1e-2;  // of the limit, relative
 constexpr double most_steps = 64;           // in units of the scene's: no limit is looked for beyond
 constexpr double shortest_part = 1e-3;      // in the same units: below there is none
@@ -29,7 +29,7 @@ class Networks {
     for (const auto& [name, own] : session.workspace().weights()) weights_[std::string(name)].values = own.values;
     for (const model::Axis& axis : session.axes()) params_["h" + axis.name] = axis.spacing();
     for (const auto& [name, value] : session.workspace().params()) params_[std::string(name)] = value;
-    params_["cells"] = cells_between_walls(session.axes());
+    params_["cells"] = cells_with_networks_along(session.axes());
     params_["t"] = session.problem().t_begin + session.problem().step;
   }
 
@@ -39,7 +39,7 @@ class Networks {
       if (network.is_host()) return "a network of the host's is in it";
       products += network::multiplications_a_cell(network);
     }
-    const double cells = cells_between_walls(session_.axes());
+    const double cells = cells_with_networks_along(session_.axes());
     const double work = products * cells * cells * static_cast<double>(linear_.states().size());
     return work > most_work ? "a network is in it that is too large for it" : "";
   }
@@ -55,7 +55,7 @@ class Networks {
     }
     std::vector<FrozenPoint> result;
     for (const std::size_t cell : cells) {
-      if (result.size() < (is_one ? 1 : 4)) result.push_back(at(cell));
+      if (result.size() < (is_one ? 1 : 2)) result.push_back(at(cell));
     }
     return result;
   }

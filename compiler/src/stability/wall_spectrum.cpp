@@ -13,10 +13,10 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr std::array<int, 3> cells_along{24, 8, 5};
+constexpr std::array<int, 3> cells_along{24, 8, 5}, cells_with_networks{24, 4, 4};  // these take long
 
-int cells_of(const std::vector<model::Axis>& axes, std::size_t axis) {
-  return std::min(axes[axis].cells, cells_along[axes.size() - 1]);
+int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_networks) {
+  return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
 }
 
 class SmallGrid {
@@ -25,7 +25,7 @@ class SmallGrid {
             const std::map<std::string, stencil::Weights>& weights)
       : linear_(linear), point_(point), params_(point.params), weights_(weights) {
     grid_.rank = static_cast<int>(axes.size());
-    for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a);
+    for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
     for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
       halo_ = std::max(halo_, *std::ranges::max_element(widths));
     params_["dt"] = step;
@@ -98,9 +98,9 @@ Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const Froze
   return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues();
 }
 
-double cells_between_walls(const std::vector<model::Axis>& axes) {
+double cells_with_networks_along(const std::vector<model::Axis>& axes) {
   double cells = 1;
-  for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a);
+  for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a, true);
   return cells;
 }
 

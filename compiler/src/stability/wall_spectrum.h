@@ -14,11 +14,12 @@
 
 namespace dpde::stability {
 
-/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most. Empty where the tangent is not finite.
+/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most; with networks on 24, 4 x 4 or 4 x 4 x 4. Empty where the
+/// tangent is not finite.
 Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
                                            const std::vector<model::Axis>& axes, double step,
                                            const std::map<std::string, stencil::Weights>& weights = {});
-/// The cells of that grid.
-double cells_between_walls(const std::vector<model::Axis>& axes);
+/// The cells of that grid where it has networks: fewer in two and three dimensions.
+double cells_with_networks_along(const std::vector<model::Axis>& axes);
 
 }  // namespace dpde::stability
