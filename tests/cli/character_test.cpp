@@ -87,5 +87,25 @@ TEST_F(Character, CoefficientsThatChangeTheirSignOnAWallAreAWarning) {
   EXPECT_TRUE(dpde("run smooth.dpde --json").codes().empty());
 }
 
+/// One real transform there and back on 64 cells, 5 n log2(n) each; one multiplier of 33 waves.
+TEST_F(Character, TransformsAndSolvesAreCounted) {
+  const auto checked = [&](const std::string& scheme) {
+    write("s.dpde", "model m { field u; dt(u) = lap(u) }\nscheme c { " + scheme +
+                        " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n"
+                        "  time 0 .. 1e-3, step 1e-5\n}\n");
+    return dpde("check s.dpde --json").json();
+  };
+  const Json series = checked("lap = spectral; time = euler");
+  EXPECT_EQ(series["transforms"]["bytes"], 16 * 33 * 3);
+  EXPECT_EQ(series["transforms"]["flops_per_step"], 2 * 5 * 64 * 6 + 8 * 33);
+  EXPECT_EQ(series["transforms"]["estimate"], false);
+  EXPECT_TRUE(series["solves"].is_null());
+  EXPECT_GE(series["memory_bytes"].get<double>(), checked("time = euler")["memory_bytes"].get<double>());
+  const Json implicit = checked("time = backward_euler");
+  EXPECT_EQ(implicit["solves"]["estimate"], true);
+  EXPECT_GT(implicit["solves"]["flops_per_step"].get<double>(), 64);
+  EXPECT_TRUE(implicit["transforms"].is_null());
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -75,6 +75,17 @@ TEST_F(ChartExamples, Plate) {
   EXPECT_NEAR(order(fine, 16, "lap", "central(4)"), 4, 0.15);
 }
 
+/// Of u alone, which has an exact solution; its velocity has none.
+TEST_F(ChartExamples, BudgetOfTheDrum) {
+  const Json json =
+      chart("wave/wave", "drum", "--vary cells=32 --vary time=verlet,leapfrog --vary fraction=0.5 --budget");
+  for (const Json& point : json["points"]) {
+    ASSERT_TRUE(point["budget"]["failure"].is_null()) << point;
+    EXPECT_NEAR(std::log(point["budget"]["sum"].get<double>() / point["error"].get<double>()), 0, std::log(1.5))
+        << point;
+  }
+}
+
 TEST_F(ChartExamples, Drum) {
   const Json json = chart("wave/wave", "accuracy_of_drum", "--vary cells=32,64 --vary fraction=0.3");
   EXPECT_NEAR(order(json, 32, "lap", "central(2)"), 2, 0.15);

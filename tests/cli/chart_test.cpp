@@ -161,6 +161,35 @@ TEST_F(ChartCommand, StepsThatACourantNumberSplitsAreJudged) {
   EXPECT_NE(tuned["text"].get<std::string>().find(", courant 0.5, speed c\n"), std::string::npos) << tuned;
 }
 
+/// Source terms make a made-up solution one, of coupled equations with coefficients, and of second order in time.
+TEST_F(ChartCommand, ManufacturedSolutionsShowTheOrder) {
+  write("s.dpde",
+        "model mix { field u, v; coefficient k; dt(u) = -advect(v, u) + div(k*grad(u)) + u^2*v - exp(-u)\n"
+        "  dt(v) = -dx(u*v) + 0.1*lap(v) - max(u, v)*sqrt(v) }\nmodel string { field u; dt(dt(u)) = lap(u) - sin(u) }\n"
+        "scheme low { advect = central(2); time = rk4 }\nscene s : mix with low {\n  grid x = -1 .. 1, cells 16, "
+        "periodic\n  k = 0.1*(2 + sin(pi*x))\n  initial u = 0\n  initial v = 0\n  time 0 .. 0.5, step 0.01\n}\n"
+        "scene w : string with low {\n  grid x = -1 .. 1, cells 16, periodic\n  initial u = 0\n  initial dt(u) = 0\n"
+        "  time 0 .. 0.5, step 0.01\n}\n");
+  const auto order = [&](const std::string& scene, const std::string& key, const std::string& value) {
+    const Outcome run =
+        dpde("chart s.dpde " + scene + " --manufactured --vary cells=32,64 --vary fraction=0.1 --vary " + key + "=" +
+             value + " --vary time=rk4" + quick);
+    EXPECT_EQ(run.status, 0) << run.err;
+    const Json json = run.json();
+    EXPECT_EQ(json["reference"]["text"], "a manufactured solution");
+    return std::log2(json["points"][0]["error"].get<double>() / json["points"][1]["error"].get<double>());
+  };
+  EXPECT_NEAR(order("s", "dx", "central2"), 2, 0.15);
+  EXPECT_NEAR(order("w", "lap", "central2"), 2, 0.15);
+  EXPECT_NEAR(order("w", "lap", "central4"), 4, 0.15);
+  write("walls.dpde",
+        "model m { field u; dt(u) = lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 16\n  boundary u: "
+        "all = 0\n  initial u = 0\n  time 0 .. 0.1, step 1e-3\n}\n");
+  const Outcome walls = dpde("chart walls.dpde --manufactured" + quick);
+  EXPECT_EQ(walls.codes(), std::vector<std::string>{"E0916"});
+  EXPECT_NE(walls.err.find("walls and stretched axes stand in the way"), std::string::npos) << walls.err;
+}
+
 /// What is chosen has the error that is told, and that meets the tolerance.
 TEST_F(ChartCommand, TuneProvesWhatItChooses) {
   write("s.dpde", wind(true));

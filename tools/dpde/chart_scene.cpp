@@ -213,6 +213,8 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& w
   verb.add_option("--reference-cells", wishes.reference_cells,
                   "compare with a run on so many cells along the first axis, not with the exact solution")
       ->check(CLI::Range(2, 1000000000));
+  verb.add_flag("--manufactured", wishes.manufactured,
+                "compare with a smooth solution that is made up: a source term in each equation makes it one");
   verb.add_option("--samples", wishes.timing.samples, fmt::format("timings of each point; {} counts", which_timing))
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -229,6 +231,13 @@ bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
     compile->selection.name = scene.block->scene;
     if (compile->selection.scheme.empty()) compile->selection.scheme = scene.block->scheme;
     if (scene.block->end) compile->selection.overrides.try_emplace("end", fmt::format("{}", *scene.block->end));
+  }
+  compile->manufactured =
+      wishes.manufactured || (scene.block && scene.block->reference == model::Chart::Reference::manufactured);
+  if (compile->manufactured && (scene.reference_cells > 0 || !scene.options.task.empty())) {
+    job.sink().report("bad-option", {},
+                      {"a manufactured solution is no reference of gradients, and needs no finer run"});
+    return false;
   }
   scene.options.compile = *compile;
   scene.options.threads = thread_count(job.options());
@@ -272,6 +281,7 @@ bool find_state_reference(Job& job, const ChartScene& scene, double most_cells, 
   const SourceRange place = !scene.block                                               ? job.place()
                             : scene.block->reference == model::Chart::Reference::found ? scene.block->range
                                                                                        : scene.block->reference_range;
+  if (scene.options.compile.manufactured) reference = chart::Reference("a manufactured solution");
   if (scene.reference_cells == 0 && has_exact(scene)) return true;
   std::string why;
   const bool wants_exact = scene.block && scene.block->reference == model::Chart::Reference::exact;

@@ -24,9 +24,10 @@ struct ChartWishes {
   int reference_cells = 0;          // 0: what the block says
   std::vector<std::string> errors;  // l2(u); none: what the block says
   std::string task;                 // whose gradient is compared too; "": what the block says
+  bool manufactured = false;        // compare with a solution that is made up
   Timing timing;
 };
-/// --vary, --error, --task, --reference-cells, --samples and --sample-seconds.
+/// --vary, --error, --task, --reference-cells, --manufactured, --samples and --sample-seconds.
 void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& which_timing);
 
 struct ChartScene {

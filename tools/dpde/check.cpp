@@ -20,6 +20,7 @@
 #include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
+#include "driver/whole_grid_cost.h"
 #include "model/build.h"
 #include "model/chart.h"
 #include "model/solves.h"
@@ -92,6 +93,21 @@ std::string report_cost(Job& job, const CheckOptions& options, const driver::Com
   return fmt::format("a step moves {} bytes and takes {} flops a cell; {} allows {} points/s here (measured {}{})\n",
                      cost.bytes, cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate), speed.date,
                      speed.is_busy ? ", on a busy machine" : "");
+}
+
+/// Transforms and solves of a step go over the whole grid; the bytes of the first are in those of a run.
+std::string report_whole_grid(const driver::Compiled& compiled, Json& result) {
+  std::string text;
+  const auto add = [&](const char* key, const driver::WholeGridCost& cost, const char* kind) {
+    result[key] = nullptr;
+    if (cost.flops == 0) return;
+    result[key] = {{"bytes", cost.bytes}, {"flops_per_step", cost.flops}, {"estimate", kind[0] != 0}};
+    text +=
+        fmt::format("{} of a step: {} and {}flops{}\n", key, human_bytes(cost.bytes), human_count(cost.flops), kind);
+  };
+  add("transforms", driver::cost_of_transforms(compiled, compiled.step_name()), "");
+  add("solves", driver::cost_of_solves(compiled, compiled.step_name()), ", an estimate: the method shows in the run");
+  return text;
 }
 
 /// What dropping terms and leaving out derivatives that nobody asks for saves, against the scene with all of them.
@@ -261,6 +277,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   text += report_solves(session.get(), result);
   text += report_networks(problem, result);
   text += report_cost(job, options, compiled, cells, result);
+  text += report_whole_grid(compiled, result);
   result["memory_bytes"] = memory.run;
   result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
   text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run),

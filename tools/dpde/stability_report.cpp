@@ -41,7 +41,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   if (limit.kind == StepLimit::Kind::limit) result["max_step"] = limit.step;
   if (limit.kind == StepLimit::Kind::never) result["max_step"] = 0;
   if (verdict.courant) result["max_courant"] = *verdict.courant;
-  if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls) {
+  if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls && !verdict.is_of_networks) {
     result["mode"] = Json::array();  // wave numbers, radians per unit of length
     for (std::size_t a = 0; a < problem.axes.size(); ++a)
       result["mode"].push_back(verdict.wave[a] / problem.axes[a].spacing());
@@ -56,6 +56,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["growth_rate"] = json_number(verdict.growth_rate);
   result["field"] = verdict.field;
   result["walls"] = verdict.is_of_walls;
+  result["networks"] = verdict.is_of_networks;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
   result["term"] = nullptr;
   if (term) {
@@ -95,6 +96,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);
+  if (verdict.is_of_networks)
+    return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);

@@ -44,13 +44,18 @@ class Companions {
     if (!run_all()) return budget_;
     for (const auto& [name, base] : base_) {
       for (const Measure& measure : options_.measures.empty() ? std::vector<Measure>{{name}} : options_.measures) {
-        if (measure.state == name) add(measure, base);
+        if (measure.state == name && is_measured(measure)) add(measure, base);
       }
     }
     return budget_;
   }
 
  private:
+  /// The error of the point knows it: of states without an exact solution it does not, as of velocities.
+  bool is_measured(const Measure& measure) const {
+    return point_.errors.empty() || point_.errors.contains(text_of(measure));
+  }
+
   std::unique_ptr<driver::Session> open_at(double cells, int parts, bool as_is) {
     Variant variant = variant_;
     variant.resolution.clear();

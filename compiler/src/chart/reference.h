@@ -46,6 +46,7 @@ class Reference {
   enum class Kind { exact, finer_run } kind = Kind::exact;
   /// The scene gives it.
   Reference() = default;
+  explicit Reference(std::string text) : text_(std::move(text)) {}
   /// `second` is the same with half as many cells and steps.
   Reference(FinalStates finest, FinalStates second, const std::vector<Measure>& measures, std::string text);
 

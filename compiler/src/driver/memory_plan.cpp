@@ -13,6 +13,7 @@
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/declared.h"
+#include "driver/whole_grid_cost.h"
 #include "support/match.h"
 
 namespace dpde::driver {
@@ -165,7 +166,7 @@ double numbers_of_axes(const model::Problem& problem) {
 double peak_of_run(const Compiled& compiled) {
   Planner planner(compiled);
   planner.given();
-  planner.keep(bytes_of_rollout(compiled));
+  planner.keep(bytes_of_rollout(compiled) + cost_of_transforms(compiled, compiled.step_name()).bytes);
   planner.formulas();
   planner.report();
   return planner.peak();
@@ -194,6 +195,10 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
   planner.given();
   for (const model::Datum& datum : problem.task->data) plan_datum(planner, compiled, datum, source);
   planner.keep(static_cast<double>(plan.field_bytes + plan.tape_bytes));
+  planner.keep(cost_of_transforms(compiled, compiled.step_name()).bytes);
+  const auto adjoint = compiled.derived.find(compiled.step_name());
+  if (adjoint != compiled.derived.end() && adjoint->second.adjoint)
+    planner.keep(cost_of_transforms(compiled, adjoint->second.adjoint->program).bytes);
   planner.formulas();
   double unknowns = 0, largest = 0, computed = 0;
   for (const model::Unknown& unknown : problem.task->unknowns) {

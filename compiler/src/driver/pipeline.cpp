@@ -21,6 +21,7 @@
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
 #include "model/build.h"
+#include "model/manufactured.h"
 #include "model/print_model.h"
 #include "model/stretch.h"
 #include "model/verify_model.h"
@@ -365,6 +366,7 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
   if (options.without_task) leave_task(*compiled.problem);
+  if (options.manufactured && !model::manufacture(*compiled.problem, sink)) return false;
   if (options.real) {
     compiled.problem->scheme.real = *options.real;
     for (network::Network& network : compiled.problem->networks) network.real = *options.real;

@@ -14,7 +14,7 @@ namespace dpde::model {
 
 struct Chart {
   std::string name, scene, scheme;  // scheme "": the scene's
-  enum class Reference { found, exact, self } reference = Reference::found;
+  enum class Reference { found, exact, manufactured, self } reference = Reference::found;
   int reference_cells = 0;  // of self: along the first axis
   struct Choices {
     std::string key;  // scheme, cells, step, fraction or a key of a scheme

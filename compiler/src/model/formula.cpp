@@ -18,18 +18,18 @@ Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, 
 Expr over(const Expr& a, const Expr& b) { return binary(BinaryOp::divide, a, b); }
 Expr square(const Expr& a) { return binary(BinaryOp::power, a, 2.0); }
 
-Expr slope_of_binary(const Binary& b) {
-  const Expr left = slope_of(b.left), right = slope_of(b.right);
+Expr slope_of_binary(const Binary& b, const Variable& by) {
+  const Expr left = slope_of(b.left, by), right = slope_of(b.right, by);
   switch (b.op) {
     case BinaryOp::add: return plus(left, right);
     case BinaryOp::subtract: return minus(left, right);
     case BinaryOp::multiply: return plus(times(left, b.right), times(b.left, right));
     case BinaryOp::divide:
-      if (is_uniform(b.right)) return over(left, b.right);
+      if (is_constant(right, 0)) return over(left, b.right);
       return over(minus(times(left, b.right), times(b.left, right)), square(b.right));
     case BinaryOp::power: {
       const Expr by_base = times(times(b.right, binary(BinaryOp::power, b.left, minus(b.right, 1.0))), left);
-      if (is_uniform(b.right)) return by_base;
+      if (is_constant(right, 0)) return by_base;
       return plus(by_base, times(times(binary(b.op, b.left, b.right), call(Fn::log, {b.left})), right));
     }
     case BinaryOp::less:
@@ -39,9 +39,9 @@ Expr slope_of_binary(const Binary& b) {
     case BinaryOp::equal:
     case BinaryOp::not_equal:
     case BinaryOp::logical_and:
-    case BinaryOp::logical_or: break;
+    case BinaryOp::logical_or: return 0.0;
   }
-  unreachable("the slope of a condition");
+  unreachable("operator");
 }
 
 /// The derivative by the only argument.
@@ -70,12 +70,12 @@ Expr slope_of_function(Fn fn, const Expr& x) {
   unreachable("a function of two arguments");
 }
 
-Expr slope_of_call(const Call& c) {
+Expr slope_of_call(const Call& c, const Variable& by) {
   if (c.fn != Fn::min && c.fn != Fn::max)
-    return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0]));
+    return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0], by));
   const BinaryOp takes_first = c.fn == Fn::min ? BinaryOp::less : BinaryOp::greater;
   const Expr condition = binary(takes_first, c.arguments[0], c.arguments[1]);
-  return select(condition, slope_of(c.arguments[0]), slope_of(c.arguments[1]));
+  return select(condition, slope_of(c.arguments[0], by), slope_of(c.arguments[1], by));
 }
 
 }  // namespace
@@ -110,19 +110,21 @@ Expr at_place(const Expr& formula, const Expr& place) {
   return call(c->fn, std::move(arguments));
 }
 
-Expr slope_of(const Expr& formula) {
+Expr slope_of(const Expr& formula, const Variable& by) {
   const auto none = [](const auto&) -> Expr { unreachable("no formula of a coordinate"); };
   return match(
-      formula->kind, [](const Number&) { return Expr(0.0); }, [](const Coordinate&) { return Expr(1.0); },
-      [](const Neg& n) { return negate(slope_of(n.operand)); }, [](const Binary& b) { return slope_of_binary(b); },
-      [](const Call& c) { return slope_of_call(c); },
-      [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); },
-      [&](const Param& e) { return none(e); }, [&](const Field& e) { return none(e); },
-      [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
-      [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
-      [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
-      [&](const NetworkCall& e) { return none(e); }, [&](const Solve& e) { return none(e); });
+      formula->kind, [](const Number&) { return Expr(0.0); },
+      [&](const Coordinate& c) { return Expr(!by.is_time && by.axis.value_or(c.axis) == c.axis ? 1.0 : 0.0); },
+      [&](const Param& p) { return Expr(by.is_time && p.name == "t" ? 1.0 : 0.0); },
+      [&](const Neg& n) { return negate(slope_of(n.operand, by)); },
+      [&](const Binary& b) { return slope_of_binary(b, by); }, [&](const Call& c) { return slope_of_call(c, by); },
+      [&](const Select& s) { return select(s.condition, slope_of(s.yes, by), slope_of(s.no, by)); },
+      [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); },
+      [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
+      [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); },
+      [&](const Sample& e) { return none(e); }, [&](const Reduce& e) { return none(e); },
+      [&](const Apply& e) { return none(e); }, [&](const NetworkCall& e) { return none(e); },
+      [&](const Solve& e) { return none(e); });
 }
 
 }  // namespace dpde::model

@@ -39,6 +39,13 @@ void balance(Eigen::MatrixXcd& a) {
   }
 }
 
+/// Nothing is allocated for them: waves are looked at by the hundred thousand.
+template <int size>
+Eigen::VectorXcd of_fixed_size(const Eigen::MatrixXcd& a) {
+  using Fixed = Eigen::Matrix<std::complex<double>, size, size>;
+  return Eigen::ComplexEigenSolver<Fixed>(Fixed(a), false).eigenvalues();
+}
+
 }  // namespace
 
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
@@ -49,14 +56,34 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
     return Eigen::Vector2cd(mean + root, mean - root);
   }
   balance(a);
+  if (a.rows() == 3) return of_fixed_size<3>(a);
+  if (a.rows() == 4) return of_fixed_size<4>(a);
   return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
 }
 
 Amplification::Readings Amplification::readings_of(const Form& form) {
+  std::map<int, Reading> by_component;
+  for (const Form::Term& term : form.terms()) {
+    const stencil::Offset offset = Form::offset_of(term.key);
+    const auto known = std::ranges::find(offsets_, offset);
+    const auto number = static_cast<std::size_t>(known - offsets_.begin());
+    if (known == offsets_.end()) offsets_.push_back(offset);
+    Reading& reading = by_component[Form::component_of(term.key)];
+    reading.component = Form::component_of(term.key);
+    reading.weights.emplace_back(number, term.coefficient);
+  }
   Readings readings;
-  for (const Form::Term& term : form.terms())
-    readings.push_back({Form::offset_of(term.key), Form::component_of(term.key), term.coefficient});
+  for (auto& [component, reading] : by_component) readings.push_back(std::move(reading));
   return readings;
+}
+
+std::complex<double> Amplification::Reading::at(const std::vector<std::complex<double>>& phases) const {
+  double real = 0, imaginary = 0;
+  for (const auto& [place, coefficient] : weights) {
+    real += coefficient * phases[place].real();
+    imaginary += coefficient * phases[place].imag();
+  }
+  return {real, imaginary};
 }
 
 void Amplification::note_reach(const Form& form) {
@@ -83,16 +110,22 @@ Amplification::Amplification(const Response& response, int rank)
     }
     return;
   }
-  std::map<std::int64_t, std::size_t> places;
+  std::map<stencil::Offset, std::vector<double>> places;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (const Form::Term& term : rows[row].terms()) {
-      const stencil::Offset offset = Form::offset_of(term.key);
-      const auto [entry, is_new] = places.try_emplace(Form::key_of(offset), places_.size());
-      if (is_new) places_.push_back({offset, std::vector<double>(rows.size() * rows.size(), 0.0)});
-      const auto column = static_cast<std::size_t>(Form::component_of(term.key));
-      places_[entry->second].weights[column * rows.size() + row] = term.coefficient;
+      std::vector<double>& weights = places[Form::offset_of(term.key)];
+      weights.resize(rows.size() * rows.size());
+      weights[static_cast<std::size_t>(Form::component_of(term.key)) * rows.size() + row] = term.coefficient;
     }
   }
+  std::map<std::pair<int, int>, Line> lines;
+  for (const auto& [offset, weights] : places) {
+    Line& line = lines[{offset[1], offset[2]}];
+    line.y = offset[1], line.z = offset[2];
+    line.x.push_back(offset[0]);
+    line.weights.insert(line.weights.end(), weights.begin(), weights.end());
+  }
+  for (auto& [place, line] : lines) lines_.push_back(std::move(line));
 }
 
 /// Waves are looked at by the hundred thousand: sines are taken once a distance along an axis.
@@ -121,9 +154,23 @@ Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
   if (!waves_.empty()) return with_waves(angles);
   const Phases phases = phases_of(angles);
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
-  for (const Place& place : places_) {
-    const std::complex<double> here = phase(phases, place.offset);
-    for (std::size_t i = 0; i < place.weights.size(); ++i) sum.data()[i] += here * place.weights[i];
+  const auto count = static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_);
+  std::vector<double> real(count), imaginary(count);
+  for (const Line& line : lines_) {
+    std::ranges::fill(real, 0.0);
+    std::ranges::fill(imaginary, 0.0);
+    const double* weight = line.weights.data();
+    for (const int x : line.x) {
+      const std::complex<double> along = phases[0][static_cast<std::size_t>(x + reach_[0])];
+      for (std::size_t i = 0; i < count; ++i, ++weight) {
+        real[i] += along.real() * *weight;
+        imaginary[i] += along.imag() * *weight;
+      }
+    }
+    const std::complex<double> across = phase(phases, {0, line.y, line.z});
+    for (std::size_t i = 0; i < count; ++i)  // products of std::complex look for infinities
+      sum.data()[i] += std::complex<double>(across.real() * real[i] - across.imag() * imaginary[i],
+                                            across.real() * imaginary[i] + across.imag() * real[i]);
   }
   return sum;
 }
@@ -133,12 +180,14 @@ Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
 Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   Angles angles = given;
   for (double& angle : angles) angle = std::remainder(angle, 2 * pi);
-  const Phases phases = phases_of(angles);
+  const Phases along_axes = phases_of(angles);
+  std::vector<std::complex<double>> phases;
+  for (const stencil::Offset& offset : offsets_) phases.push_back(phase(along_axes, offset));
   const auto count = static_cast<Eigen::Index>(waves_.size());
   Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(size_, count), result = Eigen::MatrixXcd::Zero(size_, size_);
   const auto add = [&](const Readings& readings, const std::complex<double>& factor, auto&& to) {
     for (const Reading& reading : readings) {
-      const std::complex<double> weight = factor * (reading.coefficient * phase(phases, reading.offset));
+      const std::complex<double> weight = factor * reading.at(phases);
       if (reading.component >= most_states) {
         to += weight * waves.col(reading.component - most_states);
       } else {
@@ -152,8 +201,8 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
     std::complex<double> divisor = 0;
     double size = 0;
     for (const Reading& reading : wave.divisor) {
-      divisor += reading.coefficient * phase(phases, reading.offset);
-      size += std::abs(reading.coefficient);
+      divisor += reading.at(phases);
+      for (const auto& [place, coefficient] : reading.weights) size += std::abs(coefficient);
     }
     if (wave.divisor.empty()) continue;
     if (std::abs(divisor) > rounding * size) {

@@ -32,23 +32,25 @@ class Amplification {
   void note_reach(const Form& form);
   Phases phases_of(const Angles& angles) const;
   std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
-  /// A form without keys, which take divisions to read.
+  /// What a form reads of one component: coefficients by the numbers of their offsets among `offsets_`.
   struct Reading {
-    stencil::Offset offset;
     int component;
-    double coefficient;
+    std::vector<std::pair<std::size_t, double>> weights;
+    std::complex<double> at(const std::vector<std::complex<double>>& phases) const;
   };
   using Readings = std::vector<Reading>;
-  static Readings readings_of(const Form& form);
+  Readings readings_of(const Form& form);
   Eigen::MatrixXcd with_waves(const Angles& angles) const;
 
-  struct Place {
-    stencil::Offset offset;
-    std::vector<double> weights;  // by columns
+  /// Places that differ in x alone: what they have in common is multiplied once.
+  struct Line {
+    int y, z;
+    std::vector<int> x;
+    std::vector<double> weights;  // of one place behind the other, each by columns
   };
   int size_;
   int rank_;
-  std::vector<Place> places_;
+  std::vector<Line> lines_;
   std::array<int, 3> reach_{};  // the farthest offset along each axis
   struct Wave {
     std::vector<std::pair<Readings, WaveMultiplier>> terms;
@@ -56,6 +58,7 @@ class Amplification {
   };
   std::vector<Wave> waves_;  // where transforms or solves make some
   std::vector<Readings> rows_;
+  std::vector<stencil::Offset> offsets_;  // that waves and rows read, each once
 };
 
 /// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.

@@ -50,11 +50,19 @@ std::optional<LinearStep> linear_step(const model::Problem& written) {
   stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
   if (sink.has_errors()) return std::nullopt;
   std::string why;
-  return LinearStep::make(module, names.step, why, model::are_constraints(problem));
+  std::optional<LinearStep> step = LinearStep::make(module, names.step, why, model::are_constraints(problem));
+  return step && !step->has_networks() ? std::move(step) : std::nullopt;
 }
 
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why) {
   if (have_ways_that_end(session.problem())) return linear_step(session.problem());
+  std::optional<LinearStep> step = compiled_step(session, why);
+  if (!step || !step->has_networks()) return step;
+  why = "a network is in it";
+  return std::nullopt;
+}
+
+std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why) {
   const driver::Compiled& compiled = session.compiled();
   return LinearStep::make(compiled.stencil, compiled.step_name(), why, model::are_constraints(session.problem()));
 }

@@ -15,8 +15,10 @@ namespace dpde::stability {
 /// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
 /// end on walls it is the step as it is away from these, on rings.
 std::optional<LinearStep> linear_step(const model::Problem& problem);
-/// Those in the step that was compiled; `why` as of LinearStep::make.
+/// Those in the step that was compiled; `why` as of LinearStep::make, and where a network is in it.
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why);
+/// With networks, too.
+std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why);
 
 /// The problem by one step of Euler's method, without events and steps of their own: u + dt*L u, L being the equations
 /// as the scheme's differences have them.

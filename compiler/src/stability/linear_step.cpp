@@ -52,6 +52,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   result.follows_flow_ = found.follows_flow;
   result.reduces_ = found.reduces;
   result.solves_ = found.solves;
+  result.has_networks_ = found.has_networks;
   result.of_constraints_ = of_constraints;
   for (const std::string& input : interface_of(result.module_, result.program()).inputs) {
     if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);

@@ -45,7 +45,7 @@ using FrozenStages = std::vector<std::optional<std::vector<FrozenValue>>>;
 
 class LinearStep {
  public:
-  /// `step` swaps the states. What cannot be analysed (networks, scatters) leaves `why` and no value.
+  /// `step` swaps the states. What cannot be analysed (scatters) leaves `why` and no value.
   /// `of_constraints`: what the program solves for is 0 at a state that is not perturbed, where the operator takes
   /// constants to 0.
   static std::optional<LinearStep> make(const stencil::Module& module, const std::string& step, std::string& why,
@@ -66,12 +66,14 @@ class LinearStep {
   bool reduces() const { return reduces_; }
   /// It solves equations: the response of one point reaches all others.
   bool solves() const { return solves_; }
+  /// A network is in it: the program can be run, and has no response.
+  bool has_networks() const { return has_networks_; }
 
  private:
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
   std::vector<std::string> states_, perturbations_, results_, inputs_;
   std::set<std::string> varied_;  // fields that depend on the states
-  bool follows_flow_ = false, reduces_ = false, solves_ = false, of_constraints_ = false;
+  bool follows_flow_ = false, reduces_ = false, solves_ = false, has_networks_ = false, of_constraints_ = false;
 };
 
 }  // namespace dpde::stability

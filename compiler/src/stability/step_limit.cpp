@@ -238,14 +238,14 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
           largest_share(last.angles, steps.back())};
 }
 
-StepLimit FrozenAnalysis::limit() const {
+StepLimit FrozenAnalysis::limit(double most) const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (excess(step).value > growth_tolerance(*linear_)) return descend(step);
   const double factor = linear_->follows_flow() ? factor_along_flow
                         : linear_->solves()     ? factor_with_solves
                                                 : factor_up;
-  for (; step < last_try / rate_; step *= factor) {
+  for (; step < std::min(last_try / rate_, most); step *= factor) {
     if (excess(step * factor).value > growth_tolerance(*linear_)) return bisect(step, step * factor);
   }
   return {};

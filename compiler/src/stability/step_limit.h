@@ -11,6 +11,7 @@
 // does not resolve it.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "stability/amplification.h"
@@ -62,7 +63,8 @@ class FrozenAnalysis {
   double growth_of(const Angles& wave, double step) const;
   std::size_t largest_share(const Angles& wave, double step) const;
 
-  StepLimit limit() const;
+  /// None is looked for above `most`.
+  StepLimit limit(double most = std::numeric_limits<double>::infinity()) const;
 
  private:
   FrozenAnalysis(const LinearStep& linear, FrozenPoint point, int rank)

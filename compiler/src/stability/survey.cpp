@@ -27,7 +27,7 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
   for (const Statement& statement : body) {
     match(
         statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
-        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
+        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.has_networks = true; },
         [&](const Transform& transform) {
           const auto solves = [](const Transform::Term& t) {
             return t.by.function.kind == WaveFunction::Kind::inverse;

@@ -11,7 +11,7 @@ namespace dpde::stability {
 
 struct Survey {
   std::string why;  // what it cannot hold, or ""
-  bool follows_flow = false, reduces = false, solves = false;
+  bool follows_flow = false, reduces = false, solves = false, has_networks = false;
 };
 void survey(const stencil::Module& module, const std::vector<stencil::Statement>& body, Survey& result);
 

@@ -109,13 +109,16 @@ class Examination {
   /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
   /// waves counts, else the field is taken as flat. Not where limiters make another scheme of a slope.
   StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
-    const StepLimit limit = analysis.limit();
+    // A larger one than is known would say nothing.
+    const double most =
+        verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : std::numeric_limits<double>::infinity();
+    const StepLimit limit = analysis.limit(most);
     const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
     if ((limit.kind != StepLimit::Kind::never && !is_long) || session_.problem().scheme.has_limiter()) return limit;
     const FrozenPoint without_slopes = flat(point.point);
     const bool is_other = without_slopes.fields != point.point.fields;
     const auto without = is_other ? analysis_at(without_slopes) : std::nullopt;
-    return without ? without->limit() : limit;
+    return without ? without->limit(most) : limit;
   }
 
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
@@ -200,16 +203,19 @@ class Examination {
 bool look_for_growth(driver::Session& session) {
   Verdict verdict;
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
-  return linear && Examination(session, *linear, verdict).grows_nothing();
+  if (!linear) return networks_grow_nothing(session);
+  return Examination(session, *linear, verdict).grows_nothing();
 }
 
 bool Verdict::is_above() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;
   if (limit.kind == StepLimit::Kind::never) return beyond > 1e-9;
-  return step > limit.step * (is_of_walls ? 1 + 2e-3 : 1 + 1e-4);
+  return step > limit.step * (is_of_networks ? 1 + 2e-2 : is_of_walls ? 1 + 2e-3 : 1 + 1e-4);
 }
 
-bool Verdict::ruins_run() const { return is_above() && end_growth > hundred && !is_held_by_limiter(); }
+bool Verdict::ruins_run() const {
+  return is_above() && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
+}
 
 double Verdict::bounded_step() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return std::numeric_limits<double>::infinity();
@@ -227,7 +233,12 @@ Verdict examine(driver::Session& session) {
     return verdict;
   }
   const std::optional<LinearStep> linear = linear_step(session, verdict.why);
-  if (!linear) return verdict;
+  if (!linear) {
+    examine_networks(session, verdict);
+    if (verdict.limit.kind == StepLimit::Kind::limit)
+      verdict.largest_step = whole_step(session.problem(), verdict.limit.step);
+    return verdict;
+  }
   if (!Examination(session, *linear, verdict).run()) {
     verdict.why = linear->solves() ? "a solve is in it" : "the step's tangent is not finite at the initial state";
     return verdict;
@@ -258,6 +269,7 @@ std::vector<double> growths_at(const driver::Session& session, const Verdict& ve
 }
 
 std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
+  if (verdict.is_of_networks) return "a disturbance";
   if (verdict.is_of_walls) return "what walls do";
   std::vector<std::string> parts;
   double last = 0;

@@ -16,10 +16,11 @@ namespace dpde::stability {
 struct Verdict {
   std::string why;  // not analysed, and why; "" where it is
   StepLimit limit;
-  bool is_exact = false;     // holds for all places, states and times, and there are no walls; else an estimate
-  bool is_of_walls = false;  // it is walls that lower the limit
-  double limiter_step = 0;   // where slopes grow at each step: up to this one limiters make stairs of them, and no more
-  double step = 0;           // the scene's, or that of the parts into which a Courant number splits it
+  bool is_exact = false;        // holds for all places, states and times, and there are no walls; else an estimate
+  bool is_of_walls = false;     // it is walls that lower the limit
+  bool is_of_networks = false;  // by a step's tangent on few cells: an estimate, and no run is refused for it
+  double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
+  double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;
   double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
   double beyond = 0;       // ln |g| less what the equations may do

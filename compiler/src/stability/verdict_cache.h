@@ -10,6 +10,9 @@ namespace dpde::stability {
 /// What verdict_of() and grows_nothing() do where nothing is kept.
 Verdict examine(driver::Session& session);
 bool look_for_growth(driver::Session& session);
+/// The same of steps with networks.
+void examine_networks(driver::Session& session, Verdict& verdict);
+bool networks_grow_nothing(driver::Session& session);
 
 /// As text, and back; nullopt of what is no such text.
 std::string text_of(const Verdict& verdict);

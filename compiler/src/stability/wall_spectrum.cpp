@@ -13,15 +13,19 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr std::array<int, 3> cells_along{24, 8, 5};
+constexpr std::array<int, 3> cells_along{24, 8, 5}, cells_with_networks{24, 4, 4};  // these take long
+
+int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_networks) {
+  return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
+}
 
 class SmallGrid {
  public:
-  SmallGrid(const LinearStep& linear, const FrozenPoint& point, const std::vector<model::Axis>& axes, double step)
-      : linear_(linear), point_(point), params_(point.params) {
+  SmallGrid(const LinearStep& linear, const FrozenPoint& point, const std::vector<model::Axis>& axes, double step,
+            const std::map<std::string, stencil::Weights>& weights)
+      : linear_(linear), point_(point), params_(point.params), weights_(weights) {
     grid_.rank = static_cast<int>(axes.size());
-    for (std::size_t a = 0; a < axes.size(); ++a)
-      grid_.cells[a] = std::min(axes[a].cells, cells_along[axes.size() - 1]);
+    for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
     for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
       halo_ = std::max(halo_, *std::ranges::max_element(widths));
     params_["dt"] = step;
@@ -45,6 +49,7 @@ class SmallGrid {
   Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
     stencil::State memory(grid_, halo_);
     memory.inverses = inverses_;
+    memory.weights = weights_;
     for (const std::string& input : linear_.inputs()) {
       if (stencil::is_coordinate(input)) {
         const auto axis = static_cast<std::size_t>(input[0] - 'x');
@@ -77,6 +82,7 @@ class SmallGrid {
   const LinearStep& linear_;
   const FrozenPoint& point_;
   stencil::Params params_;
+  const std::map<std::string, stencil::Weights>& weights_;
   stencil::Grid grid_;
   int halo_ = 0;
   std::shared_ptr<stencil::Inverses> inverses_ = stencil::new_inverses();
@@ -85,10 +91,17 @@ class SmallGrid {
 }  // namespace
 
 Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
-                                           const std::vector<model::Axis>& axes, double step) {
-  const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step).tangent();
+                                           const std::vector<model::Axis>& axes, double step,
+                                           const std::map<std::string, stencil::Weights>& weights) {
+  const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step, weights).tangent();
   if (!tangent.allFinite()) return {};
   return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues();
+}
+
+double cells_with_networks_along(const std::vector<model::Axis>& axes) {
+  double cells = 1;
+  for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a, true);
+  return cells;
 }
 
 }  // namespace dpde::stability

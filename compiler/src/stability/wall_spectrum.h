@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Growth between walls, which waves do not see: the eigenvalues of a step's tangent on a small grid with the
-// scene's sides and spacings, everything else frozen at one point.
+// Growth between walls, and by networks, which waves do not see: the eigenvalues of a step's tangent on a small grid
+// with the scene's sides and spacings, everything else frozen at one point.
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "model/model.h"
 #include "stability/linear_step.h"
+#include "stencil/interpret.h"
 
 namespace dpde::stability {
 
-/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most. Empty where the tangent is not finite.
+/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most; with networks on 24, 4 x 4 or 4 x 4 x 4. Empty where the
+/// tangent is not finite.
 Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
-                                           const std::vector<model::Axis>& axes, double step);
+                                           const std::vector<model::Axis>& axes, double step,
+                                           const std::map<std::string, stencil::Weights>& weights = {});
+/// The cells of that grid where it has networks: fewer in two and three dimensions.
+double cells_with_networks_along(const std::vector<model::Axis>& axes);
 
 }  // namespace dpde::stability

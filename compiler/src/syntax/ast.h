@@ -357,7 +357,7 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
 };
 
 // ---- items inside a chart ------------------------------------------------------------------------------------------
-struct ReferenceItem {  // reference exact      reference self(cells = 4096)
+struct ReferenceItem {  // reference exact      reference manufactured      reference self(cells = 4096)
   Expr value;
 };
 struct ChoicesItem {  // vary advect in central(2), upwind(3)

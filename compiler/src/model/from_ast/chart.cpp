@@ -87,11 +87,13 @@ class ChartReader {
                          (call->arguments[0].name.empty() || call->arguments[0].name == "cells");
     if (word && word->name == "exact") {
       chart_.reference = Chart::Reference::exact;
+    } else if (word && word->name == "manufactured") {
+      chart_.reference = Chart::Reference::manufactured;
     } else if (is_self) {
       chart_.reference = Chart::Reference::self;
       chart_.reference_cells = cells(call->arguments[0].value, "self(cells)", 2);
     } else {
-      fail(value.range(), "reference", "is exact or self(cells = N), a finer run");
+      fail(value.range(), "reference", "is exact, manufactured or self(cells = N), a finer run");
     }
   }
 

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps with networks: all cells of a few are disturbed one by one, and the eigenvalues of what a step makes of that
+// are looked at, with everything frozen where the states are largest and smallest. A network that changes states by
+// itself, whatever the step, may let grow what it does with a step of length 0; growth beyond that and twice that of
+// the equations belongs to the scheme. An estimate.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <set>
+
+#include "stability/equations.h"
+#include "stability/verdict_cache.h"
+#include "stability/wall_spectrum.h"
+#include "stencil/build.h"
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
+constexpr double most_work = 3e6;           // products of a network in one matrix
+constexpr double network_precision = 1e-2;  // of the limit, relative
+constexpr double most_steps = 64;           // in units of the scene's: no limit is looked for beyond
+constexpr double shortest_part = 1e-3;      // in the same units: below there is none
+
+class Networks {
+ public:
+  Networks(driver::Session& session, const LinearStep& linear) : session_(session), linear_(linear) {
+    for (const auto& [name, own] : session.workspace().weights()) weights_[std::string(name)].values = own.values;
+    for (const model::Axis& axis : session.axes()) params_["h" + axis.name] = axis.spacing();
+    for (const auto& [name, value] : session.workspace().params()) params_[std::string(name)] = value;
+    params_["cells"] = cells_with_networks_along(session.axes());
+    params_["t"] = session.problem().t_begin + session.problem().step;
+  }
+
+  std::string why_not() const {
+    double products = 0;
+    for (const network::Network& network : session_.problem().networks) {
+      if (network.is_host()) return "a network of the host's is in it";
+      products += network::multiplications_a_cell(network);
+    }
+    const double cells = cells_with_networks_along(session_.axes());
+    const double work = products * cells * cells * static_cast<double>(linear_.states().size());
+    return work > most_work ? "a network is in it that is too large for it" : "";
+  }
+
+  /// Where each state is largest and smallest; or at the first of them.
+  std::vector<FrozenPoint> points(bool is_one) const {
+    std::set<std::size_t> cells;
+    for (int s = 0; s < session_.rollout().state_count(); ++s) {
+      const std::vector<double> values = session_.initial(s);
+      const auto [low, high] = std::ranges::minmax_element(values);
+      cells.insert(static_cast<std::size_t>(high - values.begin()));
+      cells.insert(static_cast<std::size_t>(low - values.begin()));
+    }
+    std::vector<FrozenPoint> result;
+    for (const std::size_t cell : cells) {
+      if (result.size() < (is_one ? 1 : 2)) result.push_back(at(cell));
+    }
+    return result;
+  }
+
+  /// ln |g| of what grows most; infinite where it is not finite.
+  double growth(const FrozenPoint& point, double step) const {
+    const Eigen::VectorXcd factors = eigenvalues_between_walls(linear_, point, session_.axes(), step, weights_);
+    return factors.size() == 0 ? std::numeric_limits<double>::infinity() : std::log(factors.cwiseAbs().maxCoeff());
+  }
+
+  /// What a step of length 0 lets grow, and the rate of the equations.
+  struct Allowed {
+    double of_network = 0, rate = 0;
+    double in(double step) const { return of_network + 2 * rate * step; }
+  };
+  Allowed allowed_at(const FrozenPoint& point) const {
+    const double short_step = shortest_part * session_.problem().step;
+    Allowed result{std::max(0.0, growth(point, 0))};
+    result.rate = std::max(0.0, (growth(point, short_step) - result.of_network) / short_step);
+    return result;
+  }
+
+ private:
+  FrozenPoint at(std::size_t cell) const {
+    FrozenPoint point;
+    point.params = params_;
+    std::size_t rest = cell;
+    for (std::size_t a = 0; a < session_.axes().size(); ++a) {
+      const auto n = static_cast<std::size_t>(session_.axes()[a].cells);
+      point.place[a] = session_.axes()[a].centre(static_cast<std::int64_t>(rest % n));
+      rest /= n;
+    }
+    for (const std::string& name : linear_.inputs()) {
+      if (stencil::is_coordinate(name)) continue;
+      const int state = session_.engine().state_index(name);
+      point.fields[name] = (state < 0 ? session_.workspace().dense(name) : session_.initial(state))[cell];
+    }
+    return point;
+  }
+
+  driver::Session& session_;
+  const LinearStep& linear_;
+  std::map<std::string, stencil::Weights> weights_;
+  std::map<std::string, double> params_;
+};
+
+/// The largest step up to which nothing grows beyond what is allowed.
+StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Networks::Allowed& allowed, double own) {
+  const auto is_stable = [&](double step) {
+    return networks.growth(point, step) - allowed.in(step) <= network_tolerance;
+  };
+  double low = own, high = own;
+  if (is_stable(own)) {
+    while (high < most_steps * own && is_stable(high)) low = high, high *= 2;
+    if (!(high < most_steps * own)) return {};
+  } else {
+    while (low > shortest_part * own && !is_stable(low)) high = low, low /= 2;
+    if (!(low > shortest_part * own)) return {StepLimit::Kind::never, 0, 1};
+  }
+  while (high - low > network_precision * high) (is_stable(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+  return {StepLimit::Kind::limit, low};
+}
+
+double size_of_limit(const StepLimit& limit) {
+  return limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : limit.step;
+}
+
+}  // namespace
+
+void examine_networks(driver::Session& session, Verdict& verdict) {
+  const std::optional<LinearStep> linear = compiled_step(session, verdict.why);
+  if (!linear || !linear->has_networks()) return;
+  const Networks networks(session, *linear);
+  verdict.why = networks.why_not();
+  if (!verdict.why.empty()) return;
+  verdict.is_of_networks = true;
+  verdict.step = session.problem().step;
+  verdict.field = linear->states().front();
+  for (const FrozenPoint& point : networks.points(false)) {
+    const Networks::Allowed allowed = networks.allowed_at(point);
+    const double now = networks.growth(point, verdict.step), beyond = now - allowed.in(verdict.step);
+    if (!std::isfinite(now)) continue;
+    verdict.growth_rate = std::max(verdict.growth_rate, allowed.rate);
+    verdict.growth = std::max(verdict.growth, std::exp(now));
+    verdict.beyond = std::max(verdict.beyond, beyond);
+    const StepLimit limit = limit_at(networks, point, allowed, verdict.step);
+    if (size_of_limit(limit) < size_of_limit(verdict.limit)) verdict.limit = limit, verdict.worst = point;
+  }
+  verdict.end_growth = verdict.beyond * session.steps();
+}
+
+bool networks_grow_nothing(driver::Session& session) {
+  std::string why;
+  const std::optional<LinearStep> linear = compiled_step(session, why);
+  if (!linear || !linear->has_networks()) return false;
+  const Networks networks(session, *linear);
+  if (!networks.why_not().empty()) return true;  // nobody would say more
+  for (const FrozenPoint& point : networks.points(true)) {
+    const double step = session.problem().step, now = networks.growth(point, step);
+    if (now > network_tolerance && now - networks.allowed_at(point).in(step) > network_tolerance) return false;
+  }
+  return true;
+}
+
+}  // namespace dpde::stability

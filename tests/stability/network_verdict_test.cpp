@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps with networks of one weight each: what they let grow is known in closed form.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+/// On cells of width 1, by Euler's method; N(u) = weight*u.
+Verdict verdict_on(const std::string& rate, const std::string& more, double weight, double step) {
+  const SourceFile source(
+      "test.dpde",
+      "network N(u: scalar) -> scalar {\n  conv out, 1, initial = zero\n}\nmodel m { field u; dt(u) = " + rate +
+          " }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n"
+          "  initial u = sin(2*pi*x/32)\n" +
+          fmt::format("  time 0 .. {}, step {}\n", 1000 * step, step) + more + "}\n");
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  options.backend = driver::Backend::jit;
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
+  if (!compiled) return {};
+  const auto session =
+      driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+  for (auto& [name, weights] : session->workspace().weights()) weights.values.front() = weight;
+  EXPECT_EQ(grows_nothing(*session), !verdict_of(*session).is_above());
+  return verdict_of(*session);
+}
+
+/// |1 - (4 - w)*dt| <= 1.
+TEST(NetworkVerdict, KnowsWhatANetworkDoesInAnEquation) {
+  for (const auto& [weight, limit] : {std::pair(0.0, 0.5), {-3.0, 2.0 / 7}}) {
+    const Verdict verdict = verdict_on("lap(u) + N(u)", "", weight, 0.1);
+    ASSERT_TRUE(verdict.is_analysed()) << verdict.why;
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+    EXPECT_NEAR(verdict.limit.step, limit, 0.02 * limit);
+    EXPECT_TRUE(verdict.is_of_networks);
+    EXPECT_FALSE(verdict.is_exact);
+  }
+  const Verdict too_long = verdict_on("lap(u) + N(u)", "", -3, 0.4);
+  EXPECT_TRUE(too_long.is_above());
+  EXPECT_NEAR(too_long.growth, 1.8, 1e-3);  // |1 - 7*0.4|
+  EXPECT_FALSE(too_long.ruins_run()) << "an estimate refuses nothing";
+}
+
+/// What the network does to a state by itself is no growth of the scheme.
+TEST(NetworkVerdict, ForgivesWhatACorrectionDoes) {
+  const Verdict verdict = verdict_on("lap(u)", "  after step : u += N(u)\n", 0.5, 0.1);
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(verdict.limit.step, 0.5, 0.01);
+  EXPECT_FALSE(verdict.is_above());
+}
+
+}  // namespace
+}  // namespace dpde::stability
