@@ -181,7 +181,8 @@ TEST(References, AreKeptAndNoFinerThanNeeded) {
   EXPECT_EQ(references, 4) << "on 32, 64, 128 and 256 cells";
   const auto again = made(1e-3, 2);
   ASSERT_TRUE(again);
-  EXPECT_GT(again->uncertainty(), 0.5);
+  EXPECT_NE(again->text(), rough->text())
+      << "runs that differ by half are no reference: the scene's own scheme makes it";
 }
 
 }  // namespace
