@@ -32,6 +32,8 @@ TEST(UntilSteady, RefusesWhatItsGradientDoesNotKnow) {
   EXPECT_NE(said_of(conducting, until, "unknown initial u; " + of_end).find("initial state"), std::string::npos);
   EXPECT_NE(said_of(conducting + " + sin(t)", until, of_end).find("depends on time"), std::string::npos);
   EXPECT_NE(said_of(conducting, until + "\n  every 0.5: u = 0", of_end).find("depends on time"), std::string::npos);
+  EXPECT_NE(said_of(conducting, until + ", tolerance 1e-6", of_end + " }\nscheme c { time = bs32").find("tolerance"),
+            std::string::npos);
   EXPECT_EQ(said_of(conducting, until + "\n  after step: u = max(u, 0)", of_end), "");
   const std::string of_nothing = said_of(conducting, "time 0 .. 1, step 1/8, until steady 0", of_end);
   EXPECT_NE(of_nothing.find("must be positive"), std::string::npos);

@@ -196,18 +196,22 @@ TEST(ProgramErrors, Transforms) {
             "E0368 a multiplier has a wave number along an axis that is not there | iky");
   EXPECT_EQ(in_transform("transform u by phid(ikx) to v").substr(0, 10), "E0351 phid");
   EXPECT_EQ(in_transform("transform u by phi20(ikx) to v"), "E0368 phi20 is above phi19, the highest one | phi20");
+  EXPECT_EQ(in_transform("transform u by inverse20(ikx) to v"),
+            "E0368 inverse20 is above inverse19, the highest one | inverse20");
   EXPECT_EQ(in_transform("transform u by phi99999999999(ikx) to v").substr(0, 36),
             "E0368 phi99999999999 is above phi19,");
   for (const auto& [by, name] : {std::pair{"phi1(ikx) + 1", "phi1(ikx)"},
                                  {"nu*phi12(ikx)", "phi12(ikx)"},
                                  {"phi1(phi2(ikx))", "phi2(ikx)"},
                                  {"phi1(ikx)*phi3(ikx)", "phi3(ikx)"},
+                                 {"nu*inverse2(ikx)", "inverse2(ikx)"},
                                  {"phi4(ikx, 1)", "phi4(ikx, 1)"}}) {
     const std::string word = std::string(name).substr(0, std::string(name).find('('));
-    EXPECT_EQ(
-        complaints(fmt::format("program p {{ axes x periodic; transform u by {} to v; keep v }}", by)),
-        one("E0368 " + word + " does not begin the multiplier, or has not one argument | " + name +
-            " | write phiN(polynomial)*polynomial, and a sum as several terms: transform u by ..., u by ... to v"));
+    EXPECT_EQ(complaints(fmt::format("program p {{ axes x periodic; transform u by {} to v; keep v }}", by)),
+              one("E0368 " + word + " does not begin the multiplier, or has not one argument | " + name +
+                  " | write phiN(polynomial)*polynomial or inverseN(polynomial)*polynomial, and a sum as several "
+                  "terms: transform "
+                  "u by ..., u by ... to v"));
   }
   EXPECT_EQ(complaints("program p { axes x periodic; transform u by ikx^20 to v; keep v }").size(), 1u);
   EXPECT_EQ(in_transform("transform v by ikx to v"),

@@ -223,6 +223,16 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& w
       ->capture_default_str();
 }
 
+/// Errors under a tolerance follow that, and not the step that would be varied.
+bool has_whole_steps(Job& job, const ChartScene& scene) {
+  const model::Problem& problem = scene.session->problem();
+  if (!problem.step_control) return true;
+  job.sink().report("not-allowed-here", problem.time_origin.range,
+                    {"a tolerance for steps", "a scene of a chart or of tune, which vary the step"},
+                    "take a scene without it; dpde run --set tolerance=1e-6 tells the error of each");
+  return false;
+}
+
 bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   std::optional<driver::CompileOptions> compile = job.compile_options();
   if (!compile || !read_block(job, wishes, scene) || !find_task(job, wishes, scene)) return false;
@@ -246,7 +256,7 @@ bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   scene.options.stop = &interrupt_flag();
   const Preparing preparing(job);
   scene.session = open_scene(job, *compile, job.sink());
-  if (scene.session == nullptr || !find_common_steps(job, scene)) return false;
+  if (scene.session == nullptr || !has_whole_steps(job, scene) || !find_common_steps(job, scene)) return false;
   find_measures(job, wishes, scene);
   if (scene.reference_cells == 0) has_finite_exact(*scene.session, job.sink());
   return !job.failed();

@@ -427,7 +427,7 @@ struct Problem {
   double courant = 0;        // > 0: each step is done in as many equal parts as keep step*rate below it
   std::optional<Expr> rate;  // speed over spacing, added up over the axes; with courant
   std::optional<StepControl> step_control;
-  double steady = 0;         // > 0: the run ends where no state changes by more than that a unit of time
+  double steady = 0;  // > 0: the run ends where no state changes by more than that a unit of time
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;

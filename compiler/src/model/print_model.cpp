@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "model/build.h"
-#include "model/implicit_part.h"
 #include "model/placement.h"
 #include "model/solves.h"
 #include "network/print_network.h"

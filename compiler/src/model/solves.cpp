@@ -37,9 +37,8 @@ bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme
   const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme); };
   if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown;
   if (const Neg* neg = std::get_if<Neg>(&e->kind)) return rest(neg->operand);
-  if (const Derivative* d = std::get_if<Derivative>(&e->kind)) return is_spectral(scheme, e) && rest(d->operand);
-  if (const Advect* advect = std::get_if<Advect>(&e->kind))
-    return is_spectral(scheme, e) && std::ranges::all_of(advect->velocity, is_uniform) && rest(advect->operand);
+  if (const Derivative* d = std::get_if<Derivative>(&e->kind))
+    return d->order % 2 == 0 && is_spectral(scheme, e) && rest(d->operand);
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (b == nullptr) return false;
   switch (b->op) {

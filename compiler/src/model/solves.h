@@ -13,8 +13,9 @@ std::vector<const Solve*> solves_of(const Problem& problem);
 
 /// Whether derivatives by Fourier series are in its operator.
 bool holds_waves(const Solve& solve, const Scheme& scheme);
-/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, with
-/// coefficients that are the same everywhere.
+/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, of even
+/// orders, with coefficients that are the same everywhere. A wave of two cells is that of k and of -k: what odd orders
+/// make of it is their mean, so that the operator's inverse would not be the mean of the inverses.
 bool is_of_waves(const Solve& solve, const Scheme& scheme);
 
 /// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.

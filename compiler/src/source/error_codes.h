@@ -218,7 +218,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "and rounding becomes {} of the state"},
     {"W0808", "walks-over-limit", Severity::warning,
      "at iteration {} the step {} is above {}, the largest stable one with {}"},
-    {"E0811", "exact-not-finite", Severity::error, "the exact solution of {} is not finite at t = {}"},
+    {"E0812", "exact-not-finite", Severity::error, "the exact solution of {} is not finite at t = {}"},
     {"W0801", "grown", Severity::warning, "{} has grown from {} to {}: the step may be too large for the scheme"},
     {"W0901", "not-finite-in-plot", Severity::warning, "{} of the {} values of {} are not finite and left out"},
     {"W0902", "data-of-other-parameter", Severity::warning, "{} was made with {} = {}, scene {} has {}"},

@@ -273,12 +273,12 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
   if (varies || sampler.varies_in_space()) {
     for (ScenePoint& point : heaviest_points(session, linear, sampler, varies)) add(std::move(point));
   }
-  for (const model::Control& control : session.problem().controls) {
+  for (const auto& [name, control] : session.workspace().controls()) {
     const auto [low, high] = std::ranges::minmax(control.values);
     const std::vector<ScenePoint> before = result;
     for (ScenePoint point : before) {
       for (const double value : {low, high}) {
-        point.point.params[control.name] = value;
+        point.point.params[name] = value;
         add(point);
       }
     }

@@ -32,8 +32,8 @@ std::string key_of(driver::Session& session) {
     add(session.workspace().dense(coefficient.name));
   std::string key = fmt::format("verdict\n{} steps, fields {:x}\n", session.steps(), fields);
   for (const auto& [name, value] : session.workspace().params()) key += fmt::format("{} = {}\n", name, value);
-  for (const model::Control& control : session.problem().controls) {
-    for (const double value : control.values) key += fmt::format("{}: {}\n", control.name, value);
+  for (const auto& [name, control] : session.workspace().controls()) {
+    for (const double value : control.values) key += fmt::format("{}: {}\n", name, value);
   }
   return key + print(session.problem()) + print(session.compiled().stencil);
 }

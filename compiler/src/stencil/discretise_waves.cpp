@@ -36,13 +36,13 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
     }
     const std::vector<WavePart> operation = wave_parts(solve->operation, wave_reading());
     require(operation.size() == 1, "the operator holds the unknown alone");
-    for (const WavePart& right : wave_parts(solve->right, wave_reading())) {
-      const Expr product = part.symbol * right.symbol;
-      const auto polynomial = polynomial_of(product);
-      const Multiplier by{{WaveFunction::Kind::inverse, 1},
-                          operation.front().symbol,
-                          polynomial ? expression_of(*polynomial) : product,
-                          false};
+    std::vector<WavePart> rights = wave_parts(solve->right, wave_reading());
+    // Of a wave of two cells the mean of a product is not the product of the means: derivatives stay by themselves.
+    const auto has_waves = [](const WavePart& right) { return holds_wave_number(right.symbol); };
+    if (std::ranges::any_of(rights, has_waves)) rights = {{solve->right, 1.0}};
+    for (const WavePart& right : rights) {
+      const Multiplier by{
+          {WaveFunction::Kind::inverse, 1}, operation.front().symbol, right.symbol * part.symbol, false};
       transform.terms.push_back({stored_operand(right.operand, {}), by});
     }
   }

@@ -33,7 +33,6 @@ class Tangent {
     session_->engine().begin_at(on.times.front());
     RolloutSetup setup = session_->setup();
     setup.step = session_->compiled().program(tangent.program);
-    setup.trial = nullptr;
     setup.steps = steps;
     rollout_ = std::make_unique<Rollout>(std::move(setup));
     for (int s = 0; s < rollout_->state_count(); ++s) {
@@ -139,10 +138,11 @@ std::unique_ptr<GrowthScene> GrowthScene::open(const driver::Compiled& own, cons
 std::vector<double> GrowthScene::rates(const files::Trajectories& on, int steps, const UnknownValues& values,
                                        const BatchOptions& options) const {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
+  std::vector<double> rates(on.runs.size(), std::nan(""));
+  if (compiled_->problem->step_control) return rates;  // its steps have parts, which a tangent alone does not choose
   std::deque<Tangent> tangents;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
     tangents.emplace_back(source_, compiled_, on, steps, values, options);
-  std::vector<double> rates(on.runs.size());
   Team(static_cast<int>(tangents.size())).run(runs, [&](std::int64_t run, int thread) {
     rates[static_cast<std::size_t>(run)] = tangents[static_cast<std::size_t>(thread)].rate(static_cast<int>(run));
   });

@@ -129,7 +129,7 @@ typedef struct dpde_scene {
   const dpde_program* rate; /* null: steps are made whole. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
   double courant;
   const char* rate_field;    /* that `rate` keeps */
-  const dpde_program* trial; /* null: steps have no tolerance. Else see RolloutSetup::control */
+  const dpde_program* trial; /* null: steps have no tolerance. Else see RolloutSetup::trial */
   dpde_step_control control;
   int32_t state_count;
   const dpde_source* states; /* has_formula: of the initial state */

@@ -52,8 +52,8 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   if (holds_waves(solved, scheme) && !is_of_waves(solved, scheme)) {
     draft.sink.report(
         "solve-does-not-fit", range,
-        {name, "by Fourier series all its derivatives are such, and their coefficients the same everywhere"},
-        "take dx, lap and advect = spectral, or central(2), ... for all of them");
+        {name, "by Fourier series its derivatives are of even orders, with coefficients that are the same everywhere"},
+        "take lap = spectral and no dx of it, or dx, lap and advect = central(2), ... in the scheme");
     return;
   }
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};

@@ -88,6 +88,10 @@ void check_steady(Draft& draft) {
     draft.sink.report("not-allowed-here", written.range(),
                       {"until steady", "a scene with controls, which vary in time"},
                       "make them parameters and coefficients");
+  if (draft.problem.step_control)
+    draft.sink.report("not-allowed-here", written.range(),
+                      {"until steady", "a scene whose steps follow a tolerance, which are not all the same"},
+                      "leave the tolerance out, or run for a given time");
   draft.problem.steady = *tolerance;
   if (draft.problem.task) check_task(draft, *draft.problem.task);
 }

@@ -25,7 +25,8 @@ std::optional<double> tolerance_of(Draft& draft, const ast::TimeItem* time) {
   if (!is_set) return positive(draft, time ? time->tolerance : std::nullopt, "tolerance", 0);
   const auto value = number_setting(draft, "tolerance");
   if (!value || *value > 0) return value;
-  draft.sink.report("bad-step", {}, {"tolerance", fmt::format("{}", *value)});
+  draft.sink.report("bad-step", time && time->tolerance ? time->tolerance->range() : SourceRange{},
+                    {"tolerance", fmt::format("{}", *value)});
   return std::nullopt;
 }
 

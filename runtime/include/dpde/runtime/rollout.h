@@ -34,6 +34,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/progress.h"
@@ -101,7 +102,9 @@ struct StepRecord {
     ends.clear();
   }
   bool has(int step) const { return step >= first && static_cast<std::size_t>(step - first) < ends.size(); }
+  /// @throws Error(run) where that step is not in it.
   std::span<const PartOfStep> of(int step) const {
+    if (!has(step)) throw Error(ErrorKind::run, "the parts of this step are not recorded");
     const auto number = static_cast<std::size_t>(step - first);
     const std::size_t begin = number == 0 ? 0 : ends[number - 1];
     return std::span(parts).subspan(begin, ends[number] - begin);
@@ -203,9 +206,9 @@ struct Steady {
 
 struct RunResult {
   std::optional<Steady> steady;  // of runs until steady that were neither stopped nor blown up
-  int64_t parts = 0;    // how many steps were made, where a Courant number or a tolerance splits them
-  int64_t refused = 0;  // parts whose estimated error was too large
-  int steps_done = 0;   // the number of the state that final_states() holds
+  int64_t parts = 0;             // how many steps were made, where a Courant number or a tolerance splits them
+  int64_t refused = 0;           // parts whose estimated error was too large
+  int steps_done = 0;            // the number of the state that final_states() holds
   bool stopped = false;
   std::optional<BlowUp> blow_up;  // final_states() is then the last finite state
   double seconds = 0;
