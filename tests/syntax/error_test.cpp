@@ -54,7 +54,7 @@ TEST(Errors, SuggestTheWordThatWasMeant) {
       "1:32 E0207 'cels' is not an option of grid | did you mean cells? understood here: cells, periodic, stretched\n");
   EXPECT_EQ(problems_of("scene s : m { time 0 .. 1, every 3 }"),
             "1:28 E0207 'every' is not an option of time | understood here: step, courant, speed, tolerance, absolute, "
-            "first\n");
+            "first, until steady\n");
   EXPECT_EQ(problems_of("model m { initial u = 0 }"),
             "1:11 E0203 'initial' is not understood in a model | initial belongs in a scene; " + model_words + "\n");
 }
