@@ -36,6 +36,7 @@ bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, 
   return true;
 }
 
+/// For plans of memory alone: of what makes the steps only what needs room is in it.
 RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& compiled) {
   RolloutSetup setup;
   setup.step = tables.find(compiled.step_name());

@@ -27,7 +27,6 @@ std::map<std::string, double> numbers_of(const driver::Session& session) {
   for (const auto& [name, value] : session.workspace().params()) numbers[name] = value;
   for (const model::Axis& axis : session.axes()) {
     numbers["h" + axis.name] = axis.spacing();
-    numbers["cells." + axis.name] = axis.cells;
     cells *= axis.cells;
   }
   numbers["cells"] = cells;
@@ -103,6 +102,7 @@ class Sampler {
     const std::array<std::size_t, 3> place = place_of(cell);
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
       const model::Axis& axis = session_.axes()[a];
+      result.point.cells[a] = axis.cells;
       result.point.place[a] = axis.low + (static_cast<double>(place[a]) + 0.5) * axis.spacing();
     }
     if (!varied_.empty() || reads_places_) {

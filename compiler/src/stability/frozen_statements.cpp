@@ -30,8 +30,7 @@ void Evaluation::reduce(const Reduce& reduce) {
   double cells = 1;
   for (std::size_t axis = 0; axis < by.means.size(); ++axis) {
     by.means[axis] = is_of_all || reduce.over[axis];
-    const auto along = point_.params.find(std::string("cells.").append(1, "xyz"[axis]));
-    if (by.means[axis] && along != point_.params.end()) cells *= along->second;
+    if (by.means[axis]) cells *= point_.cells[axis];
   }
   const double factor = reduce.kind == Reduction::sum ? cells : 1;
   Value result{field.number * factor};

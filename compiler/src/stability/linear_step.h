@@ -31,6 +31,7 @@ struct FrozenPoint {
   std::map<std::string, FrozenValue> fields;
   std::map<std::string, double> params;
   std::array<double, 3> place{};
+  std::array<double, 3> cells{1, 1, 1};  // of the grid
 };
 
 /// One row a state, in the order of LinearStep::states(). Component most_states + i is waves[i], made of those before.

@@ -85,6 +85,7 @@ class Networks {
     std::size_t rest = cell;
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
       const auto n = static_cast<std::size_t>(session_.axes()[a].cells);
+      point.cells[a] = session_.axes()[a].cells;
       point.place[a] = session_.axes()[a].centre(static_cast<std::int64_t>(rest % n));
       rest /= n;
     }

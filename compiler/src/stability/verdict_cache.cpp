@@ -85,6 +85,7 @@ class Reader {
 FrozenPoint read_point(Reader& reader) {
   FrozenPoint point;
   for (double& place : point.place) place = reader.number();
+  for (double& cells : point.cells) cells = reader.number();
   const double fields = reader.number(), params = reader.number();
   for (int i = 0; i < fields && reader.is_good(); ++i) {
     FrozenValue& field = point.fields[reader.word()];
@@ -101,6 +102,7 @@ FrozenPoint read_point(Reader& reader) {
 std::string text_of(const FrozenPoint& point) {
   std::string text;
   for (const double place : point.place) text += fmt::format("{} ", place);
+  for (const double cells : point.cells) text += fmt::format("{} ", cells);
   text += fmt::format("{} {}\n", point.fields.size(), point.params.size());
   for (const auto& [name, field] : point.fields)
     text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);

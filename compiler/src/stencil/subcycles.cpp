@@ -15,9 +15,6 @@ namespace {
 
 using Fields = std::map<std::string, std::string>;  // what stands for a state
 
-constexpr double fractions[] = {0,   0.5,  1,   0.2,
-                                0.3, 0.75, 0.8, 8.0 / 9};  // of a part, where time schemes look at other states
-
 class Subcycles {
  public:
   Subcycles(Lowering& lowering, std::string name) : lowering_(lowering), name_(std::move(name)) {}
@@ -41,7 +38,8 @@ class Subcycles {
       block.carries.push_back({advance.state, next, std::exchange(advance.into, next)});
     }
     Kernel between = lowering_.kernel(lowering_.problem().scene + "_between");
-    for (const double fraction : fractions) part.others[fraction] = between_at(part.time(fraction), advances, between);
+    for (const double fraction : stage_times(lowering_.problem().scheme.time))
+      part.others[fraction] = between_at(part.time(fraction), advances, between);
     const std::string own = without_dots(lowering_.problem().scene + "_" + advances.front().state + "_part");
     std::vector<Stage> stages = time_stages(lowering_, advances, own, own, part);
     std::erase_if(between.stores, [&](const Store& store) { return !is_read(store.field, stages); });
@@ -64,7 +62,7 @@ class Subcycles {
     return fields;
   }
 
-  /// Schemes do not look at all of these times.
+  /// A scheme does not look at all of its times.
   static bool is_read(const std::string& field, const std::vector<Stage>& stages) {
     return std::ranges::any_of(stages, [&](const Stage& stage) {
       return std::ranges::any_of(reads_of(stage), [&](const Signature::Read& read) { return read.field == field; });

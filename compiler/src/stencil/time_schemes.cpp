@@ -89,6 +89,30 @@ constexpr StageRow dormand_prince_embedded = {1,
                                                 {5, 0, 803.0 / 4200},
                                                 {6, 0, 17.0 / 25}}}};
 
+/// Empty where a scheme is none of rows alone.
+Tableau tableau_of(model::TimeScheme time) {
+  switch (time) {
+    case model::TimeScheme::euler: return euler;
+    case model::TimeScheme::rk2: return midpoint_rule;
+    case model::TimeScheme::rk4: return runge_kutta_4;
+    case model::TimeScheme::ssp_rk3: return shu_osher_3;
+    case model::TimeScheme::bs32: return bogacki_shampine;
+    case model::TimeScheme::dopri5: return dormand_prince;
+    case model::TimeScheme::verlet:
+    case model::TimeScheme::ab2:
+    case model::TimeScheme::ab3:
+    case model::TimeScheme::leapfrog:
+    case model::TimeScheme::etdrk2:
+    case model::TimeScheme::etdrk4:
+    case model::TimeScheme::backward_euler:
+    case model::TimeScheme::crank_nicolson:
+    case model::TimeScheme::imex_euler:
+    case model::TimeScheme::ars222:
+    case model::TimeScheme::ars443: return {};
+  }
+  unreachable("time scheme");
+}
+
 /// The value a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
 
@@ -290,36 +314,30 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
   const auto by = [&](Tableau tableau) {
     return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name, part, fields);
   };
-  switch (lowering.problem().scheme.time) {
-    case model::TimeScheme::euler: return by(euler);
-    case model::TimeScheme::rk2: return by(midpoint_rule);
-    case model::TimeScheme::rk4: return by(runge_kutta_4);
-    case model::TimeScheme::ssp_rk3: return by(shu_osher_3);
-    case model::TimeScheme::bs32: return by(bogacki_shampine);
-    case model::TimeScheme::dopri5: return by(dormand_prince);
-    case model::TimeScheme::verlet: return velocity_verlet(lowering, advances, prefix, part);
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::ab3:
-    case model::TimeScheme::leapfrog: break;
-    case model::TimeScheme::etdrk2:
-    case model::TimeScheme::etdrk4: break;
-    case model::TimeScheme::backward_euler:
-    case model::TimeScheme::crank_nicolson:
-    case model::TimeScheme::imex_euler:
-    case model::TimeScheme::ars222:
-    case model::TimeScheme::ars443: return implicit_stages(lowering, advances, name, part.is_projected);
+  const model::TimeScheme time = lowering.problem().scheme.time;
+  if (const Tableau tableau = tableau_of(time); !tableau.empty()) return by(tableau);
+  if (time == model::TimeScheme::verlet) return velocity_verlet(lowering, advances, prefix, part);
+  require(model::is_implicit(time), "multi-step and exponential schemes have stages of their own");
+  return implicit_stages(lowering, advances, name, part.is_projected);
+}
+
+std::vector<double> stage_times(model::TimeScheme time) {
+  std::vector<double> times{0, 0.5, 1};
+  for (const StageRow& row : tableau_of(time)) {
+    if (std::ranges::find(times, row.time) == times.end()) times.push_back(row.time);
   }
-  unreachable("time scheme");
+  return times;
 }
 
 std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Advance>& advances,
                                         const std::string& name, const std::string& prefix) {
-  const bool is_third = lowering.problem().scheme.time == model::TimeScheme::bs32;
+  const model::TimeScheme time = lowering.problem().scheme.time;
+  require(model::estimates_error(time), "a pair of results");
+  const StageRow& other = time == model::TimeScheme::bs32 ? bogacki_shampine_embedded : dormand_prince_embedded;
   const StepPart part;
   const Stages stages(lowering, advances, prefix, part);
   FieldsOfStages fields;
-  std::vector<Stage> result =
-      stages_of(lowering, is_third ? Tableau(bogacki_shampine) : dormand_prince, stages, name, part, fields);
+  std::vector<Stage> result = stages_of(lowering, tableau_of(time), stages, name, part, fields);
   fields.push_back(stages.results());
   FieldsOfStates embedded;
   for (const Advance& advance : advances) {
@@ -327,9 +345,9 @@ std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Ad
     if (stages.is_at_rest(advance) || std::ranges::any_of(lowering.problem().projections, gives_it)) continue;
     embedded[advance.state] = lowering.field_beside(advance.state, "embedded");
   }
-  std::ranges::move(stages_of_row(lowering, is_third ? bogacki_shampine_embedded : dormand_prince_embedded, stages,
-                                  fields, prefix + "_embedded", embedded, 1, part.is_projected),
-                    std::back_inserter(result));
+  std::ranges::move(
+      stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, 1, part.is_projected),
+      std::back_inserter(result));
   result.push_back({kernel_of_error(lowering, prefix + "_error", stages.results(), embedded), stages.end(), {}});
   return result;
 }

@@ -45,6 +45,9 @@ struct StepPart {
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part = {});
 
+/// When its stages look at other states, from 0 to 1: those of its rows too.
+std::vector<double> stage_times(model::TimeScheme time);
+
 /// The same of an embedded pair, with a kernel behind it whose only sum says how large the error is: over all cells
 /// that of the square of the estimated error over the tolerated one, the mean over the states. The pair's other result
 /// is a stage like the others.
