@@ -6,6 +6,13 @@
 
 namespace dpde::loop {
 
+Operation::Operation() = default;
+Operation::Operation(const Operation& other) = default;
+Operation::Operation(Operation&& other) noexcept = default;
+Operation& Operation::operator=(const Operation& other) = default;
+Operation& Operation::operator=(Operation&& other) noexcept = default;
+Operation::~Operation() = default;
+
 Expr::Expr(double value) : node_(std::make_shared<const Node>(Node{Literal{value}})) {}
 Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
 

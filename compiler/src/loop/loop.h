@@ -255,7 +255,7 @@ struct Sweep {
 };
 struct Solve;
 struct Repeat;
-using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Solve, Repeat>;
+struct Operation;
 /// `unknowns` become what gives `rights` where the body makes `images` of them.
 struct Solve {
   std::vector<std::string> images, rights, unknowns;
@@ -265,7 +265,7 @@ struct Solve {
   std::vector<std::string> coefficients;  // the fields that the body reads beside the unknowns
   std::vector<std::string> params;        // and parameters and counters
   bool is_linear = true;
-  std::vector<Operation> step = {};  // of one that is not: a linear solve for the change of the unknowns
+  std::vector<Operation> step;  // of one that is not: a linear solve for the change of the unknowns
   bool operator==(const Solve& other) const;
 };
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
@@ -288,6 +288,16 @@ struct Repeat {
   int counter = -1;  // index into Module::counters: the number of the pass
   bool is_backwards = false;
   bool operator==(const Repeat& other) const;
+};
+/// A class of its own, and not another name, so that copies of all kinds are compiled once, in loop.cpp.
+struct Operation : std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Solve, Repeat> {
+  using variant::variant;
+  Operation();
+  Operation(const Operation& other);
+  Operation(Operation&& other) noexcept;
+  Operation& operator=(const Operation& other);
+  Operation& operator=(Operation&& other) noexcept;
+  ~Operation();
 };
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&

@@ -13,6 +13,13 @@
 
 namespace dpde::stencil {
 
+Statement::Statement() = default;
+Statement::Statement(const Statement& other) = default;
+Statement::Statement(Statement&& other) noexcept = default;
+Statement& Statement::operator=(const Statement& other) = default;
+Statement& Statement::operator=(Statement&& other) noexcept = default;
+Statement::~Statement() = default;
+
 namespace {
 
 using Names = std::vector<std::string>;

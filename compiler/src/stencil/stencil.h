@@ -314,7 +314,7 @@ struct Run {
 };
 struct Solve;
 struct Repeat;
-using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Solve, Repeat>;
+struct Statement;
 /// `unknowns` become what the block has to read there to make `images` equal to `rights`, as many of each.
 struct Solve {
   std::vector<std::string> images, rights, unknowns;
@@ -324,7 +324,7 @@ struct Solve {
   bool is_linear = true;
   /// Of one that is not, where it is known (adjoint/newton_steps.h): a linear solve with what is left of `rights` for
   /// what is to be added to the unknowns.
-  std::vector<Statement> step = {};
+  std::vector<Statement> step;
   bool operator==(const Solve& other) const;
 };
 
@@ -357,6 +357,16 @@ struct Repeat {
   std::vector<Stacked> loads = {};
   Counter counter = {};
   bool operator==(const Repeat& other) const;
+};
+/// A class of its own, and not another name, so that copies of all kinds are compiled once, in signature.cpp.
+struct Statement : std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Run, Solve, Repeat> {
+  using variant::variant;
+  Statement();
+  Statement(const Statement& other);
+  Statement(Statement&& other) noexcept;
+  Statement& operator=(const Statement& other);
+  Statement& operator=(Statement&& other) noexcept;
+  ~Statement();
 };
 
 struct Program {
