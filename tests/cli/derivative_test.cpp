@@ -286,8 +286,8 @@ task speed : one { unknown initial u; unknown c; minimise mean(u^2) + mean((u - 
 task wall : one { unknown A; minimise mean((u - 0.2)^2) over time }
 )");
   for (const char* arguments :
-       {"two", "three", "speed", "wall", "speed --backend interpreter", "two --backend cpp", "two --set real=f32"}) {
-    for (const char* advect : {"maccormack", "semi_lagrangian_cubic"}) {
+       {"two", "three", "speed", "wall", "speed --backend interpreter", "speed --backend cpp", "two --set real=f32"}) {
+    for (const std::string advect : {"maccormack", "semi_lagrangian_cubic"}) {
       const Outcome verified = dpde(std::string("verify carry.dpde --json ") + arguments + " --set advect=" + advect);
       EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
     }

@@ -54,7 +54,7 @@ std::string line(const std::string& factor, int cells, const std::string& low = 
 /// In one per cent of the axis, in the first and in the last cell, in one in the middle; in few and very many cells, on
 /// small and large axes.
 TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
-  for (const int cells : {1, 2, 3, 128, 3000, 50000}) {
+  for (const int cells : {1, 3, 128, 50000}) {
     const std::string h = std::to_string(1.0 / cells);
     EXPECT_EQ(code_of(line("1", cells)), "");
     EXPECT_EQ(code_of(line("if(x < 2, 1, 1.5)", cells)), "") << "nowhere";

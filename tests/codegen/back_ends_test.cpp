@@ -17,6 +17,7 @@
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 #include "support/program_run.h"
+#include "support/setting.h"
 
 namespace dpde {
 namespace {
@@ -123,9 +124,13 @@ std::shared_ptr<codegen::CompiledModule> by_cpp(const loop::Module& module) {
 
 TEST(BackEnds, JitAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_jit); }
 TEST(BackEnds, JitAgreesWithTheInterpreterInSinglePrecision) { expect_all_agree(Precision::f32, by_jit); }
-TEST(BackEnds, CompiledCppAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_cpp); }
-/// The text differs from that in f64 by its type and its literals; a compiler takes a second for each.
-TEST(BackEnds, CompiledCppAgreesWithTheInterpreterInSinglePrecision) { expect_all_agree(Precision::f32, by_cpp, 6); }
+/// A compiler takes a second for each; the random programs are compiled by it too.
+TEST(BackEnds, CompiledCppAgreesWithTheInterpreter) {
+  expect_all_agree(Precision::f64, by_cpp, testing::is_thorough() ? 1 : 3);
+}
+TEST(BackEnds, CompiledCppAgreesWithTheInterpreterInSinglePrecision) {
+  expect_all_agree(Precision::f32, by_cpp, testing::is_thorough() ? 1 : 8);
+}
 
 }  // namespace
 }  // namespace dpde

@@ -17,12 +17,6 @@ std::string scene_of(const std::string& of, const std::string& lines) {
          "\n  time 0 .. 1, step 1/8\n}\n";
 }
 
-std::string message(const std::string& text) {
-  const Outcome outcome = outcome_of(text);
-  if (outcome.diagnostics.size() != 1) return outcome.code_and_hint();
-  return outcome.diagnostics[0].message + " | " + outcome.diagnostics[0].hint;
-}
-
 TEST(Coupling, GivesTheFieldOfOneModelToTheOther) {
   const Problem p = problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1"));
   EXPECT_EQ(p.model, "flow, tracer");

@@ -10,7 +10,7 @@ std::string with(const std::string& definitions, const std::string& rhs, int axe
   return print(*problem_of(definitions + text_with(rhs, axes)).states.at(0).rhs);
 }
 
-std::string message(const std::string& definitions, const std::string& rhs, int axes = 1) {
+std::string message_at(const std::string& definitions, const std::string& rhs, int axes = 1) {
   const Outcome outcome = outcome_of(definitions + text_with(rhs + " + 0*w*k*c", axes));
   if (outcome.diagnostics.size() != 1) return outcome.code_and_hint();
   return outcome.diagnostics[0].message + " | " + outcome.diagnostics[0].hint;
@@ -45,25 +45,25 @@ TEST(Operators, ReadNeighbours) {
 }
 
 TEST(Functions, ThatAreWrongAreRefused) {
-  EXPECT_EQ(message("function f(a) = f(a)\n", "f(u)"),
+  EXPECT_EQ(message_at("function f(a) = f(a)\n", "f(u)"),
             "function f is defined by itself: f -> f | functions are put in where they are called");
-  EXPECT_EQ(message("function f(a) = a + k\n", "f(u)"), "k is not known here | known here: a");
-  EXPECT_EQ(message("function f(apple) = aple\n", "f(u)"), "aple is not known here | did you mean apple?");
-  EXPECT_EQ(message("function f(a, a) = a\n", "u"), "parameter a is given twice | ");
-  EXPECT_EQ(message("function f(a) = a\nfunction f(b) = b\n", "u"), "f is given twice | ");
-  EXPECT_EQ(message("function sin(a) = a\n", "u"),
+  EXPECT_EQ(message_at("function f(a) = a + k\n", "f(u)"), "k is not known here | known here: a");
+  EXPECT_EQ(message_at("function f(apple) = aple\n", "f(u)"), "aple is not known here | did you mean apple?");
+  EXPECT_EQ(message_at("function f(a, a) = a\n", "u"), "parameter a is given twice | ");
+  EXPECT_EQ(message_at("function f(a) = a\nfunction f(b) = b\n", "u"), "f is given twice | ");
+  EXPECT_EQ(message_at("function sin(a) = a\n", "u"),
             "sin has a meaning of its own and cannot name a function | choose another name");
-  EXPECT_EQ(message("function f(a) = a\n", "f(u, 2)"), "f takes 1 argument, not 2 | ");
-  EXPECT_EQ(message("function fluxes(a) = a\n", "fluxs(u)"),
+  EXPECT_EQ(message_at("function f(a) = a\n", "f(u, 2)"), "f takes 1 argument, not 2 | ");
+  EXPECT_EQ(message_at("function fluxes(a) = a\n", "fluxs(u)"),
             "there is no function called fluxs | did you mean fluxes?");
-  EXPECT_EQ(message("function f(a) = a[+1]\n", "f(u)"),
+  EXPECT_EQ(message_at("function f(a) = a[+1]\n", "f(u)"),
             "the neighbour a[...] cannot appear in a formula | neighbours are read in kernels and operators; formulas "
             "have dx, lap and the like");
-  EXPECT_EQ(message("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"),
+  EXPECT_EQ(message_at("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"),
             "the neighbour x[...] cannot appear in an operator | neighbours are those of its parameters");
-  EXPECT_EQ(message("operator o(a) order 1 = (a[+1] - a)/hx\n", "o(u)", 2),
+  EXPECT_EQ(message_at("operator o(a) order 1 = (a[+1] - a)/hx\n", "o(u)", 2),
             "expected 2 offsets but this has 1 | the scene has 2 axes");
-  EXPECT_EQ(message("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"),
+  EXPECT_EQ(message_at("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"),
             "99 cells is not a distance between -64 and 64 | ");
 }
 
@@ -74,7 +74,7 @@ TEST(Functions, ThatExplodeAreStopped) {
     definitions += "function f" + std::to_string(i) + "(a) = 0*f" + std::to_string(i - 1) + "(a) + 0*f" +
                    std::to_string(i - 1) + "(a)\n";
   }
-  EXPECT_EQ(message(definitions, "f40(u)"),
+  EXPECT_EQ(message_at(definitions, "f40(u)"),
             "the expression is too large once its lets and operators are spelled out | call fewer functions inside one "
             "another");
 }

@@ -54,6 +54,13 @@ inline std::string refusal_of(const std::string& text, const std::map<std::strin
   return outcome.problem ? "" : outcome.diagnostics.front().message + ": " + outcome.code_and_hint();
 }
 
+/// Message and hint of a text with one mistake.
+inline std::string message(const std::string& text) {
+  const Outcome outcome = outcome_of(text);
+  if (outcome.diagnostics.size() != 1) return outcome.code_and_hint();
+  return outcome.diagnostics[0].message + " | " + outcome.diagnostics[0].hint;
+}
+
 /// Of a text without errors.
 inline Problem problem_of(const std::string& text, const Selection& selection = {}) {
   Outcome outcome = outcome_of(text, selection);

@@ -26,11 +26,6 @@ std::string equations(const std::string& of_u, const std::string& of_p, int axes
   return text;
 }
 
-std::string message(const std::string& text) {
-  const Outcome outcome = outcome_of(text);
-  if (outcome.diagnostics.size() != 1) return outcome.code_and_hint();
-  return outcome.diagnostics[0].message + " | " + outcome.diagnostics[0].hint;
-}
 std::string message_of(const std::string& of_u, const std::string& of_p, int axes = 2,
                        const std::string& model_lines = "") {
   return message(vector_text(of_u, of_p, axes, "", model_lines));

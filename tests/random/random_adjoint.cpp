@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "adjoint/adjoint.h"
+#include "random/random_expression.h"
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 
@@ -51,12 +52,6 @@ Module lone_program(const Kernel& kernel) {
 Expr without_locals(const Expr& e, const std::map<std::string, Expr>& values) {
   if (const Local* l = std::get_if<Local>(&e->kind)) return values.at(l->name);
   return map_children(e, [&](const Expr& child) { return without_locals(child, values); });
-}
-
-int node_count(const Expr& e) {
-  int count = 0;
-  visit(e, [&](const Expr&) { ++count; });
-  return count;
 }
 
 /// The one value that the derived program stores or adds up, with its lets written out.

@@ -230,4 +230,10 @@ Expr ExpressionGenerator::stored() {
   }
 }
 
+int node_count(const Expr& e) {
+  int count = 0;
+  visit(e, [&](const Expr&) { ++count; });
+  return count;
+}
+
 }  // namespace dpde::testing

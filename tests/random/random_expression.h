@@ -64,4 +64,6 @@ class ExpressionGenerator {
   const Scope& scope_;
 };
 
+int node_count(const stencil::Expr& e);
+
 }  // namespace dpde::testing

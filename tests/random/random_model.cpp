@@ -17,9 +17,9 @@ namespace {
 
 constexpr double step = 0.02;
 
-class Builder {
+class ModelBuilder {
  public:
-  explicit Builder(std::uint64_t seed)
+  explicit ModelBuilder(std::uint64_t seed)
       : random_(seed),
         ties_(~seed ^ 0xd6e8feb86659fd93),
         lines_(~seed ^ 0x8ebc6af09c88c6e3),
@@ -66,7 +66,7 @@ class Builder {
   void grids(Part& scene);
   void values(Part& scene);
   void boundaries(Part& scene);
-  Part side(const Quantity& quantity, int component, std::size_t axis);
+  Part side(const Quantity& quantity, std::size_t axis);
   Part wall_formula(std::size_t axis);
   void events(Part& scene);
   void duration(Part& scene);
@@ -109,7 +109,7 @@ class Builder {
   bool has_ties_ = false;  // fields have mirror images beyond walls then, more often
 };
 
-void Builder::choose_axes() {
+void ModelBuilder::choose_axes() {
   const int rank = 1 + random_.weighted({50, 35, 15});
   for (int axis = 0; axis < rank; ++axis) {
     Axis made{std::string(1, "xyz"[axis]), random_.percent(50), random_.percent(6)};
@@ -118,7 +118,7 @@ void Builder::choose_axes() {
   steps_ = 1 + random_.below(4);
 }
 
-void Builder::declare_rated(Part& model) {
+void ModelBuilder::declare_rated(Part& model) {
   const std::vector<std::string> names = {"u", "v", "c"};
   const bool staggers = random_.percent(30);
   for (int i = 0, count = 1 + random_.weighted({4, 4, 2}); i < count; ++i) {
@@ -146,7 +146,7 @@ void Builder::declare_rated(Part& model) {
   }
 }
 
-void Builder::declare_given(Part& model) {
+void ModelBuilder::declare_given(Part& model) {
   if (random_.percent(40)) coefficients_.push_back({"k"});
   if (random_.percent(20)) coefficients_.push_back({"w", true});
   if (random_.percent(15)) control_fields_.push_back({"G"});
@@ -166,7 +166,7 @@ void Builder::declare_given(Part& model) {
   }
 }
 
-void Builder::declare(Part& model) {
+void ModelBuilder::declare(Part& model) {
   declare_rated(model);
   declare_given(model);
   for (const char* name : {"a", "nu", "b"}) {
@@ -183,7 +183,7 @@ void Builder::declare(Part& model) {
   names_.reductions = random_.percent(25);
 }
 
-Part Builder::functions() {
+Part ModelBuilder::functions() {
   Part all;
   const auto put = [&](const std::string& text) {
     all.text += "@";
@@ -215,7 +215,7 @@ Part Builder::functions() {
 }
 
 /// A choice between neighbours, of the fields that lie where this one does.
-void Builder::add_tie(const Rated& rated, std::vector<Part>& terms) {
+void ModelBuilder::add_tie(const Rated& rated, std::vector<Part>& terms) {
   if (!has_ties_ || !ties_.percent(70)) return;
   std::vector<std::string> fields;
   for (const Rated& other : rated_) {
@@ -225,7 +225,7 @@ void Builder::add_tie(const Rated& rated, std::vector<Part>& terms) {
   terms.push_back(tie_term(ties_, rated.quantity.name, fields));
 }
 
-Part Builder::sum_of(std::vector<Part> terms) {
+Part ModelBuilder::sum_of(std::vector<Part> terms) {
   Part sum = std::move(terms[0]);
   for (std::size_t i = 1; i < terms.size(); ++i) {
     const char* form = random_.percent(60) ? "@ + @" : "@ - @";
@@ -234,7 +234,7 @@ Part Builder::sum_of(std::vector<Part> terms) {
   return sum;
 }
 
-Part Builder::right_side(const Rated& rated) {
+Part ModelBuilder::right_side(const Rated& rated) {
   const Quantity& q = rated.quantity;
   std::vector<Part> terms;
   if (scheme_.solves && q.name == rated_.front().quantity.name)
@@ -252,7 +252,7 @@ Part Builder::right_side(const Rated& rated) {
   return moves ? expression("-advect(@, " + q.name + ") + @", {expressions_.velocity(), std::move(sum)}) : sum;
 }
 
-Part Builder::right_side_of_vector(const Rated& rated) {
+Part ModelBuilder::right_side_of_vector(const Rated& rated) {
   const Quantity& q = rated.quantity;
   std::vector<Part> terms;
   for (int count = 1 + random_.below(2); count > 0; --count) terms.push_back(expressions_.vector_term(q));
@@ -261,7 +261,7 @@ Part Builder::right_side_of_vector(const Rated& rated) {
                              : sum;
 }
 
-void Builder::equations(Part& model) {
+void ModelBuilder::equations(Part& model) {
   if (random_.percent(20)) {
     const Quantity& like = any(rated_).quantity;
     if (!like.is_vector) {
@@ -287,7 +287,7 @@ void Builder::equations(Part& model) {
 }
 
 /// Long enough for steps to be stable on up to 11 cells, which certificates take.
-void Builder::grids(Part& scene) {
+void ModelBuilder::grids(Part& scene) {
   constexpr int most[] = {9, 5, 4};
   for (const Axis& axis : names_.axes) {
     const int cells = 1 + random_.below(most[rank() - 1]);
@@ -301,7 +301,7 @@ void Builder::grids(Part& scene) {
 }
 
 /// Of what is the same along the axis, as it is at a wall.
-Part Builder::wall_formula(std::size_t axis) {
+Part ModelBuilder::wall_formula(std::size_t axis) {
   const std::string other = names_.axes[(axis + 1) % names_.axes.size()].name;
   switch (random_.below(5)) {
     case 0: return expressions_.uniform();
@@ -311,7 +311,7 @@ Part Builder::wall_formula(std::size_t axis) {
   }
 }
 
-Part Builder::side(const Quantity& quantity, int component, std::size_t axis) {
+Part ModelBuilder::side(const Quantity& quantity, std::size_t axis) {
   Part value = wall_formula(axis);
   const bool may_vary = quantity.place == centre && quantity.on == Quantity::On::one_place && !coefficients_.empty() &&
                         coefficients_[0].place == centre && !coefficients_[0].is_vector && random_.percent(15);
@@ -324,7 +324,7 @@ Part Builder::side(const Quantity& quantity, int component, std::size_t axis) {
   }
 }
 
-void Builder::boundaries(Part& scene) {
+void ModelBuilder::boundaries(Part& scene) {
   if (!has_walls()) return;
   for (const Rated& rated : rated_) {
     const std::vector<std::string> names = components(rated.quantity);
@@ -334,7 +334,7 @@ void Builder::boundaries(Part& scene) {
         if (names_.axes[axis].is_periodic) continue;
         const bool both = random_.percent(35);
         for (const char* end : {".low", ".high"}) {
-          Part value = side(rated.quantity, static_cast<int>(component), axis);
+          Part value = side(rated.quantity, axis);
           if (has_ties_ && ties_.percent(70)) value = expression(ties_.percent(60) ? "zero_gradient" : "0");
           sides.parts.push_back({Part::Kind::fixed, names_.axes[axis].name + (both ? "" : end) + " = @", {value}});
           if (both) break;
@@ -345,7 +345,7 @@ void Builder::boundaries(Part& scene) {
   }
 }
 
-void Builder::values(Part& scene) {
+void ModelBuilder::values(Part& scene) {
   for (const std::string& name : params_) add(scene, item(name + " = @", {expressions_.number(0.2, 0.9)}));
   for (const std::string& name : controls_) {
     add(scene, item(fmt::format("{} = @*cos(5*t) every {}*{}", name, 1 + random_.below(2), step),
@@ -372,7 +372,7 @@ void Builder::values(Part& scene) {
   }
 }
 
-void Builder::events(Part& scene) {
+void ModelBuilder::events(Part& scene) {
   if (scheme_.remembers || !random_.percent(20)) return;
   const Rated& rated = any(rated_);
   const std::string name = any(components(rated.quantity));
@@ -386,7 +386,7 @@ void Builder::events(Part& scene) {
   }
 }
 
-void Builder::duration(Part& scene) {
+void ModelBuilder::duration(Part& scene) {
   std::string line = fmt::format("time 0 .. @*{0}, step {0}", step);
   if (!scheme_.remembers && random_.percent(8)) line += ", courant 0.05, speed 2 + sin(t)";
   add(scene, item(line, {expression(fmt::format("{}", steps_))}));
@@ -395,7 +395,7 @@ void Builder::duration(Part& scene) {
   }
 }
 
-void Builder::describe_scene(Part& scene) {
+void ModelBuilder::describe_scene(Part& scene) {
   grids(scene);
   boundaries(scene);
   values(scene);
@@ -405,7 +405,7 @@ void Builder::describe_scene(Part& scene) {
   if (random_.percent(30)) add(scene, item("observe o = mean((@)^2)", {expressions_.scalar(centre, 1)}));
 }
 
-std::string Builder::when() {
+std::string ModelBuilder::when() {
   switch (random_.weighted({5, 3, 2})) {
     case 0: return "";
     case 1: return " over time";
@@ -414,11 +414,11 @@ std::string Builder::when() {
 }
 
 /// It is 0 nowhere, and so is its derivative: a certificate has something to compare with.
-Part Builder::distance() {
+Part ModelBuilder::distance() {
   return expression("mean((" + any(components(any(rated_).quantity)) + " - @)^2)", {expressions_.formula()});
 }
 
-Part Builder::loss() {
+Part ModelBuilder::loss() {
   const Rated& rated = any(rated_);
   const int axis = random_.below(rank());
   const Place place = place_of(rated.quantity, axis);
@@ -431,7 +431,7 @@ Part Builder::loss() {
   }
 }
 
-void Builder::describe_task(Part& task) {
+void ModelBuilder::describe_task(Part& task) {
   std::vector<std::string> unknowns;
   for (const Rated& rated : rated_) {
     for (const std::string& name : components(rated.quantity)) unknowns.push_back("initial " + name);
@@ -456,6 +456,6 @@ void Builder::describe_task(Part& task) {
 
 }  // namespace
 
-Part random_model(std::uint64_t seed) { return Builder(seed).build(); }
+Part random_model(std::uint64_t seed) { return ModelBuilder(seed).build(); }
 
 }  // namespace dpde::testing

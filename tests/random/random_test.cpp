@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random programs through the interpreter, every pass, the JIT and emitted C++, with their tangents and adjoints.
-// DPDE_RANDOM_PROGRAMS: how many (200); DPDE_RANDOM_SEED: the first of their seeds (1).
+// DPDE_RANDOM_PROGRAMS: how many (100); DPDE_RANDOM_SEED: the first of their seeds (1).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 
 #include "random/check_program.h"
 #include "random/isolated.h"
-#include "random/setting.h"
 #include "random/shrink.h"
 #include "stencil/build.h"
 #include "support/derivative_check.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -57,7 +57,7 @@ struct Count {
 };
 
 TEST(RandomPrograms, AgreeEverywhere) {
-  const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1), count = setting("DPDE_RANDOM_PROGRAMS", 200);
+  const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1), count = setting("DPDE_RANDOM_PROGRAMS", 100);
   Count total;
   std::vector<RandomProgram> for_cpp;
   const auto report = [&](const RandomProgram& program, const Verdict& verdict, const Checks& checks) {

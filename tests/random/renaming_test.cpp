@@ -17,7 +17,6 @@
 #include "network/symmetrise.h"
 #include "random/random_model.h"
 #include "random/random_program.h"
-#include "random/setting.h"
 #include "source/render.h"
 #include "stencil/build.h"
 #include "stencil/from_ast.h"
@@ -25,6 +24,7 @@
 #include "stencil/print_stencil.h"
 #include "support/program_run.h"
 #include "support/scene_run.h"
+#include "support/setting.h"
 #include "support/split_mix.h"
 #include "syntax/parser.h"
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <set>
 
+#include "random/random_expression.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/print_stencil.h"
@@ -20,12 +21,6 @@ namespace {
 using Try = std::function<bool(RandomProgram)>;
 
 Program& program_of(RandomProgram& p) { return p.module.programs.front(); }
-
-int node_count(const Expr& e) {
-  int count = 0;
-  visit(e, [&](const Expr&) { ++count; });
-  return count;
-}
 
 /// `e` with the node of that number (parents first) replaced by `f` of it.
 Expr replaced(const Expr& e, int& number, const std::function<Expr(const Expr&)>& f) {

@@ -10,7 +10,7 @@ namespace dpde::testing {
 
 namespace {
 
-using Try = std::function<bool(const Part&)>;
+using TryPart = std::function<bool(const Part&)>;
 
 /// All parts, outer ones first.
 void collect(Part& part, std::vector<Part*>& found) {
@@ -51,7 +51,7 @@ void erase(Part& holder, std::size_t index) {
   holder.text.erase(hole, 1);
 }
 
-bool drop_one(const Part& whole, const Try& accept) {
+bool drop_one(const Part& whole, const TryPart& accept) {
   Part copy = whole;
   const std::size_t count = all_of(copy).size();
   for (std::size_t h = 0; h < count; ++h) {
@@ -80,7 +80,7 @@ void drop_where(Part& holder, const std::function<bool(const std::string&)>& is_
   }
 }
 
-bool drop_names(const Part& whole, const Try& accept) {
+bool drop_names(const Part& whole, const TryPart& accept) {
   for (const std::string& word : words_of(print(whole))) {
     if (std::isdigit(static_cast<unsigned char>(word[0]))) continue;
     Part candidate = whole;
@@ -90,7 +90,7 @@ bool drop_names(const Part& whole, const Try& accept) {
   return false;
 }
 
-bool drop_axis(const Part& whole, const Try& accept) {
+bool drop_axis(const Part& whole, const TryPart& accept) {
   for (const char* axis : {"z", "y"}) {
     const std::string grid = std::string("grid ") + axis, side = std::string(axis);
     if (print(whole).find(grid) == std::string::npos) continue;
@@ -113,7 +113,7 @@ void collect_smaller(const Part& part, std::vector<Part>& found) {
   }
 }
 
-bool simplify_expressions(const Part& whole, const Try& accept) {
+bool simplify_expressions(const Part& whole, const TryPart& accept) {
   Part copy = whole;
   const std::vector<Part*> parts = all_of(copy);
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -156,7 +156,7 @@ std::string print(const Part& part) {
 Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, int most, double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::set<std::string> seen{print(whole)};
-  const Try accept = [&](const Part& candidate) {
+  const TryPart accept = [&](const Part& candidate) {
     if (std::chrono::steady_clock::now() > end) most = 0;
     if (most <= 0 || !seen.insert(print(candidate)).second) return false;
     --most;

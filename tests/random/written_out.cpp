@@ -15,23 +15,23 @@ using namespace stencil;
 
 namespace {
 
-using Names = std::map<std::string, std::string>;
+using Renamed = std::map<std::string, std::string>;
 using Numbers = std::map<std::string, Expr>;
 
-std::string name_in(const Names& names, const std::string& field) {
+std::string name_in(const Renamed& names, const std::string& field) {
   const auto found = names.find(field);
   return found == names.end() ? field : found->second;
 }
 
-Expr renamed(const Expr& e, const Names& names, const Numbers& numbers) {
+Expr renamed(const Expr& e, const Renamed& names, const Numbers& numbers) {
   return substitute_params(rename_fields(e, [&](const std::string& field) { return name_in(names, field); }), numbers);
 }
 
-std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const Names& names, const Numbers& numbers) {
+std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const Renamed& names, const Numbers& numbers) {
   return map_sides(axes, [&](const Expr& e) { return renamed(e, names, numbers); });
 }
 
-Kernel renamed(const Kernel& kernel, const Names& names, const Numbers& numbers, std::string name) {
+Kernel renamed(const Kernel& kernel, const Renamed& names, const Numbers& numbers, std::string name) {
   Kernel result = map_kernel(kernel, [&](const Expr& e) { return renamed(e, names, numbers); });
   result.name = std::move(name);
   for (Store& store : result.stores) store.field = name_in(names, store.field);
@@ -64,9 +64,9 @@ class Writer {
 
   void add_passes(const Repeat& repeat, std::vector<Statement>& body) {
     const Effects known = effects(module_, repeat);
-    Names names;
+    Renamed names;
     for (int pass = 1; pass <= repeat.count; ++pass) {
-      Names states;
+      Renamed states;
       for (const Carry& carry : repeat.carries)
         states[carry.state] = name_in(names, pass > 1 ? carry.next : carry.state);
       names = states;
@@ -80,7 +80,7 @@ class Writer {
     }
   }
 
-  void add(const Statement& statement, const Names& names, const Numbers& numbers, int pass,
+  void add(const Statement& statement, const Renamed& names, const Numbers& numbers, int pass,
            std::vector<Statement>& body) {
     const auto name = [&](const std::string& field) { return name_in(names, field); };
     match(

@@ -3,7 +3,6 @@
 // nothing is allocated after the first time.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -14,6 +13,7 @@
 #include "dpde/runtime/layout.h"
 #include "newton_solve.h"
 #include "solve/coupled_matrix.h"
+#include "support/dense.h"
 
 namespace dpde {
 namespace {
@@ -24,10 +24,10 @@ double arbitrary(std::size_t number) {
 }
 
 /// Each unknown looks at all unknowns in the cells within the reach, with weights that differ everywhere.
-Eigen::MatrixXd operator_of(const CoupledShape& shape) {
+test::DenseMatrix operator_of(const CoupledShape& shape) {
   const auto& n = shape.cells;
   const std::int64_t cells = n[0] * n[1] * n[2], size = cells * shape.unknowns;
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+  test::DenseMatrix matrix(size);
   const auto distance = [&](std::int64_t i, std::int64_t j, std::size_t axis) {
     const std::int64_t d = std::abs(i - j);
     return shape.periodic[axis] ? std::min(d, n[axis] - d) : d;
@@ -42,7 +42,8 @@ Eigen::MatrixXd operator_of(const CoupledShape& shape) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         is_near = is_near && (shape.reach[axis] < 0 || distance(a[axis], b[axis], axis) <= shape.reach[axis]);
       if (is_near)
-        matrix(row, column) = arbitrary(static_cast<std::size_t>(row * size + column)) + (row == column ? 9 : 0);
+        matrix(static_cast<std::size_t>(row), static_cast<std::size_t>(column)) =
+            arbitrary(static_cast<std::size_t>(row * size + column)) + (row == column ? 9 : 0);
     }
   }
   return matrix;
@@ -58,16 +59,14 @@ TEST(CoupledMatrix, SolvesAsDenseFactorsDo) {
                                     CoupledShape{{6, 5, 1}, {true, false, false}, {1, 1, 0}, 2},
                                     CoupledShape{{4, 3, 5}, {false, true, true}, {1, 1, 1}, 2},
                                     CoupledShape{{5, 4, 2}, {true, true, true}, {0, 0, 0}, 4}}) {
-    const Eigen::MatrixXd wanted = operator_of(shape);
-    const auto size = static_cast<std::size_t>(wanted.rows());
+    const test::DenseMatrix wanted = operator_of(shape);
+    const std::size_t size = wanted.size;
     std::vector<double> right(size), x(size);
     for (std::size_t i = 0; i < size; ++i) right[i] = arbitrary(i);
     const auto image = [&](std::span<const double> values, std::span<double> made) {
-      Eigen::Map<Eigen::VectorXd>(made.data(), wanted.rows()).noalias() =
-          wanted * Eigen::Map<const Eigen::VectorXd>(values.data(), wanted.rows());
+      test::multiply(wanted, values, made);
     };
-    const Eigen::VectorXd exact =
-        wanted.partialPivLu().solve(Eigen::Map<const Eigen::VectorXd>(right.data(), wanted.rows()));
+    const std::vector<double> exact = test::regular_solution(wanted, right);
     for (const Method method : {Method::automatic, Method::direct, Method::bicgstab}) {
       CoupledMatrix matrix(shape, method, 1e-13);
       ASSERT_TRUE(matrix.make(std::ref(image)));
@@ -76,7 +75,7 @@ TEST(CoupledMatrix, SolvesAsDenseFactorsDo) {
       ASSERT_TRUE(matrix.make(std::ref(image)));
       ASSERT_TRUE(matrix.solve(right, x));
       EXPECT_EQ(test::allocations(), before);
-      for (std::size_t i = 0; i < size; ++i) EXPECT_NEAR(x[i], exact[static_cast<Eigen::Index>(i)], 1e-12) << i;
+      for (std::size_t i = 0; i < size; ++i) EXPECT_NEAR(x[i], exact[i], 1e-12) << i;
     }
   }
 }

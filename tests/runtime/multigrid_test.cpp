@@ -88,8 +88,8 @@ TEST(Multigrid, MultipliesAsItsMatrixOnEverySmallExtent) {
 TEST(Multigrid, SymmetricCyclesAreSymmetric) {
   int checked = 0;
   for_each_wall([&](const Walls& walls) {
-    for (const Cells& cells :
-         {Cells{12, 16, 1}, {13, 11, 1}, {70, 1, 1}, {71, 1, 1}, {1, 75, 1}, {9, 8, 6}, {8, 7, 5}}) {
+    for (const GridCells& cells :
+         {GridCells{12, 16, 1}, {13, 11, 1}, {70, 1, 1}, {71, 1, 1}, {1, 75, 1}, {9, 8, 6}, {8, 7, 5}}) {
       const StencilMatrix matrix = diffusion(cells, walls, 0.1, uneven);
       std::optional<Multigrid> multigrid = multigrid_of(matrix, true);
       if (!multigrid) continue;
@@ -116,7 +116,7 @@ TEST(Multigrid, SymmetricCyclesAreSymmetric) {
 /// Each cycle takes off at least half of what is left, by the matrix's own product.
 TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
   for_each_wall([&](const Walls& walls) {
-    for (const Cells& cells : {Cells{16, 24, 1}, {13, 11, 1}, {128, 1, 1}, {71, 1, 1}, {9, 8, 6}, {8, 7, 5}}) {
+    for (const GridCells& cells : {GridCells{16, 24, 1}, {13, 11, 1}, {128, 1, 1}, {71, 1, 1}, {9, 8, 6}, {8, 7, 5}}) {
       const StencilMatrix matrix = diffusion(cells, walls, 0.1, constant_one);
       std::optional<Multigrid> multigrid = multigrid_of(matrix, false);
       if (!multigrid) continue;

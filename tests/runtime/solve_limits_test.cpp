@@ -86,7 +86,7 @@ TEST(LinearSolverLimits, SinglePrecisionKeepsLongWaves) {
 
 TEST(LinearSolverLimits, RingsOfAnyLengthHaveMultigrid) {
   for (const std::array<std::int64_t, 3>& cells :
-       {Cells{125, 125, 1}, {250, 250, 1}, {300, 300, 1}, {999, 64, 1}, {25, 27, 33}, {1001, 1, 1}}) {
+       {GridCells{125, 125, 1}, {250, 250, 1}, {300, 300, 1}, {999, 64, 1}, {25, 27, 33}, {1001, 1, 1}}) {
     for (const double shift : {0.0, 1.0}) {
       const StencilMatrix matrix = diffusion(cells, rings, shift, uneven);
       const std::vector<double> b = arbitrary_values(matrix.size(), 4);
@@ -176,7 +176,7 @@ TEST(LinearSolverLimits, WavesAtAnEigenvalueAreIncompatible) {
 }
 
 /// Rows that sum to 0 and columns that do not.
-StencilMatrix lopsided(const Cells& cells) {
+StencilMatrix lopsided(const GridCells& cells) {
   StencilMatrix matrix = diffusion(cells, slopes, 0, constant_one);
   for (auto& column : matrix.values) {
     for (std::size_t i = 0; i < column.size(); ++i) column[i] *= 1 + 0.01 * static_cast<double>(i % 7);

@@ -137,7 +137,7 @@ TEST(LinearSolvers, JumpsAndLongCellsTakeMoreIterations) {
 
 TEST(LinearSolvers, MultigridNeedsFewCycles) {
   struct Case {
-    Cells cells;
+    GridCells cells;
     std::array<std::pair<Wall, Wall>, 3> walls;
     int most, most_alone;
   };

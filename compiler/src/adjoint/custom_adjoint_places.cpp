@@ -23,12 +23,9 @@ constexpr std::size_t most_changes = 32;
 constexpr int small_grid = 4096;  // cells: up to here a box is the whole grid
 constexpr int more_places = 2;    // beside ends and changes
 
-constexpr const char* coordinate_names[] = {"x", "y", "z"};
-
-bool is_coordinate(const Expr& e) {
+bool reads_coordinate(const Expr& e) {
   const Access* access = std::get_if<Access>(&e->kind);
-  return access && std::find(std::begin(coordinate_names), std::end(coordinate_names), access->field) !=
-                       std::end(coordinate_names);
+  return access && is_coordinate(access->field);
 }
 
 void for_each_expression(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
@@ -53,7 +50,7 @@ bool is_of_place(const Expr& e) {
   bool has_coordinate = false, has_other = false;
   visit(e, [&](const Expr& part) {
     const Kind& kind = part->kind;
-    if (is_coordinate(part)) {
+    if (reads_coordinate(part)) {
       has_coordinate = true;
     } else {
       has_other = has_other || std::holds_alternative<Access>(kind) || std::holds_alternative<Interp>(kind) ||
@@ -185,7 +182,7 @@ class Round {
 bool names_coordinates(const Kernel& kernel) {
   bool found = false;
   for_each_expression(
-      kernel, [&](const Expr& whole) { visit(whole, [&](const Expr& e) { found = found || is_coordinate(e); }); });
+      kernel, [&](const Expr& whole) { visit(whole, [&](const Expr& e) { found = found || reads_coordinate(e); }); });
   return found;
 }
 

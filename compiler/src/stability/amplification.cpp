@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/amplification.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <map>
 #include <numbers>
+
+#include "stability/eigenvalues.h"
 
 namespace dpde::stability {
 
@@ -21,45 +22,7 @@ constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
 constexpr double rounding = 1e-12;  // of sums of weights
 
-/// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
-void balance(Eigen::MatrixXcd& a) {
-  for (int sweep = 0; sweep < 20; ++sweep) {
-    bool has_changed = false;
-    for (Eigen::Index i = 0; i < a.rows(); ++i) {
-      const double own = std::abs(a(i, i));
-      const double row = a.row(i).cwiseAbs().sum() - own, column = a.col(i).cwiseAbs().sum() - own;
-      if (!(row > 0) || !(column > 0)) continue;
-      const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
-      if (factor == 1) continue;
-      a.row(i) /= factor;
-      a.col(i) *= factor;
-      has_changed = true;
-    }
-    if (!has_changed) return;
-  }
-}
-
-/// Nothing is allocated for them: waves are looked at by the hundred thousand.
-template <int size>
-Eigen::VectorXcd of_fixed_size(const Eigen::MatrixXcd& a) {
-  using Fixed = Eigen::Matrix<std::complex<double>, size, size>;
-  return Eigen::ComplexEigenSolver<Fixed>(Fixed(a), false).eigenvalues();
-}
-
 }  // namespace
-
-Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
-  if (a.rows() == 1) return a.col(0);
-  if (a.rows() == 2) {  // exact where they lie close together, as those of long waves do
-    const std::complex<double> mean = 0.5 * (a(0, 0) + a(1, 1)), half = 0.5 * (a(0, 0) - a(1, 1));
-    const std::complex<double> root = std::sqrt(half * half + a(0, 1) * a(1, 0));
-    return Eigen::Vector2cd(mean + root, mean - root);
-  }
-  balance(a);
-  if (a.rows() == 3) return of_fixed_size<3>(a);
-  if (a.rows() == 4) return of_fixed_size<4>(a);
-  return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
-}
 
 Amplification::Readings Amplification::readings_of(const Form& form) {
   std::map<int, Reading> by_component;

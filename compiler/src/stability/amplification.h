@@ -61,9 +61,6 @@ class Amplification {
   std::vector<stencil::Offset> offsets_;  // that waves and rows read, each once
 };
 
-/// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.
-Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd matrix);
-
 struct Largest {
   Angles angles{};
   double value = 0;

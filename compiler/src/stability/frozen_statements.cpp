@@ -17,7 +17,7 @@ using namespace stencil;
 
 namespace {
 
-constexpr double rounding = 1e-12;  // of sums of weights
+constexpr double sum_rounding = 1e-12;  // of sums of weights
 
 }  // namespace
 
@@ -128,7 +128,7 @@ void Evaluation::solve_by_newton(const Solve& solve) {
   dt_ = step;
   for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
     const double made = field_value(solve.images[i]).number, right = field_value(solve.rights[i]).number;
-    is_too_far_ = is_too_far_ || std::abs(made - right) > rounding * std::abs(right);
+    is_too_far_ = is_too_far_ || std::abs(made - right) > sum_rounding * std::abs(right);
   }
 }
 
@@ -150,7 +150,7 @@ void Evaluation::solve(const Solve& solve) {
     const Offset offset = Form::offset_of(term.key);
     for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) of_slopes[axis] += term.coefficient * offset[axis];
   }
-  if (std::abs(of_constant) < rounding * of_all) of_constant = 0;
+  if (std::abs(of_constant) < sum_rounding * of_all) of_constant = 0;
   const Value& right = field_value(solve.rights.front());
   Value result{right.number / of_constant, {}, right.slope};
   for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/step_limit.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "stability/eigenvalues.h"
 
 namespace dpde::stability {
 
@@ -198,11 +199,7 @@ double FrozenAnalysis::growth_of(const Angles& wave, double step) const {
 std::size_t FrozenAnalysis::largest_share(const Angles& wave, double step) const {
   const std::optional<Amplification> g = at(step);
   if (!g || g->size() == 1) return 0;
-  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(g->at(wave));
-  Eigen::Index of_all = 0, state = 0;
-  solver.eigenvalues().cwiseAbs().maxCoeff(&of_all);
-  solver.eigenvectors().col(of_all).cwiseAbs().maxCoeff(&state);
-  return static_cast<std::size_t>(state);
+  return static_cast<std::size_t>(largest_component(g->at(wave)));
 }
 
 StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {

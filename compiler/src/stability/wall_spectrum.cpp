@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/wall_spectrum.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "stability/eigenvalues.h"
 #include "stencil/build.h"
 #include "stencil/interpret.h"
 
@@ -95,7 +95,7 @@ Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const Froze
                                            const std::map<std::string, stencil::Weights>& weights) {
   const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step, weights).tangent();
   if (!tangent.allFinite()) return {};
-  return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues();
+  return eigenvalues(tangent);
 }
 
 double cells_with_networks_along(const std::vector<model::Axis>& axes) {

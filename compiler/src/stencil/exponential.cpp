@@ -14,7 +14,7 @@ namespace dpde::stencil {
 namespace {
 
 /// weight*h*phi_number(part*h*L), of N at a stage.
-struct Share {
+struct PhiTerm {
   int stage, number;
   double weight;
 };
@@ -22,7 +22,7 @@ struct Share {
 struct Row {
   double part, time;
   int from;
-  std::vector<Share> shares;
+  std::vector<PhiTerm> shares;
 };
 
 /// Stage 0 is the state itself, each row the next stage, the last one the result.
@@ -124,7 +124,7 @@ class Exponential {
       const std::string from = row.from == 0 ? advance.state : fields_.at(row.from).at(advance.state);
       const bool cuts = lowering_.problem().scheme.dealias;
       Transform value{{{from, {{WaveFunction::Kind::phi, 0}, argument, 1.0, cuts}}}, into};
-      for (const Share& share : row.shares) {
+      for (const PhiTerm& share : row.shares) {
         const std::vector<std::string>& rates = rates_[share.stage][advance.state];
         for (std::size_t k = 0; k < rates.size(); ++k) {
           const Expr factor = share.weight * row.part * h * splits_[i].rest[k].symbol;

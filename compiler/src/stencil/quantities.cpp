@@ -10,7 +10,7 @@ namespace dpde::stencil {
 namespace {
 
 /// top / bottom, bottom the same everywhere.
-struct Share {
+struct Quotient {
   Expr top;
   Expr bottom;
   Expr value() const { return top / bottom; }
@@ -21,7 +21,7 @@ model::Placement home_of(const model::Expr& e, const model::Placements& placemen
   return placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{};
 }
 
-Share reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
+Quotient reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
   Expr value = at_point(reduce.operand, home_of(reduce.operand, at_point.placements()));
   switch (reduce.reduction) {
     case model::Reduce::Kind::mean: return {value, param("cells")};
@@ -35,25 +35,25 @@ Share reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
   unreachable("reduction");
 }
 
-Share share(const model::Expr& e, int rank, Discretiser& at_point) {
+Quotient share(const model::Expr& e, int rank, Discretiser& at_point) {
   if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return reduced(*reduce, rank, at_point);
   if (!model::holds_reduction(e)) return {at_point(e), param("cells")};
   if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
-    const Share positive = share(neg->operand, rank, at_point);
+    const Quotient positive = share(neg->operand, rank, at_point);
     return {-positive.top, positive.bottom};
   }
   const auto& b = std::get<model::Binary>(e->kind);
   if (b.op == BinaryOp::divide) {
-    const Share left = share(b.left, rank, at_point);
+    const Quotient left = share(b.left, rank, at_point);
     return {left.top, at_point(b.right) * left.bottom};
   }
   if (b.op == BinaryOp::multiply) {
     const bool factor_first = !model::holds_reduction(b.left);
-    const Share rest = share(factor_first ? b.right : b.left, rank, at_point);
+    const Quotient rest = share(factor_first ? b.right : b.left, rank, at_point);
     return {scaled(at_point(factor_first ? b.left : b.right), rest.top), rest.bottom};
   }
-  const Share left = share(b.left, rank, at_point);
-  const Share right = share(b.right, rank, at_point);
+  const Quotient left = share(b.left, rank, at_point);
+  const Quotient right = share(b.right, rank, at_point);
   if (left.bottom == right.bottom) return {binary(b.op, left.top, right.top), left.bottom};
   return {binary(b.op, left.value(), right.value()), 1.0};
 }

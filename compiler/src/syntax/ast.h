@@ -371,13 +371,14 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 // gradient TASK and tolerance 1e-3 are OptionItems
 
 /// A class of its own, and not another name, so that copies of all kinds are compiled once, in ast.cpp.
-struct ItemKind : std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
-                 HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
-                 SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem,
-                 TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
-                 StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
-                 StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
-                 ReferenceItem, ChoicesItem, ErrorItem> {
+struct ItemKind
+    : std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem,
+                   ConstraintItem, HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem,
+                   StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem,
+                   LearnItem, UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem,
+                   TransformItem, RunItem, SwapItem, StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem,
+                   LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,
+                   FramesItem, OptionItem, AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem> {
   using variant::variant;
   ItemKind();
   ItemKind(const ItemKind& other);
@@ -473,7 +474,8 @@ struct Chart {
 };
 
 /// As ItemKind.
-struct DeclarationKind : std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet, Chart> {
+struct DeclarationKind
+    : std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet, Chart> {
   using variant::variant;
   DeclarationKind();
   DeclarationKind(const DeclarationKind& other);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "solve/axis_colours.h"
+#include "solve/grid_place.h"
 
 namespace dpde {
 
@@ -13,22 +14,6 @@ namespace {
 
 constexpr double most_band_work = 3e8;  // of factors; beyond, iterations
 constexpr int most_coupled_iterations = 400;
-using GridCell = std::array<std::int64_t, 3>;
-
-template <class F>
-void for_each_cell(const GridCell& cells, const F& f) {
-  std::int64_t number = 0;
-  for (std::int64_t z = 0; z < cells[2]; ++z) {
-    for (std::int64_t y = 0; y < cells[1]; ++y) {
-      for (std::int64_t x = 0; x < cells[0]; ++x) f(number++, GridCell{x, y, z});
-    }
-  }
-}
-
-std::int64_t number_of(const GridCell& cell, const GridCell& cells) {
-  return cell[0] + cells[0] * (cell[1] + cells[1] * cell[2]);
-}
-
 }  // namespace
 
 CoupledMatrix::CoupledMatrix(const CoupledShape& shape, Method method, double tolerance)
@@ -56,11 +41,11 @@ void CoupledMatrix::find_columns(const CoupledShape& shape) {
   const std::array<AxisColours, 3> axes{AxisColours(shape.cells[0], shape.periodic[0], shape.reach[0]),
                                         AxisColours(shape.cells[1], shape.periodic[1], shape.reach[1]),
                                         AxisColours(shape.cells[2], shape.periodic[2], shape.reach[2])};
-  for_each_cell({axes[0].count, axes[1].count, axes[2].count}, [&](std::int64_t, const GridCell& colour) {
+  for_each_cell({axes[0].count, axes[1].count, axes[2].count}, [&](std::size_t, const GridPlace& colour) {
     std::vector<std::int64_t>& columns = columns_.emplace_back();
     std::vector<std::int64_t>& own = of_colour_.emplace_back();
-    for_each_cell(shape.cells, [&](std::int64_t number, const GridCell& cell) {
-      GridCell column = cell;
+    for_each_cell(shape.cells, [&](std::size_t number, const GridPlace& cell) {
+      GridPlace column = cell;
       bool has_colour = true, is_there = true;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         has_colour = has_colour && axes[axis].colour[static_cast<std::size_t>(cell[axis])] == colour[axis];
@@ -71,8 +56,8 @@ void CoupledMatrix::find_columns(const CoupledShape& shape) {
         if (shape.periodic[axis])
           column[axis] = ((column[axis] % shape.cells[axis]) + shape.cells[axis]) % shape.cells[axis];
       }
-      columns.push_back(is_there ? number_of(column, shape.cells) : -1);
-      if (has_colour) own.push_back(number);
+      columns.push_back(is_there ? static_cast<std::int64_t>(number_of(shape.cells, column)) : -1);
+      if (has_colour) own.push_back(static_cast<std::int64_t>(number));
     });
   });
 }
@@ -80,13 +65,13 @@ void CoupledMatrix::find_columns(const CoupledShape& shape) {
 /// Along periodic axes 0, n-1, 1, n-2, ...: so neighbours around the end are near too.
 void CoupledMatrix::number_cells(const CoupledShape& shape) {
   numbers_.resize(static_cast<std::size_t>(cells_));
-  for_each_cell(shape.cells, [&](std::int64_t number, const GridCell& cell) {
-    GridCell place = cell;
+  for_each_cell(shape.cells, [&](std::size_t number, const GridPlace& cell) {
+    GridPlace place = cell;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t i = cell[axis], n = shape.cells[axis];
       if (shape.periodic[axis] && shape.reach[axis] != 0) place[axis] = i <= (n - 1) / 2 ? 2 * i : 2 * (n - 1 - i) + 1;
     }
-    numbers_[static_cast<std::size_t>(number)] = number_of(place, shape.cells);
+    numbers_[number] = static_cast<std::int64_t>(number_of(shape.cells, place));
   });
 }
 

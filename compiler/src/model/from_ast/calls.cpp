@@ -21,8 +21,6 @@ constexpr const char* operator_names[] = {
     "integral", "inject",   "sample", "interpolate", "random_field", "random_signal", "noise",
     "force_on", "torque_on"};
 
-Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
-
 /// Applies `f` to each component.
 template <class F>
 Typed map_parts(Typed value, const F& f) {

@@ -25,6 +25,7 @@ struct Typed {
   enum class Type { none, number, vector, condition } type = Type::none;
   std::vector<Expr> parts;  // of a vector one an axis, otherwise one
 };
+inline Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
 /// The settings of --set, and which of them were asked for.
 class Settings {

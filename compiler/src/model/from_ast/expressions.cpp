@@ -94,7 +94,6 @@ Rules rules_of(Purpose purpose) {
   unreachable("purpose");
 }
 
-Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 Typed condition_of(Expr e) { return {Typed::Type::condition, {std::move(e)}}; }
 
 bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }

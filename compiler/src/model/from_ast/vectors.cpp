@@ -11,8 +11,6 @@ namespace dpde::model {
 
 namespace {
 
-Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
-
 /// Applies `f` to each component.
 template <class F>
 Typed map_parts(Typed value, const F& f) {

@@ -12,4 +12,7 @@ inline std::uint64_t setting(const char* name, std::uint64_t otherwise) {
   return text ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
+/// Whether each test takes all of its cases (DPDE_THOROUGH=1, as the nightly run does) or some of them.
+inline bool is_thorough() { return setting("DPDE_THOROUGH", 0) != 0; }
+
 }  // namespace dpde::testing
