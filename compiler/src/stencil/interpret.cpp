@@ -47,8 +47,12 @@ std::size_t State::index(const Cell& cell) const {
 }
 
 double& State::at(const std::string& field, Cell cell) {
-  if (!has(field)) poison(field);
-  return fields_.at(field)[index(cell)];
+  auto found = fields_.find(field);
+  if (found == fields_.end()) {
+    poison(field);
+    found = fields_.find(field);
+  }
+  return found->second[index(cell)];
 }
 
 double State::at(const std::string& field, Cell cell) const {
@@ -66,7 +70,8 @@ void State::set(const std::string& field, const std::vector<double>& interior) {
   poison(field);
   require(interior.size() == get(field).size(), "one value a cell");
   auto next = interior.begin();
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { at(field, cell) = stored(*next++); });
+  std::vector<double>& cells = fields_.at(field);
+  for_each_cell({}, grid_.cells, [&](const Cell& cell) { cells[index(cell)] = stored(*next++); });
 }
 
 std::vector<double> State::get(const std::string& field) const {
@@ -81,9 +86,10 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
     first[a] -= halo(a);
     last[a] += halo(a);
   }
+  const std::string name(1, "xyz"[axis]);
   for_each_cell(first, last, [&](const Cell& cell) {
     const int i = topology == Topology::periodic ? modulo(cell[axis], grid_.cells[axis]) : cell[axis];
-    at(std::string(1, "xyz"[axis]), cell) = stored(low + (i + 0.5) * spacing);
+    at(name, cell) = stored(low + (i + 0.5) * spacing);
   });
 }
 
@@ -132,7 +138,7 @@ struct Point {
   const std::vector<Topology>& axes;
   const Params& params;
   Cell cell;
-  std::map<std::string, double> locals;
+  std::unordered_map<std::string, double> locals;
 
   double value(const Expr& e) const;
   bool is_inside(const Inside& inside) const;
@@ -197,7 +203,7 @@ double Point::value(const Expr& e) const {
 
 /// One addition or assignment to a cell, waiting until all points have been evaluated.
 struct Write {
-  std::string field;
+  const std::string* field;
   Cell cell;
   bool accumulate;
   double value;
@@ -215,18 +221,18 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
   for_each_cell(low, high, [&](const Cell& cell) {
     Point point{state, axes, params, cell, {}};
     for (const Let& let : kernel.lets) point.locals[let.name] = point.value(let.value);
-    for (const Store& s : kernel.stores) stores.push_back({s.field, cell, s.accumulate, point.value(s.value)});
+    for (const Store& s : kernel.stores) stores.push_back({&s.field, cell, s.accumulate, point.value(s.value)});
     for (const Sum& sum : kernel.sums) sums[sum.name] += point.value(sum.value);
     for (const Scatter& s : kernel.scatters) {
       const double value = point.value(s.value);
       point.for_each_tap(s.target, [&](const Cell& corner, double weight) {
-        scatters.push_back({s.target.field, corner, true, weight * value});
+        scatters.push_back({&s.target.field, corner, true, weight * value});
       });
     }
   });
   for (const std::vector<Write>* writes : {&stores, &scatters}) {
     for (const Write& write : *writes) {
-      double& target = state.at(write.field, write.cell);
+      double& target = state.at(*write.field, write.cell);
       target = state.stored(write.accumulate ? target + write.value : write.value);
     }
   }

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "stencil/stencil.h"
@@ -84,7 +85,7 @@ class State {
   Grid grid_;
   int halo_;
   Precision real_;
-  std::map<std::string, std::vector<double>> fields_;
+  std::unordered_map<std::string, std::vector<double>> fields_;  // looked up for each value that is read
 };
 
 /// Of params and numbers.
