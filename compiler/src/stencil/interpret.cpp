@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -19,83 +18,9 @@ namespace dpde::stencil {
 
 namespace {
 
-constexpr double garbage = std::numeric_limits<double>::signaling_NaN();
-
 int modulo(int i, int n) { return (i % n + n) % n; }
 
-}  // namespace
-
-void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f) {
-  for (int k = low[2]; k < high[2]; ++k) {
-    for (int j = low[1]; j < high[1]; ++j) {
-      for (int i = low[0]; i < high[0]; ++i) f({i, j, k});
-    }
-  }
-}
-
-// ---- memory --------------------------------------------------------------------------------------------------------
-
-std::size_t State::index(const Cell& cell) const {
-  std::size_t index = 0;
-  for (int axis = max_rank - 1; axis >= 0; --axis) {
-    const int width = grid_.cells[axis] + 2 * halo(axis);
-    const int place = cell[axis] + halo(axis);
-    require(place >= 0 && place < width, "a cell inside the halo");
-    index = index * width + place;
-  }
-  return index;
-}
-
-double& State::at(const std::string& field, Cell cell) {
-  auto found = fields_.find(field);
-  if (found == fields_.end()) {
-    poison(field);
-    found = fields_.find(field);
-  }
-  return found->second[index(cell)];
-}
-
-double State::at(const std::string& field, Cell cell) const {
-  const auto found = fields_.find(field);
-  return found == fields_.end() ? garbage : found->second[index(cell)];
-}
-
-void State::poison(const std::string& field) {
-  std::size_t size = 1;
-  for (int axis = 0; axis < max_rank; ++axis) size *= grid_.cells[axis] + 2 * halo(axis);
-  fields_[field].assign(size, garbage);
-}
-
-void State::set(const std::string& field, const std::vector<double>& interior) {
-  poison(field);
-  require(interior.size() == get(field).size(), "one value a cell");
-  auto next = interior.begin();
-  std::vector<double>& cells = fields_.at(field);
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { cells[index(cell)] = stored(*next++); });
-}
-
-std::vector<double> State::get(const std::string& field) const {
-  std::vector<double> values;
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { values.push_back(at(field, cell)); });
-  return values;
-}
-
-void State::set_coordinate(int axis, Topology topology, double low, double spacing) {
-  Cell first{}, last = grid_.cells;
-  for (int a = 0; a < max_rank; ++a) {
-    first[a] -= halo(a);
-    last[a] += halo(a);
-  }
-  const std::string name(1, "xyz"[axis]);
-  for_each_cell(first, last, [&](const Cell& cell) {
-    const int i = topology == Topology::periodic ? modulo(cell[axis], grid_.cells[axis]) : cell[axis];
-    at(name, cell) = stored(low + (i + 0.5) * spacing);
-  });
-}
-
 // ---- expressions ---------------------------------------------------------------------------------------------------
-
-namespace {
 
 /// A cell along one axis and what an interpolation takes of it.
 struct WeightedCell {
