@@ -175,13 +175,13 @@ Json json_of(const Row& row) {
 
 Json json_of(const BestPlain& plain, const Earned& even) {
   if (!plain.most_accurate) return nullptr;
-  Json json = {{"most_accurate",
-                {{"scene", plain.most_accurate->scene},
-                 {"error", plain.most_accurate->error},
-                 {"wall_s", plain.most_accurate->cost}}},
-               {"at_equal_error", nullptr},
-               {"break_even",
-                {{"runs", even.runs ? Json(std::ceil(*even.runs)) : Json(nullptr)}, {"at_most", even.is_bound}}}};
+  Json json = {
+      {"most_accurate",
+       {{"scene", plain.most_accurate->scene},
+        {"error", plain.most_accurate->error},
+        {"wall_s", plain.most_accurate->cost}}},
+      {"at_equal_error", nullptr},
+      {"break_even", {{"runs", even.runs ? Json(std::ceil(*even.runs)) : Json(nullptr)}, {"at_most", even.is_bound}}}};
   if (plain.at_error.kind != analysis::Equal::Kind::beyond_all)
     json["at_equal_error"] = {{"between", {plain.at_error.from, plain.at_error.to}}, {"wall_s", plain.at_error.value}};
   return json;
@@ -220,15 +220,15 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
                           plain.most_accurate->scene, plain.most_accurate->error,
                           human_seconds(plain.most_accurate->cost)));
     if (even.runs && even.is_bound)
-      job.say(fmt::format("  beside it data and training pay for themselves after {:.4g} runs; beside one with the "
-                          "network's error after fewer\n",
-                          std::ceil(*even.runs)));
+      job.say(
+          fmt::format("  beside it data and training pay for themselves after {:.4g} runs; beside one with the "
+                      "network's error after fewer\n",
+                      std::ceil(*even.runs)));
     if (job.options().out.empty()) continue;
     const std::vector<MethodMarks> methods = marks_of(rows);
     const std::string title = fmt::format("{}: speed against accuracy (1 thread)", results.start[i].scene);
-    const LinePanel speed = panel_of({title, fmt::format("{} on {}", name, results.start[i].file),
-                                      "seconds per unit of time"},
-                                     methods, 0, 0);
+    const LinePanel speed = panel_of(
+        {title, fmt::format("{} on {}", name, results.start[i].file), "seconds per unit of time"}, methods, 0, 0);
     save_picture(job, name + "_chart", {speed, total_panel(rows, plain, spent, length)});
     save_text(job, name + "_chart.csv", table_of(rows));
   }
