@@ -107,5 +107,20 @@ TEST_F(Character, TransformsAndSolvesAreCounted) {
   EXPECT_TRUE(implicit["transforms"].is_null());
 }
 
+/// The order of a method is that of equal steps: under a tolerance errors follow the tolerance.
+TEST_F(Character, SaysThatAToleranceChoosesTheSteps) {
+  const auto checked = [&](const std::string& steps) {
+    write("s.dpde", "model m { field u; dt(u) = -u }\nscheme c { time = dopri5 }\nscene s : m with c {\n" +
+                        std::string("  grid x = 0 .. 1, cells 4, periodic\n  initial u = 1\n  time 0 .. 1, step 1/4") +
+                        steps + "\n}\n");
+    return dpde("check s.dpde --json").json()["order"];
+  };
+  EXPECT_EQ(checked("")["steps"], "equal");
+  EXPECT_EQ(checked(", tolerance 1e-6")["steps"], "tolerance");
+  EXPECT_EQ(checked(", tolerance 1e-6")["time"], 5);
+  EXPECT_NE(dpde("check s.dpde").out.find("5 in time for equal steps (here the tolerance chooses them"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace dpde::testing

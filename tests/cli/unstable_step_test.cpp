@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Steps that are too large are told before the first one, with the largest that works.
+#include <algorithm>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -100,6 +102,52 @@ TEST_F(UnstableStep, OnTheWayOfAnOptimiserIsToldOnce) {
   more.replace(more.find("from 0.4"), 8, "from 0.4 in 0.1 .. 0.5");
   write("bounded.dpde", more);
   EXPECT_TRUE(dpde("optimize bounded.dpde t --json").codes().empty());
+}
+
+/// Verdicts that take long are kept, but nobody comes to the unknowns of an iteration a second time.
+TEST_F(UnstableStep, WhatAnOptimiserPassesIsNotKept) {
+  write("s.dpde", R"(model m {
+  field u, v, w
+  param k
+  dt(u) = k*lap(u) + v
+  dt(v) = k*lap(v) - u + w
+  dt(w) = k*lap(w) - v
+}
+scheme c { lap = central(4); time = rk4 }
+scene s : m with c {
+  grid x = 0 .. 1, cells 32
+  grid y = 0 .. 1, cells 32
+  boundary u: all = 0
+  boundary v: all = 0
+  boundary w: all = 0
+  initial u = sin(2*pi*x)
+  initial v = x*y
+  initial w = 1
+  time 0 .. 1/40, step 1/4000
+}
+task t : s { unknown k from 0.1; minimise mean(u^2) at t = 1/40; using lbfgs(), iterations 3 }
+)");
+  const auto kept_after = [&](const std::string& iterations) {
+    const Outcome run = dpde("optimize s.dpde t --json --iterations " + iterations);
+    EXPECT_EQ(run.status, 0) << run.err;
+    return std::ranges::count_if(fs::recursive_directory_iterator(path(".cache")),
+                                 [](const fs::directory_entry& entry) { return entry.is_regular_file(); });
+  };
+  const auto after_one = kept_after("1");
+  EXPECT_EQ(kept_after("3"), after_one);
+}
+
+/// Squares above 1e154 are no numbers, but these values are.
+TEST_F(UnstableStep, ExactSolutionsMayBeLarge) {
+  std::string text = plate("lap = central(2); time = rk4", "k*lap(u)", "0 .. 0.01, step 1/2000");
+  text.insert(text.find("  time"), "  exact u = 1e200*exp(-2*pi^2*t)*sin(2*pi*x)\n");
+  text.replace(text.find("initial u = sin"), 15, "initial u = 1e200*sin");
+  write("s.dpde", text);
+  const Outcome run = dpde("run s.dpde s --json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  const Json error = run.json()["error"]["u"];
+  EXPECT_LT(error["l2"].get<double>(), 1e199) << error;
+  EXPECT_GT(error["l2"].get<double>(), 1e190) << error;
 }
 
 TEST_F(UnstableStep, StartsAndExactSolutionsThatAreNotFiniteAreTold) {

@@ -61,7 +61,7 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
       "driver", "stability", "dpde"}},
     {"training",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "codegen", "files", "driver", "analysis",
-      "dpde"}},
+      "chart", "dpde"}},
     {"host", {"support", "source", "model", "files", "driver", "stability", "analysis", "dpde"}},
 };
 

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
+#include <map>
+
+#include "driver/pipeline.h"
 
 namespace dpde::stability {
 namespace {
@@ -42,6 +46,58 @@ TEST(VerdictCache, TakesNothingThatIsNotWhole) {
   std::string other = text;
   other[text.find("0.3333")] = 'x';
   EXPECT_FALSE(verdict_from(other));
+}
+
+/// The key of a scene; `change` comes between its session and the key.
+std::string key_with(const std::map<std::string, std::string>& settings,
+                     const std::function<void(driver::Session&)>& change = {}) {
+  const SourceFile source("test.dpde", R"(
+model heat { field u; param k; coefficient c; control F; dt(u) = k*div(c*grad(u)) + F }
+scheme plain { time = rk4 }
+scene rod : heat with plain {
+  grid x = 0 .. 1, cells 8, periodic
+  k = 0.3
+  c = 1 + 0.1*sin(2*pi*x)
+  F = 0.1 + t every 1/8
+  initial u = sin(2*pi*x)
+  time 0 .. 1, step 1/64
+}
+)");
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  options.selection.overrides = settings;
+  options.selection.keeps_params = true;
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
+  if (!compiled) return "";
+  const auto session =
+      driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+  if (change) change(*session);
+  return key_of(*session);
+}
+
+/// All that a verdict depends on is in the key, and nothing else is.
+TEST(VerdictCache, KeysAreThoseOfTheScene) {
+  const std::string key = key_with({});
+  EXPECT_EQ(key_with({}), key);
+  for (const auto& [name, value] : std::map<std::string, std::string>{
+           {"k", "0.31"}, {"cells", "9"}, {"step", "1/128"}, {"end", "2"}, {"real", "f32"}, {"time", "ssp_rk3"}})
+    EXPECT_NE(key_with({{name, value}}), key) << name;
+  // What hosts and optimisers set.
+  EXPECT_NE(key_with({}, [](driver::Session& s) { s.workspace().set_param("k", 0.31); }), key);
+  const auto in_last_cell = [](driver::Session& session) {
+    std::vector<double> values = session.workspace().dense("c");
+    values.back() += 1e-15;
+    session.workspace().set_dense("c", values);
+  };
+  EXPECT_NE(key_with({}, in_last_cell), key);
+  const auto at_start = [](driver::Session& session) {
+    std::vector<double> values = session.initial(0);
+    values.front() += 1e-15;
+    session.rollout().initial(0).copy_in(values);
+  };
+  EXPECT_NE(key_with({}, at_start), key);
 }
 
 }  // namespace

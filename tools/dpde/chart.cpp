@@ -14,6 +14,7 @@
 #include "interrupt.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "train.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -68,12 +69,32 @@ std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& en
   return points;
 }
 
+/// The training is made, or taken from the folder of --out where it is there already.
+Json chart_training(Job& job, const ChartOptions& options) {
+  const ChartWishes& wishes = options.wishes;
+  if (!wishes.vary.empty() || !wishes.errors.empty() || !wishes.task.empty() || wishes.manufactured || options.budget ||
+      options.tolerance > 0) {
+    job.sink().report(
+        "bad-option", {},
+        {fmt::format("task {} learns: its chart is of its tests, by methods that the tool chooses", options.name)},
+        "without --vary, --error, --task, --manufactured, --tolerance and --budget");
+    return Json::object();
+  }
+  OptimizeOptions training;
+  static_cast<CommonOptions&>(training) = options;
+  training.charts = true;
+  training.resume = !options.out.empty();
+  return train(job, training);
+}
+
 Json Chart::operator()() {
   Json result = Json::object();
   if (options_.resume && options_.out.empty())
     job_.sink().report("bad-option", {}, {"--resume needs the --out DIR of the chart"});
   if (job_.failed()) return result;
-  if (!job_.load_source() || !prepare_out(job_) || !open_chart_scene(job_, options_.wishes, scene_)) return result;
+  if (!job_.load_source() || !prepare_out(job_)) return result;
+  if (!options_.name.empty() && learns_from_trajectories(job_)) return chart_training(job_, options_);
+  if (!open_chart_scene(job_, options_.wishes, scene_)) return result;
   const model::Problem& problem = scene_.session->problem();
   const std::string name = scene_.block ? scene_.block->name : problem.scene + "_chart";
   if (!options_.out.empty() && !file_.open(options_.out, name, options_.resume, job_.sink())) return result;
@@ -110,7 +131,8 @@ void add_chart(CLI::App& app, int& status) {
       "advect=central2,central4,upwind3 --vary time=ssp_rk3,rk4 --vary cells=64,128,256\n  dpde chart heat.dpde rod "
       "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe name may be that of a chart block, whose lines "
       "options "
-      "replace. The error is that at the end of the scene, against its exact solution or else a finer run.");
+      "replace; or a task that learns, whose network is drawn beside plain methods, with the cost of its training. The "
+      "error is that at the end of the scene, against its exact solution or else a finer run.");
   on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Chart(job, *options)(); }); });
 }
 

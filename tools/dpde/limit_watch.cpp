@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-#include "stability/verdict.h"
+#include "stability/verdict_cache.h"
 
 namespace dpde::tools {
 
@@ -39,8 +39,9 @@ void LimitWatch::look(int iteration, const Eigen::VectorXd& x, bool is_last) {
   const double start = seconds_now();
   if (is_told_ || (iteration > 0 && !is_last && spent_ > part_of_time * (start - begin_))) return;
   run_.inverse->assign(x);
-  const bool may_grow = !stability::grows_nothing(*run_.session);
-  const stability::Verdict verdict = may_grow ? stability::verdict_of(*run_.session) : stability::Verdict{};
+  // Not kept: nobody comes to these values a second time.
+  const bool may_grow = !stability::look_for_growth(*run_.session);
+  const stability::Verdict verdict = may_grow ? stability::examine(*run_.session) : stability::Verdict{};
   spent_ += seconds_now() - start;
   if (!may_grow || !verdict.is_above() || verdict.limit.kind != stability::StepLimit::Kind::limit) return;
   is_told_ = true;

@@ -240,7 +240,11 @@ std::string report_order(const model::Problem& problem, Json& result) {
   if (order.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
   std::string text = fmt::format("order: {} in space", order.is_spectral ? "spectral" : std::to_string(order.space));
   if (order.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
-  text += fmt::format(", {} in time{}\n", order.time, order.walls.empty() ? "" : "; " + order.walls);
+  result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";
+  text += fmt::format(
+      ", {} in time{}{}\n", order.time,
+      problem.step_control ? " for equal steps (here the tolerance chooses them, and errors follow it)" : "",
+      order.walls.empty() ? "" : "; " + order.walls);
   return text + report_operators(problem, result);
 }
 

@@ -228,7 +228,8 @@ void compare(Job& job, const OneTest& test, double error, Json& json) {
   say_break_even(job, test, at_error, json);
 }
 
-void report_beside(Job& job, const OneTest& test, Json& json) {
+/// On a chart most methods blow up somewhere, and a word is enough.
+void report_beside(Job& job, const OneTest& test, bool is_chart, Json& json) {
   if (test.beside->empty()) return;
   const double error = mean_and_spread(test.means()).mean;
   const TrajectoryTest& found = test.found();
@@ -239,7 +240,7 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
                          whole.spread, cost);
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
     job.say(fmt::format("  {}: {} on {}, {}\n", each.scene, text_of(whole), each.file, time));
-    if (&each != &found) say_blow_up(job, each);
+    if (&each != &found && !is_chart) say_blow_up(job, each);
   };
   json["cost_s"] = json_number(test.costs[0]);
   json["beside"] = Json::object();
@@ -255,7 +256,7 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
   compare(job, test, error, json);
 }
 
-Json report_test(Job& job, const OneTest& test) {
+Json report_test(Job& job, const OneTest& test, bool is_chart) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
   job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt),
                       test.found().runs.size(), test.found().file, text_of(before)));
@@ -264,7 +265,7 @@ Json report_test(Job& job, const OneTest& test) {
   json["t"] = json_numbers(test.found().times);
   json["start"] = numbers_of(*test.start);
   report_trials(job, test, json);
-  report_beside(job, test, json);
+  report_beside(job, test, is_chart, json);
   return json;
 }
 
@@ -343,9 +344,9 @@ Json json_of(const training::GrowthTest& growth) {
   return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(growth.rates)}};
 }
 
-Json report(Job& job, const OneTest& test) {
+Json report(Job& job, const OneTest& test, bool is_chart) {
   switch (test.start->kind) {
-    case Kind::number: return report_test(job, test);
+    case Kind::number: return report_test(job, test, is_chart);
     case Kind::statistic: return report_statistic(job, test);
     case Kind::spectrum: return report_spectrum(job, test);
     case Kind::correlation: return report_correlation(job, test);
@@ -375,8 +376,8 @@ void report_tests(Job& job, const TestResults& results, Json& json) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);
     }
     if (test.trials.size() != results.trials.size()) continue;
-    json[key_of(test.start->kind)][test.start->name] = report(job, test);
-    if (test.start->kind != Kind::spectrum) write_test(job, test);
+    json[key_of(test.start->kind)][test.start->name] = report(job, test, results.is_chart);
+    if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
   }
 }
 

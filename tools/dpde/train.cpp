@@ -14,6 +14,8 @@
 #include "progress.h"
 #include "run_checkpoint.h"
 #include "support/evaluate.h"
+#include "training/plain_methods.h"
+#include "training_chart.h"
 
 namespace dpde::tools {
 
@@ -261,7 +263,7 @@ double mean_cost(const training::Trials& trials) {
 
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
 void test(Job& job, const training::Trials& trials, const training::TestScenes& scenes,
-          const training::BatchOptions& options, Json& json) {
+          const training::BatchOptions& options, bool is_chart, Json& json) {
   const auto values = [&](std::size_t trial, bool at_start) {
     const training::Trainer& trainer = *trials.all()[trial].trainer;
     return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
@@ -281,8 +283,25 @@ void test(Job& job, const training::Trials& trials, const training::TestScenes& 
   growths.beside = training::growths_beside(scenes, found, options);
   if (!interrupt_flag().load()) tests.costs = training::costs_of_tests(scenes, found, options, job.sink());
   if (interrupt_flag().load()) return;
+  tests.is_chart = is_chart;
   report_tests(job, tests, json);
   report_growths(job, growths, json);
+  if (is_chart) write_training_chart(job, scenes, tests, json);
+}
+
+/// The task's own tests; of a chart those that have plain scenes beside them, and more plain methods.
+std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::TrainingScene& scene, bool is_chart) {
+  const model::Task& task = scene.task();
+  if (!is_chart) return training::TestScenes::open(scene, job.source(), task.tests, task.growths, job.sink());
+  training::PlainMethods plain = training::with_plain_methods(scene, job.source());
+  if (plain.tests.empty()) {
+    job.sink().report("no-reference", task.optimiser->origin.range,
+                      {scene.compiled->problem->scene, fmt::format("no test of task {} has a plain scene", task.name)},
+                      "test error = ... on trajectories(\"FILE.nc\") for N steps beside SCENE");
+    return nullptr;
+  }
+  for (const std::string& text : plain.left_out) job.say(fmt::format("left out: {}\n", text));
+  return training::TestScenes::open(scene, job.source(), std::move(plain.tests), {}, job.sink());
 }
 
 }  // namespace
@@ -315,8 +334,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   }
   const std::unique_ptr<training::TrainingScene> scene =
       training::TrainingScene::open(job.source(), run.compiled, job.sink());
-  const std::unique_ptr<training::TestScenes> tests =
-      scene ? training::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
+  const std::unique_ptr<training::TestScenes> tests = scene ? open_tests(job, *scene, options.charts) : nullptr;
   if (!tests) return json;
   training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
@@ -335,7 +353,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();
-  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, json);
+  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, options.charts, json);
   json["files"] = job.files();
   return json;
 }

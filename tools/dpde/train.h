@@ -15,6 +15,7 @@ struct OptimizeOptions : TaskOptions {
   int epochs = 0;      // 0: the task's; of training alone, as checkpoint_every
   bool resume = false;
   std::string checkpoint_every;
+  bool charts = false;  // beside all plain methods, as a chart
 };
 
 /// The job's source is loaded. False too when the source is wrong: whoever compiles it says so.
@@ -34,6 +35,7 @@ struct TestResults {
   std::vector<std::vector<training::TrajectoryTest>> beside = {};
   std::vector<std::vector<double>> costs = {};
   Investment spent = {};
+  bool is_chart = false;  // of many plain methods: without their courses over time
 };
 struct GrowthResults {
   std::size_t best = 0;

@@ -53,6 +53,8 @@ class Pair {
     const auto cells = static_cast<std::size_t>(session.workspace().cell_count());
     states_.assign(static_cast<std::size_t>(own_.state_count()), std::vector<double>(cells));
     beside_ = states_;
+    // Steps chosen for each of them would differ by more than the perturbation does.
+    if (session.problem().step_control) other_.follow(&own_.record());
     perturb();
   }
 

@@ -242,6 +242,19 @@ std::vector<Session::Miss> Session::misses(double t, const std::vector<void*>& s
   return result;
 }
 
+namespace {
+
+/// In units of the largest value: squares above 1e154 are no numbers.
+double root_mean_square(const std::vector<double>& values) {
+  double largest = 0, sum = 0;
+  for (const double v : values) largest = std::max(largest, std::abs(v));
+  const double unit = largest > 1e150 || (largest > 0 && largest < 1e-150) ? largest : 1;
+  for (const double v : values) sum += (v / unit) * (v / unit);
+  return unit * std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
 std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& states) {
   const dpde_program* program = compiled_->program(compiled_->names.exact);
   std::vector<ErrorNorms> norms;
@@ -257,16 +270,13 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
     if (index < 0) continue;
     copy_out(workspace().layout(), states[static_cast<std::size_t>(index)], computed);
     ErrorNorms norm{state.name};
+    norm.scale = root_mean_square(exact);
     for (std::size_t i = 0; i < computed.size(); ++i) {
-      const double error = std::abs(computed[i] - exact[i]);
-      norm.l1 += error;
-      norm.l2 += error * error;
-      norm.scale += exact[i] * exact[i];
-      norm.linf = error > norm.linf || std::isnan(error) ? error : norm.linf;
+      computed[i] = std::abs(computed[i] - exact[i]);
+      norm.l1 += computed[i] / static_cast<double>(computed.size());
+      norm.linf = computed[i] > norm.linf || std::isnan(computed[i]) ? computed[i] : norm.linf;
     }
-    norm.l1 /= static_cast<double>(computed.size());
-    norm.l2 = std::sqrt(norm.l2 / static_cast<double>(computed.size()));
-    norm.scale = std::sqrt(norm.scale / static_cast<double>(computed.size()));
+    norm.l2 = root_mean_square(computed);
     norms.push_back(norm);
   }
   workspace().release(*program);

@@ -374,6 +374,7 @@ struct Test {
   struct Beside {
     std::string scene, on;
     Origin origin;
+    std::map<std::string, std::string> method = {};  // of charts: keys of a scheme in the place of the scene's
   };
   std::vector<Beside> beside;  // scenes that are run from the same data
 };

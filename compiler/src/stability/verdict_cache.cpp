@@ -19,6 +19,8 @@ namespace {
 constexpr double worth_keeping = 0.05;  // seconds
 constexpr const char* last_line = "end of the verdict";
 
+}  // namespace
+
 std::string key_of(driver::Session& session) {
   std::uint64_t fields = 14695981039346656037ull;  // FNV-1a, of numbers in the place of bytes
   const auto add = [&](const std::vector<double>& values) {
@@ -37,6 +39,8 @@ std::string key_of(driver::Session& session) {
   }
   return key + print(session.problem()) + print(session.compiled().stencil);
 }
+
+namespace {
 
 /// What `find` gives, or what it gave before.
 std::string kept_or_found(driver::Session& session, const std::string& what,

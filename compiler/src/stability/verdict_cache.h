@@ -14,6 +14,9 @@ bool look_for_growth(driver::Session& session);
 void examine_networks(driver::Session& session, Verdict& verdict);
 bool networks_grow_nothing(driver::Session& session);
 
+/// What a verdict is kept by.
+std::string key_of(driver::Session& session);
+
 /// As text, and back; nullopt of what is no such text.
 std::string text_of(const Verdict& verdict);
 std::optional<Verdict> verdict_from(const std::string& text);

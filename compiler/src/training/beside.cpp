@@ -44,14 +44,19 @@ driver::CompileOptions options_beside(const driver::Compiled& own, const std::st
   return options;
 }
 
-std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const SourceFile& source,
-                                                 DiagnosticSink& sink) {
+std::string title_of(const model::Test::Beside& beside) {
+  std::string title = beside.scene;
+  for (const auto& [key, value] : beside.method)
+    title += fmt::format("{}{}={}", title == beside.scene ? " by " : " ", key, value);
+  return title;
+}
+
+std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const std::vector<model::Test>& tests,
+                                                 const SourceFile& source, DiagnosticSink& sink) {
   std::unique_ptr<BesideScenes> all(new BesideScenes(own));
-  for (const std::vector<model::Test>& tests : {own.task().tests, own.task().growths}) {
-    for (const model::Test& test : tests) {
-      for (const model::Test::Beside& beside : test.beside) {
-        if (!all->add(test, beside, source, sink)) return nullptr;
-      }
+  for (const model::Test& test : tests) {
+    for (const model::Test::Beside& beside : test.beside) {
+      if (!all->add(test, beside, source, sink)) return nullptr;
     }
   }
   return all;
@@ -60,7 +65,9 @@ std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const
 std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Beside& beside,
                                                        const SourceFile& source, DiagnosticSink& sink) {
   DiagnosticSink within;  // the same lines are right in the task's own scene
-  std::optional<driver::Compiled> made = driver::compile(source, options_beside(own, beside.scene), within);
+  driver::CompileOptions options = options_beside(own, beside.scene);
+  for (const auto& [key, value] : beside.method) options.selection.overrides[key] = value;
+  std::optional<driver::Compiled> made = driver::compile(source, options, within);
   for (const Diagnostic& each : within.all()) {
     if (each.kind->severity == Severity::error)
       sink.report("bad-option", beside.origin.range,
@@ -87,14 +94,14 @@ void check_beside(const driver::Compiled& own, const SourceFile& source, Diagnos
 
 std::shared_ptr<const driver::Compiled> BesideScenes::compiled(const model::Test::Beside& beside,
                                                                const SourceFile& source, DiagnosticSink& sink) {
-  std::shared_ptr<const driver::Compiled>& there = compiled_[beside.scene];
+  std::shared_ptr<const driver::Compiled>& there = compiled_[title_of(beside)];
   if (!there) there = compile_beside(*own_.compiled, beside, source, sink);
   return there;
 }
 
 bool BesideScenes::add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source,
                        DiagnosticSink& sink) {
-  std::unique_ptr<TrainingScene>& there = scenes_[{beside.scene, beside.on}];
+  std::unique_ptr<TrainingScene>& there = scenes_[{title_of(beside), beside.on}];
   if (!there) {
     std::shared_ptr<const driver::Compiled> scene = compiled(beside, source, sink);
     if (!scene) return false;

@@ -12,13 +12,19 @@
 
 namespace dpde::training {
 
+/// "plain", "plain by advect=weno5".
+std::string title_of(const model::Test::Beside& beside);
+
 class BesideScenes {
  public:
   /// null when `sink` has errors afterwards. Settings of --set that are values of parameters, or of precision, are for
   /// all scenes, others for the task's own alone.
-  static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink);
+  static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const std::vector<model::Test>& tests,
+                                            const SourceFile& source, DiagnosticSink& sink);
 
-  const TrainingScene& scene(const model::Test::Beside& beside) const { return *scenes_.at({beside.scene, beside.on}); }
+  const TrainingScene& scene(const model::Test::Beside& beside) const {
+    return *scenes_.at({title_of(beside), beside.on});
+  }
 
  private:
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
@@ -28,7 +34,7 @@ class BesideScenes {
 
   const TrainingScene& own_;
   std::map<std::string, std::shared_ptr<const driver::Compiled>> compiled_;
-  std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by name and file
+  std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by title and file
 };
 
 /// Mistakes are reported where the test names the scene; null then.

@@ -163,29 +163,32 @@ bool check_beside(const model::Test& test, double interval, const model::Test::B
 
 }  // namespace
 
-std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink) {
+std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source,
+                                             std::vector<model::Test> tests, std::vector<model::Test> growths,
+                                             DiagnosticSink& sink) {
+  std::vector<model::Test> all = tests;
+  all.insert(all.end(), growths.begin(), growths.end());
   std::vector<double> intervals;
-  for (const std::vector<model::Test>* tests : {&own.task().tests, &own.task().growths}) {
-    for (const model::Test& test : *tests) {
-      const std::optional<files::Trajectories> on = load_test(own, test, source, sink);
-      if (!on || !has_states(test, own, *on, sink)) return nullptr;
-      intervals.push_back(interval_of(own, *on));
-    }
+  for (const model::Test& test : all) {
+    const std::optional<files::Trajectories> on = load_test(own, test, source, sink);
+    if (!on || !has_states(test, own, *on, sink)) return nullptr;
+    intervals.push_back(interval_of(own, *on));
   }
-  std::unique_ptr<TestScenes> scenes(new TestScenes{own, source, BesideScenes::open(own, source, sink), {}});
+  std::unique_ptr<TestScenes> scenes(new TestScenes{
+      own, source, std::move(tests), std::move(growths), BesideScenes::open(own, all, source, sink), {}});
   if (!scenes->beside) return nullptr;
-  for (std::size_t i = 0; i < own.task().tests.size(); ++i) {
-    const model::Test& test = own.task().tests[i];
+  for (std::size_t i = 0; i < scenes->tests.size(); ++i) {
+    const model::Test& test = scenes->tests[i];
     for (const model::Test::Beside& beside : test.beside) {
       if (!check_beside(test, intervals[i], beside, scenes->beside->scene(beside), sink)) return nullptr;
     }
   }
   const auto add = [&](const std::string& scene) {
-    std::unique_ptr<GrowthScene>& growth = scenes->growths[scene];
+    std::unique_ptr<GrowthScene>& growth = scenes->growth_scenes[scene];
     if (!growth) growth = GrowthScene::open(*own.compiled, scene, source, sink);
     return growth != nullptr;
   };
-  for (const model::Test& growth : own.task().growths) {
+  for (const model::Test& growth : scenes->growths) {
     if (!add(own.compiled->problem->scene)) return nullptr;
     for (const model::Test::Beside& beside : growth.beside) {
       if (!add(beside.scene)) return nullptr;
@@ -197,7 +200,7 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
 std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<TrajectoryTest> results;
-  for (const model::Test& test : scenes.own.task().tests) {
+  for (const model::Test& test : scenes.tests) {
     const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
     if (!on) return {};
     results.push_back(roll_out(test, scenes.own, test.on, *on, values, options));
@@ -208,11 +211,12 @@ std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, cons
 std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
                                                       const BatchOptions& options) {
   std::vector<std::vector<TrajectoryTest>> results;
-  for (const model::Test& test : scenes.own.task().tests) {
+  for (const model::Test& test : scenes.tests) {
     std::vector<TrajectoryTest>& all = results.emplace_back();
     for (const model::Test::Beside& beside : test.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
       all.push_back(roll_out(test, scene, beside.on, scene.trajectories, values, options));
+      all.back().scene = title_of(beside);
     }
   }
   return results;
@@ -223,7 +227,7 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
   constexpr int repeats = 5;
   constexpr double at_least = 0.02;  // seconds of one measurement
   std::vector<std::vector<double>> costs;
-  for (const model::Test& test : scenes.own.task().tests) {
+  for (const model::Test& test : scenes.tests) {
     std::vector<double>& all = costs.emplace_back();
     if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
     const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
@@ -247,11 +251,11 @@ std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const 
                                                 const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<GrowthTest> results;
   const std::string& name = scenes.own.compiled->problem->scene;
-  for (const model::Test& growth : scenes.own.task().growths) {
+  for (const model::Test& growth : scenes.growths) {
     const std::optional<files::Trajectories> on = load_test(scenes.own, growth, scenes.source, sink);
     if (!on) return {};
     results.push_back({growth.quantity.name, name, growth.on,
-                       scenes.growths.at(name)->rates(*on, growth.when.count, values, options)});
+                       scenes.growth_scenes.at(name)->rates(*on, growth.when.count, values, options)});
   }
   return results;
 }
@@ -259,7 +263,7 @@ std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const 
 std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values,
                                                     const BatchOptions& options) {
   std::vector<std::vector<GrowthTest>> results;
-  for (const model::Test& growth : scenes.own.task().growths) {
+  for (const model::Test& growth : scenes.growths) {
     std::vector<GrowthTest>& all = results.emplace_back();
     for (const model::Test::Beside& beside : growth.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
@@ -270,7 +274,7 @@ std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, co
       const auto steps =
           static_cast<int>(std::lround(growth.when.count * scene.own_step / scene.compiled->problem->step));
       all.push_back({growth.quantity.name, beside.scene, beside.on,
-                     scenes.growths.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
+                     scenes.growth_scenes.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
     }
   }
   return results;

@@ -48,11 +48,15 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values);
 struct TestScenes {
   const TrainingScene& own;
   const SourceFile& source;
+  std::vector<model::Test> tests, growths;
   std::unique_ptr<BesideScenes> beside;
-  std::map<std::string, std::unique_ptr<GrowthScene>> growths;  // by name; none where no rate of growth is asked for
+  std::map<std::string, std::unique_ptr<GrowthScene>>
+      growth_scenes;  // by name; none where no rate of growth is asked for
 
   /// null after errors, before a long training begins: files that do not fit, scenes that do not compile.
-  static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink);
+  static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source,
+                                          std::vector<model::Test> tests, std::vector<model::Test> growths,
+                                          DiagnosticSink& sink);
 };
 
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plain methods that a network is measured by: not only the ones that a person named (McGreivy and Hakim 2024: most
+// comparisons are with a weak baseline).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chart/point.h"
+#include "training/window_batches.h"
+
+namespace dpde::training {
+
+struct PlainMethods {
+  /// Tests that are a number and have scenes beside them; beside each plain scene, it by the methods that suit its
+  /// equations (chart::methods_for). Methods that a scene with the same data has already are left out.
+  std::vector<model::Test> tests;
+  /// "plain by advect=weno5: why", of those that do not compile.
+  std::vector<std::string> left_out;
+};
+PlainMethods with_plain_methods(const TrainingScene& own, const SourceFile& source);
+
+}  // namespace dpde::training
