@@ -77,6 +77,10 @@ struct SideCondition {
   bool gives_value() const { return a == Part::one && b == Part::zero && c == Part::given; }
   /// du/dn = c
   bool gives_slope() const { return a == Part::zero && b == Part::one && c == Part::given; }
+  /// A slope is given, or follows from what is: something flows through the side.
+  bool has_slope() const { return b != Part::zero && c == Part::given; }
+  /// Of a field that is the same across the side, with c = 0: so it is beyond.
+  bool keeps_constants() const { return a == Part::zero; }
   /// Where all else is 0, the spacing is no part of it.
   bool has_spacing() const { return b != Part::zero && (a != Part::zero || c != Part::zero); }
   /// The values on a wall are those of the field itself. Those on a low wall are not stored.
