@@ -23,6 +23,8 @@ const std::vector<AxisBoundary> sorts = {
     {Topology::bounded, {SideKind::gradient, 0.0, 0.0, 0.0, true}, {SideKind::mixed, 0.0, 1.5, param("b"), true}},
     {Topology::bounded, {SideKind::mixed, 0.0, 0.7, param("b"), true}, {SideKind::value, 0.0, 0.0, 0.0, true}},
     {Topology::bounded, {SideKind::linear}, {SideKind::mixed, 0.0, 1.5, param("b")}},
+    {Topology::bounded, {SideKind::gradient_at_cell, 0.0}, {SideKind::gradient_at_cell, 0.0}},
+    {Topology::bounded, {SideKind::gradient_at_cell, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
     {Topology::bounded, {SideKind::linear, 0.0, 0.0, 0.0, true}, {SideKind::linear, 0.0, 0.0, 0.0, true}},
 };
 const Params spacings{{"hx", 0.5}, {"hy", 0.3}, {"hz", 0.7}, {"b", 0.2}};
@@ -139,6 +141,23 @@ TEST(Halo, ConditionsOnWallsOfOneAndTwoCells) {
   EXPECT_EQ(filled({99}, slope, value)[1], 5);
   EXPECT_EQ(filled({7}, value, rise)[0], 5);
   EXPECT_EQ(filled({7}, value, rise)[1], 7);
+}
+
+/// Slope c at the centre of the cell: parabolas are exact in any layer, lines in a single cell.
+TEST(Halo, SlopesAtCells) {
+  const auto filled = [](std::vector<double> u, double low, double high) {
+    State state({1, {static_cast<int>(u.size()), 1, 1}}, 3);
+    state.set("u", u);
+    const Side at_low{SideKind::gradient_at_cell, low}, at_high{SideKind::gradient_at_cell, high};
+    apply(state, Fill{"u", {{Topology::bounded, at_low, at_high}}}, {{"hx", 0.5}});
+    return along_x(state, "u");
+  };
+  const auto parabola = [](int i) { return 1 + 0.5 * i + 0.25 * i * i; };  // 1 + x + x^2 at x = i/2
+  std::vector<double> inside;
+  for (int i = 0; i < 4; ++i) inside.push_back(parabola(i));
+  const std::vector<double> u = filled(inside, -1, 4);
+  for (int i = -3; i < 7; ++i) EXPECT_NEAR(u[static_cast<std::size_t>(i + 3)], parabola(i), 1e-14) << i;
+  EXPECT_EQ(filled({4}, -2, 2), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
 }
 
 TEST(Interpret, FillsByRepeatedReflection) {

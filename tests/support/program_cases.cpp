@@ -140,6 +140,10 @@ std::vector<ProgramCase> program_cases() {
        two_stages + "program p { fill u x = linear; fill kappa x.low = linear, x.high = zero_gradient; run s1; "
                     "fill w x.low = mixed(1, 0.3, 0.1), x.high = linear; run s2; swap u, v }",
        {{"u", "kappa"}, {"a"}}},
+      {"slopes at cells, wide",
+       1,
+       wide + "program p { fill u x.low = gradient_at_cell(0.4), x.high = gradient_at_cell(-0.2); run k; swap u, v }",
+       {{"u"}, {"c"}}},
       {"straight lines, wide", 1, wide + "program p { fill u x = linear; run k; swap u, v }", {{"u"}, {"c"}}},
       {"straight lines 2-D",
        2,

@@ -61,8 +61,8 @@ bool is_coefficient_beside(const model::Expr& e, int axis, const std::string& na
 bool has_slope(const model::Problem& problem, std::size_t axis, bool is_low) {
   return std::ranges::any_of(problem.states, [&](const model::State& state) {
     if (axis >= state.boundary.size()) return false;
-    const SideKind kind = is_low ? state.boundary[axis].low.kind : state.boundary[axis].high.kind;
-    return kind == SideKind::gradient || kind == SideKind::mixed;
+    const model::AxisSides& sides = state.boundary[axis];
+    return condition_of((is_low ? sides.low : sides.high).kind).has_slope();
   });
 }
 

@@ -26,10 +26,7 @@ bool is_same_along(const std::vector<double>& values, const std::vector<model::A
 
 /// What a side across the axis puts beyond it is what lies inside.
 bool continues(const stencil::Side& side) {
-  const bool has_no_slope = side.kind == SideKind::zero_gradient || side.kind == SideKind::linear ||
-                            side.kind == SideKind::outflow ||
-                            (side.kind == SideKind::gradient && stencil::is_literal(side.value, 0));
-  return has_no_slope && !side.on_wall;
+  return condition_of(side.kind).keeps_constants() && stencil::is_literal(side.value, 0) && !side.on_wall;
 }
 
 bool asks_for_the_wall(const stencil::Module& module, const stencil::Program& program, std::size_t axis) {

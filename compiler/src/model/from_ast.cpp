@@ -49,6 +49,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_task(draft);
   check_steady(draft);
   check_wall_weights(draft);
+  check_radiating(draft);
   check_open_places(draft);
   check_data_times(draft);
   check_wall_derivatives(draft);

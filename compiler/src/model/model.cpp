@@ -35,6 +35,12 @@ const State* Problem::find_state(const std::string& name) const {
   return found == states.end() ? nullptr : &*found;
 }
 
+bool radiates(const State& state) {
+  return std::ranges::any_of(state.boundary, [](const AxisSides& sides) {
+    return condition_of(sides.low.kind).takes_rate() || condition_of(sides.high.kind).takes_rate();
+  });
+}
+
 const State* Problem::velocity_of(const std::string& name) const {
   const auto found = std::find_if(states.begin(), states.end(), [&](const State& s) { return s.velocity_of == name; });
   return found == states.end() ? nullptr : &*found;

@@ -242,6 +242,9 @@ struct State {
   Origin origin;              // of the equation
 };
 
+/// Whether waves of the state leave by a side, whose slope then follows from the rate.
+bool radiates(const State& state);
+
 /// Each step is made in parts, as long as the error that the scheme estimates for each of them allows: in each cell
 /// `absolute` + `relative` times the value is tolerated (Hairer, Norsett, Wanner I, II.4).
 struct StepControl {

@@ -34,8 +34,8 @@ bool goes_on_beyond(const Problem& problem, const Coefficient& coefficient, std:
     return false;
   return std::ranges::any_of(boundaries_of(problem), [&](const std::vector<AxisSides>* boundary) {
     if (axis >= boundary->size()) return false;
-    const SideKind kind = is_low ? (*boundary)[axis].low.kind : (*boundary)[axis].high.kind;
-    return kind == SideKind::gradient || kind == SideKind::mixed;
+    const AxisSides& sides = (*boundary)[axis];
+    return condition_of((is_low ? sides.low : sides.high).kind).has_slope();
   });
 }
 

@@ -54,10 +54,12 @@ Expr spacing(int axis);
 /// factor * product, as a person writes it: dt*nu*u_xx, not dt*(nu*u_xx).
 Expr scaled(const Expr& factor, const Expr& product);
 
+using FieldsOfStates = std::map<std::string, std::string>;
+
 /// Which field stands for a state, and the time that is meant by t.
 struct Reading {
-  std::map<std::string, std::string> fields;  // those not named here stand for themselves
-  std::map<std::string, Expr> values;         // of the parameters of an operator that are the same at all points
+  FieldsOfStates fields;               // those not named here stand for themselves
+  std::map<std::string, Expr> values;  // of the parameters of an operator that are the same at all points
   Expr time;
   Reading();
 };
@@ -89,6 +91,7 @@ class Discretiser {
   /// A component of the velocity that carries what lies at `placement`, interpolated to there.
   Expr velocity(const model::Expr& e, const model::Placement& placement);
   const model::Placements& placements() const { return placements_; }
+  const Reading& reading() const { return reading_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
   /// From now on states and t mean what `reading` says; lets and preparations go on.

@@ -317,7 +317,8 @@ class ModuleReader {
       return side;
     }
     BoundaryValueReader reader(fields_, statement, sink_);
-    const SideCondition* condition = call ? find_condition(call->callee) : name ? find_condition(name->name) : nullptr;
+    const std::string word = call ? call->callee : name ? name->name : "";
+    const SideCondition* condition = find_condition(word, SideCondition::Level::programs);
     if (!condition || condition->is_word_alone() != (name != nullptr)) return {SideKind::value, read_wall(e, reader)};
     Side side{condition->kind};
     const std::vector<Expr*> parts = given_parts(side);

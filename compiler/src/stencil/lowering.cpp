@@ -331,7 +331,7 @@ Kernel Lowering::kernel(const std::string& name) const {
 
 Stage Lowering::stage(Kernel kernel, const Discretiser& at_point, Expr time) {
   kernel.lets = at_point.lets();
-  return {std::move(kernel), std::move(time), at_point.preparations()};
+  return {std::move(kernel), std::move(time), at_point.preparations(), at_point.reading().fields};
 }
 
 /// Of a field without a boundary of its own.
@@ -373,7 +373,9 @@ const model::State* Lowering::state_beyond_walls(const std::string& field) const
   if (found != state_of_.end()) return problem_.find_state(found->second);
   if (!problem_.task) return nullptr;
   const auto datum = std::ranges::find(problem_.task->data, field, &model::Datum::name);
-  return datum == problem_.task->data.end() || datum->series ? nullptr : problem_.find_state(datum->field);
+  if (datum == problem_.task->data.end() || datum->series) return nullptr;
+  const model::State* state = problem_.find_state(datum->field);
+  return state != nullptr && model::radiates(*state) ? nullptr : state;  // nothing says what its rate is
 }
 
 /// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.
@@ -427,7 +429,8 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
   BlockScope scope(module, stages, program, filled, grown, walls);
   std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
-  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow) {
+  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow,
+                        const FieldsOfStates& at = {}) {
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
       if (scope.is_from_outside(read.field) && has_value_on_walls(read)) continue;
@@ -435,7 +438,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
       const auto unknown = solved.find(read.field);
       const model::State* const state = unknown != solved.end() ? &unknown->second : state_beyond_walls(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
-      if (state != nullptr) boundary = walls.boundary(*state, time, module, program);
+      if (state != nullptr) boundary = walls.boundary(*state, time, module, program, at);
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }
   };
@@ -447,7 +450,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, program.axes);
     for (std::size_t i = 0; i < stage.before.size(); ++i) {
-      fill(reads_of(stage.before[i]), stage.time, grows[i]);
+      fill(reads_of(stage.before[i]), stage.time, grows[i], stage.at);
       match(
           stage.before[i],
           [&](const Kernel& kernel) {
@@ -467,12 +470,14 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
           },
           [&](const PreparedSolve& solve) {
             solved[solve.unknown] = solve.state;
-            const auto fill_now = [&](const std::vector<Signature::Read>& reads) { fill(reads, stage.time, 0); };
+            const auto fill_now = [&](const std::vector<Signature::Read>& reads) {
+              fill(reads, stage.time, 0, stage.at);
+            };
             add_solve(solve, stage.time, fill_now, walls, module, program);
             for (const std::string& field : effects(module, program.body.back()).spoils) filled.erase(field);
           });
     }
-    fill(signature(stage.kernel).reads, stage.time, 0);
+    fill(signature(stage.kernel).reads, stage.time, 0, stage.at);
     if (!is_idle(stage.kernel)) run(stage.kernel, 0);
   }
   scope.enter(nullptr);

@@ -34,6 +34,7 @@ struct Stage {
   Kernel kernel;
   Expr time;
   std::vector<Preparation> before;
+  FieldsOfStates at = {};                             // what it reads in the place of states
   std::shared_ptr<const StageBlock> block = nullptr;  // which it stands in with the stages that have the same
 };
 /// All that a stage reads.

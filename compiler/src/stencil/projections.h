@@ -10,8 +10,6 @@
 
 namespace dpde::stencil {
 
-using FieldsOfStates = std::map<std::string, std::string>;
-
 /// What a stage stores into: for states that constraints change a field beside them, for the others that of `into`.
 FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into);
 

@@ -28,6 +28,8 @@
 //    it and between cells it is as linear.
 //    linear: the straight line goes on, v = (k+2)*u - (k+1)*u', u and u' the first two cells inside; v = u where n = 1.
 //    On walls w = 2u' - u'' (u' where n < 3), and beyond them v = (k+1)*w - k*u'.
+//    gradient_at_cell(c): about the centre of the first cell, -1-k from k+1 and n+k from n-2-k, (v-u)/s = c with s =
+//    (2k+2)*hx. Where n = 1, and on walls, it is gradient(c).
 //    So each place gets weight*u + farther*u' + rate*c, u' one cell farther inside than its image u. The rows of
 //    support/side_conditions.h are these numbers, for this level, its derivatives and all back ends.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic

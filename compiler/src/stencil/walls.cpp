@@ -6,7 +6,6 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
-#include "stencil/discretise.h"
 
 namespace dpde::stencil {
 
@@ -75,8 +74,18 @@ bool Walls::varies(const model::Expr& value) const {
   });
 }
 
-std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr& time, Module& module,
-                                          Program& program) {
+/// What stands for dt(u), known in the cells beside the sides and, as it is there, beyond them.
+std::string Walls::filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
+                               const FieldsOfStates& at) {
+  const model::State& rate = *problem_.velocity_of(state.name);
+  const auto found = at.find(rate.name);
+  const std::string field = found == at.end() ? rate.name : found->second;
+  if (filled_.insert(field).second) program.body.push_back(Fill{field, boundary(rate, time, module, program, at)});
+  return field;
+}
+
+std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr& time, Module& module, Program& program,
+                                          const FieldsOfStates& at) {
   std::vector<AxisBoundary> boundary;
   std::vector<std::pair<int, bool>> varying;  // sides, as axis and whether it is the low one
   std::optional<Expr> value;                  // at each halo cell that of the axis filled last
@@ -88,10 +97,13 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
       const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
       const bool on_wall = is_on_walls(state, problem_, axis);
-      const Expr c = side_value(state, problem_, axis, is_low, time);
+      Expr c = side_value(state, problem_, axis, is_low, time);
+      const bool takes_rate = condition_of(from.kind).takes_rate();
+      if (takes_rate) c = -access(filled_rate(state, time, module, program, at)) / c;
+      const SideKind kind = takes_rate ? SideKind::gradient_at_cell : from.kind;
       Side& side = is_low ? boundary.back().low : boundary.back().high;
-      side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_wall};
-      if (!varies(from.value)) continue;
+      side = {kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_wall};
+      if (!takes_rate && !varies(from.value)) continue;
       // the points on the high wall belong to the last cells
       const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
       const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), last);

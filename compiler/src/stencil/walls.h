@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/model.h"
+#include "stencil/discretise.h"
 #include "stencil/stencil.h"
 #include "support/name_supply.h"
 
@@ -37,11 +38,15 @@ class Walls {
   Stored forget() { return std::exchange(stored_, {}); }
   void remember(Stored stored) { stored_ = std::move(stored); }
   /// What a fill of `state` at `time` needs; what it reads is added to the module and the program.
-  std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
+  /// `at`: what is read in the place of states, of whose rates slopes may follow.
+  std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program,
+                                     const FieldsOfStates& at = {});
 
  private:
   std::string stored(const std::string& state, const Expr& value, const Origin& origin, Module& module,
                      Program& program);
+  std::string filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
+                          const FieldsOfStates& at);
   bool varies(const model::Expr& value) const;
 
   const model::Problem& problem_;

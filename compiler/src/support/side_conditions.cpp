@@ -28,6 +28,14 @@ constexpr GhostRule mirrored_on_walls{
              .of_few = {.terms = {{{.place = {1}}, {.place = {1}, .image = {-1}}}}, .rate = {1}}},
     .beyond = {mirrored_row(-1)}};
 
+/// About the centre of the cell beside the side, (v - u)/((m + 1)*h) = c with u as far inside as v is outside: waves
+/// leave with the error of a central difference, wherever the condition holds. One cell has no other one: about the
+/// side.
+constexpr GhostRule mirrored_at_cell{
+    .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .rate = {1, 1}, .first = 1, .step = 1},
+               .least = 2,
+               .of_few = mirrored_row(0)}};
+
 /// The line through the two cells beside the side, 2v = (m + 3)*u - (m + 1)*w, goes on; v = u where there is one.
 constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
                                          .least = 2,
@@ -44,8 +52,9 @@ constexpr GhostRule continued_on_walls{
 constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = continued_on_walls.beyond};
 
 using enum SideCondition::Part;
+using Level = SideCondition::Level;
 
-constexpr std::array<SideCondition, 6> conditions{
+constexpr std::array<SideCondition, 8> conditions{
     {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
      {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
      {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
@@ -53,7 +62,11 @@ constexpr std::array<SideCondition, 6> conditions{
      {SideKind::mixed, "mixed", given, given, given, &mirrored, &mirrored_on_walls,
       "mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal"},
      {SideKind::linear, "linear", zero, one, zero, &continued, &continued_on_walls, "linear"},
-     {SideKind::outflow, "outflow", zero, one, zero, &continued, &open_on_walls, "outflow"}}};
+     {SideKind::outflow, "outflow", zero, one, zero, &continued, &open_on_walls, "outflow"},
+     {SideKind::gradient_at_cell, "gradient_at_cell", zero, one, given, &mirrored_at_cell, &mirrored_on_walls,
+      "gradient_at_cell(g), the derivative along the outward normal at the centre of the cell", Level::programs},
+     {SideKind::radiating, "radiating", zero, one, given, &mirrored_at_cell, &mirrored_on_walls,
+      "radiating(c) for dt(u) + c*du/dn = 0, n the outward normal", Level::models}}};
 
 }  // namespace
 
@@ -85,14 +98,15 @@ const SideCondition& condition_of(SideKind kind) {
   return *found;
 }
 
-const SideCondition* find_condition(std::string_view word) {
+const SideCondition* find_condition(std::string_view word, Level level) {
   const auto found = std::ranges::find(conditions, word, &SideCondition::word);
-  return word.empty() || found == conditions.end() ? nullptr : &*found;
+  if (word.empty() || found == conditions.end()) return nullptr;
+  return found->level == Level::both || found->level == level ? &*found : nullptr;
 }
 
 bool is_side_word(std::string_view word) {
-  const SideCondition* condition = find_condition(word);
-  return word == "periodic" || (condition && condition->is_word_alone());
+  const auto is_it = [&](const SideCondition& known) { return known.word == word && known.is_word_alone(); };
+  return word == "periodic" || std::ranges::any_of(conditions, is_it);
 }
 
 }  // namespace dpde

@@ -12,7 +12,7 @@
 
 namespace dpde {
 
-enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow };
+enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow, gradient_at_cell, radiating };
 
 /// fixed + by_way*m, for a place m cells away from its mirror image.
 struct GhostNumber {
@@ -63,11 +63,14 @@ GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coeff
 /// a*u + b*du/dn = c and how much of it a person writes: WORD(a, b, c), of these what is given.
 struct SideCondition {
   enum class Part { zero, one, given };
+  /// Whose words it is one of.
+  enum class Level { both, models, programs };
   SideKind kind;
   std::string_view word;  // "": c alone
   Part a, b, c;
   const GhostRule *between_cells, *on_walls;
   std::string_view usage;  // as hints have it
+  Level level = Level::both;
 
   /// Nothing is given.
   bool is_word_alone() const { return a != Part::given && b != Part::given && c != Part::given; }
@@ -76,7 +79,13 @@ struct SideCondition {
   /// u = c
   bool gives_value() const { return a == Part::one && b == Part::zero && c == Part::given; }
   /// du/dn = c
-  bool gives_slope() const { return a == Part::zero && b == Part::one && c == Part::given; }
+  bool gives_slope() const { return a == Part::zero && b == Part::one && c == Part::given && !takes_rate(); }
+  /// dt(u) + c*du/dn = 0: c is a speed, and the slope follows from the rate of the field.
+  bool takes_rate() const { return kind == SideKind::radiating; }
+  /// A slope is given, or follows from what is: something flows through the side.
+  bool has_slope() const { return b != Part::zero && c == Part::given; }
+  /// Of a field that is the same across the side, with c = 0: so it is beyond.
+  bool keeps_constants() const { return a == Part::zero; }
   /// Where all else is 0, the spacing is no part of it.
   bool has_spacing() const { return b != Part::zero && (a != Part::zero || c != Part::zero); }
   /// The values on a wall are those of the field itself. Those on a low wall are not stored.
@@ -85,8 +94,8 @@ struct SideCondition {
 };
 std::span<const SideCondition> side_condition_table();
 const SideCondition& condition_of(SideKind kind);
-/// By its word; nullptr where it is none.
-const SideCondition* find_condition(std::string_view word);
+/// By its word in models or in programs; nullptr where it is none of theirs.
+const SideCondition* find_condition(std::string_view word, SideCondition::Level level);
 /// `periodic`, or a condition that is written without arguments.
 bool is_side_word(std::string_view word);
 

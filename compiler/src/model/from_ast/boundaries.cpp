@@ -76,7 +76,7 @@ std::optional<Side> condition_side(Draft& draft, const SideCondition& condition,
 
 std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
   const auto* word = std::get_if<ast::Name>(&value->kind);
-  const SideCondition* named = word ? find_condition(word->name) : nullptr;
+  const SideCondition* named = word ? find_condition(word->name, SideCondition::Level::models) : nullptr;
   if (named && named->is_word_alone()) return Side{named->kind};
   if (word && word->name == "periodic") {
     draft.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
@@ -84,7 +84,7 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
     return std::nullopt;
   }
   const auto* call = std::get_if<ast::Call>(&value->kind);
-  const SideCondition* called = call ? find_condition(call->callee) : nullptr;
+  const SideCondition* called = call ? find_condition(call->callee, SideCondition::Level::models) : nullptr;
   if (called && !(called->is_word_alone() && call->arguments.empty()))
     return condition_side(draft, *called, *call, field);
   if (call && call->callee == "on_wall") {
@@ -213,13 +213,21 @@ void derive_velocity_boundaries(Draft& draft) {
   for (State& state : problem.states) {
     const State* moved = problem.find_state(state.velocity_of);
     if (!moved) continue;
-    if (holds_time(moved->boundary) && reads_around(problem, state.name)) {
+    const bool is_open = radiates(*moved);
+    if ((is_open || holds_time(moved->boundary)) && reads_around(problem, state.name)) {
       draft.sink.report("not-allowed-here", state.origin.range,
-                        {"a boundary with t", fmt::format("a scene that differentiates dt({}) in space", moved->name)},
+                        {is_open ? "radiating" : "a boundary with t",
+                         fmt::format("a scene that differentiates dt({}) in space", moved->name)},
                         "boundary values of dt(u) are not derived from those of u that vary in time");
     }
     state.boundary = moved->boundary;
-    for (AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
+    for (AxisSides& sides : state.boundary) {
+      for (Side* side : {&sides.low, &sides.high}) {
+        side->value = 0.0;
+        // what a slope follows from is the rate in the cell beside the side
+        if (condition_of(side->kind).takes_rate()) side->kind = SideKind::zero_gradient;
+      }
+    }
   }
 }
 
@@ -297,6 +305,7 @@ std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name)
     for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
   }
   check_complete(draft, unknown, seen);
+  check_radiating(draft, unknown);
   return unknown.boundary;
 }
 

@@ -45,6 +45,9 @@ std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 
 // data_times.cpp
 void check_data_times(Draft& draft);
+// radiating.cpp: whether sides by which waves leave are ones. Of a state, or of what is solved for
+void check_radiating(Draft& draft, const State& state);
+void check_radiating(Draft& draft);
 // wall_derivatives.cpp
 void check_wall_derivatives(Draft& draft);
 
