@@ -300,6 +300,16 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   return report;
 }
 
+/// min |b - m*A*g| is at m = (A*g).b/|A*g|^2, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods
+/// Appl. Mech. Eng. 163, 1998, 193, with a basis of one).
+void LinearSolver::begin(std::span<const double> b, std::span<const double> guess, std::span<double> x) {
+  Eigen::VectorXd& image = impl_->image;
+  image.noalias() = impl_->rows * vector_of(guess);
+  const double size = image.squaredNorm(), multiple = image.dot(vector_of(b)) / size;
+  const bool is_of_use = size > 0 && std::isfinite(multiple);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = is_of_use ? multiple * guess[i] : 0;
+}
+
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {
   Impl& own = *impl_;
   if (own.fourier_residual && !own.fourier->drops_waves()) return own.solve_by_known_waves(b, x);

@@ -42,6 +42,8 @@ class LinearSolver {
 
   /// Nothing is allocated. `x`: the first guess of methods that have one.
   SolveReport solve(std::span<const double> b, std::span<double> x);
+  /// x = the multiple of `guess` that leaves the least of b; 0 where there is no best one.
+  void begin(std::span<const double> b, std::span<const double> guess, std::span<double> x);
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.
