@@ -295,7 +295,10 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
   fourier->divide(b, x);
-  SolveReport report{.method = method, .residual = *fourier_residual, .converged = are_finite(x)};
+  SolveReport report{.method = method,
+                     .residual = *fourier_residual,
+                     .incompatible = null_space.share_of_mean(b),
+                     .converged = are_finite(x)};
   if (!report.converged) report.residual = NAN;
   return report;
 }
