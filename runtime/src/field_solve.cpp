@@ -42,6 +42,7 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       shelf_(std::move(shelf)),
       note_(&shelf_->add_note(name_)) {
   for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
+  if (solve_.guess != nullptr) guess_.assign(cells_of(layout_), 0.0);
 }
 
 /// \throws dpde::Error that names the unknown.
@@ -99,13 +100,22 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   if (!are_finite(right_)) return give_up();
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) make_solver(fields, apply);
-  if (solver_->has_first_guess()) std::ranges::fill(solution_, 0.0);
+  if (solver_->has_first_guess()) begin(fields);
   SolveReport report = solver_->solve(right_, solution_);
   if (!report.converged) report = solve_again(report);
   if (!std::isfinite(report.residual)) return give_up();
   note(report);
   check(report);
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+}
+
+void FieldSolve::begin(void* const* fields) {
+  if (solve_.guess == nullptr) {
+    std::ranges::fill(solution_, 0.0);
+    return;
+  }
+  read_cells(layout_, fields[*solve_.guess], guess_);
+  solver_->begin(right_, guess_, solution_);
 }
 
 void FieldSolve::note(const SolveReport& report) {

@@ -2,8 +2,8 @@
 // A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
 // The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
-// first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0, so
-// that it remembers nothing of those before.
+// first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
+// or with a field of the program, so that it remembers nothing of those before.
 #pragma once
 
 #include <array>
@@ -34,6 +34,7 @@ class FieldSolve {
  private:
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
+  void begin(void* const* fields);
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
@@ -43,7 +44,7 @@ class FieldSolve {
   std::string name_;  // of the unknown
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
-  std::vector<double> right_, solution_;
+  std::vector<double> right_, solution_, guess_;
   StencilMatrix matrix_;
   SolveOptions options_;
   std::string why_not_;

@@ -153,6 +153,22 @@ TEST(LinearSolverLimits, OtherNullVectorsAreNamed) {
   EXPECT_TRUE(report.is_singular || report.is_indefinite);
 }
 
+/// Later solves look at their own right sides, though they trust the waves.
+TEST(LinearSolverLimits, LaterFourierSolvesSayWhatIsIncompatible) {
+  const StencilMatrix matrix = diffusion({12, 9, 1}, rings, 0, constant_one);
+  LinearSolver solver(matrix, {.method = SolverMethod::fourier});
+  std::vector<double> b = arbitrary_values(matrix.size(), 3), x(b.size(), 0.0);
+  double mean = 0;
+  for (const double value : b) mean += value / static_cast<double>(b.size());
+  for (const double added : {0.0, 0.5, 0.0, 3.0}) {
+    double whole = 0;
+    std::vector<double> right = b;
+    for (double& value : right) value += added - mean, whole += value * value;
+    const double part = added * std::sqrt(static_cast<double>(b.size()) / whole);
+    EXPECT_NEAR(solver.solve(right, x).incompatible, part, 1e-12) << added;
+  }
+}
+
 /// -lap(x) - lambda*x around a ring, lambda the eigenvalue of the first two waves.
 TEST(LinearSolverLimits, WavesAtAnEigenvalueAreIncompatible) {
   const std::int64_t n = 32;

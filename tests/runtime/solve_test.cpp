@@ -82,6 +82,34 @@ TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
   EXPECT_NEAR(right, 0, 1e-12);
 }
 
+/// The best multiple of a guess: of the solution itself nothing is left to do, and no guess is worse than none.
+TEST(LinearSolvers, BeginWithTheBestMultipleOfAGuess) {
+  const StencilMatrix matrix = diffusion({12, 9, 1}, {all_walls[1], all_walls[2], all_walls[0]}, 0, uneven);
+  const std::vector<double> b = arbitrary_values(108, 1);
+  const auto as_vector = [](const std::vector<double>& v) { return Eigen::Map<const Eigen::VectorXd>(v.data(), 108); };
+  for (const SolverMethod method : {SolverMethod::cg, SolverMethod::multigrid, SolverMethod::gmres}) {
+    LinearSolver solver(matrix, {.method = method, .tolerance = 1e-10});
+    std::vector<double> solution(108, 0.0), x(108, 0.0);
+    const int cold = solver.solve(b, solution).iterations;
+    for (const double factor : {1.0, -1e-3, 1e5}) {
+      std::vector<double> guess = solution;
+      for (double& value : guess) value *= factor;
+      solver.begin(b, guess, x);
+      for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], solution[i], 1e-9 * std::abs(solution[i]));
+      EXPECT_LE(solver.solve(b, x).iterations, 1);
+    }
+    solver.begin(b, arbitrary_values(108, 2), x);
+    EXPECT_LE((dense_of(matrix) * as_vector(x) - as_vector(b)).norm(), as_vector(b).norm() * (1 + 1e-12));
+    const SolveReport report = solver.solve(b, x);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.iterations, cold + 2);
+    for (const double nothing : {0.0, std::nan("")}) {
+      solver.begin(b, std::vector<double>(108, nothing), x);
+      EXPECT_EQ(x, std::vector<double>(108, 0.0));
+    }
+  }
+}
+
 /// <y, A^+ b> = <A^+T y, b>, for an operator that is not symmetric.
 TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
   for (const bool is_periodic : {true, false}) {

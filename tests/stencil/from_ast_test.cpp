@@ -162,6 +162,11 @@ TEST(StencilFromAst, SolvesSayWhatIsWrong) {
             "E0368 gauss is no method to solve by ");
   EXPECT_EQ(in_solve("solve r = u for w by multigird", "fill w periodic; run k"),
             "E0368 multigird is no method to solve by | multigird | did you mean multigrid?");
+  EXPECT_EQ(in_solve("solve r = u for w from u by cg", "fill w periodic; run k"), "");
+  EXPECT_EQ(in_solve("solve r = u for w from w", "fill w periodic; run k").substr(0, 53),
+            "E0368 program p solves for w, which it begins with | ");
+  EXPECT_EQ(in_solve("newton r = u for w from u", "fill w periodic; run k"),
+            "E0368 a linear solve for one field alone begins with a field | u | leave out from u");
   EXPECT_EQ(in_solve("solve r = u for w tolerance 2", "fill w periodic; run k"),
             "E0368 a tolerance is a number between 0 and 1 | 2 | as 1e-10");
   EXPECT_EQ(in_solve("solve r = u for w", "run k").substr(0, 69),

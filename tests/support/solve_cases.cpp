@@ -88,6 +88,16 @@ std::vector<ProgramCase> linear_cases() {
            "solve r = phi for q { fill q periodic; run again }; fill phi periodic; run use; swap u, v; keep q } "
            "kernel again(q: field halo 1, out r: field, c, hx: param) { r = 2*q - c*(q[-1] - 2*q + q[+1])/hx^2 }",
        all},
+      {"solve that begins with a field", 1,
+       operators_1d +
+           "program p { run square; solve image = b for phi from u by cg { fill phi periodic; fill k periodic; run "
+           "diffuse }; fill phi periodic; run use; swap u, v }",
+       all},
+      {"solves that begin with a carried field", 1,
+       operators_1d +
+           "program p { repeat 2 { run square; solve image = b for phi from q { fill phi periodic; fill k periodic; "
+           "run diffuse }; fill phi periodic; run use; swap u, v; swap q, phi } }",
+       all},
       {"solve in a repeat", 1,
        operators_1d +
            "program p { repeat 3 { run square; solve image = b for phi { fill phi periodic; fill k periodic; run "

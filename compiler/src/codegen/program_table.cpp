@@ -323,7 +323,8 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           static_cast<int32_t>(params.size()),
           params.data(),
           source.is_linear,
-          step};
+          step,
+          source.guess.empty() ? nullptr : indices({source.guess})};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

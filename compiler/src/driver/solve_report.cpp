@@ -55,7 +55,7 @@ std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<So
       return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
     });
     if (same == reports.end()) {
-      reports.push_back({field, range, note});
+      reports.push_back({field, range, solve != nullptr ? solve->guess : "", note});
     } else {
       add_note(same->note, note);
     }
@@ -67,8 +67,9 @@ std::string text_of(const std::vector<SolveReport>& solves) {
   std::string text;
   for (const SolveReport& solve : solves) {
     const int most = solve.note.most_iterations;
+    const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
     text += fmt::format("solve for {}: {} ({}){}\n", solve.field, solve.note.method, solve.note.reason,
-                        most > 0 ? fmt::format("; at most {} iterations", most) : "");
+                        most > 0 ? fmt::format("; at most {} iterations{}", most, guess) : "");
   }
   return text;
 }

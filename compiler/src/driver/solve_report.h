@@ -14,7 +14,8 @@ namespace dpde::driver {
 struct SolveReport {
   std::string field;  // as it is written
   SourceRange range;
-  SolveNote note;  // of all solves of steps that come from this equation
+  std::string guess;  // what a method by steps begins with; "": 0
+  SolveNote note;     // of all solves of steps that come from this equation
 };
 /// Of steps that were made; equations that were not solved are left out.
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);

@@ -335,7 +335,9 @@ Solve ModuleBuilder::solve_of(const stencil::Solve& solve, const stencil::Progra
                stencil::reach_of_operator(source_, solve, program.axes.size()),
                stencil::coefficients_of(source_, solve),
                stencil::effects(source_, solve).params,
-               solve.is_linear};
+               solve.is_linear,
+               {},
+               solve.guess};
   ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
   input.filled_each_run.insert(contested_.begin(), contested_.end());
   input.filled_each_run.insert(filled_each_run.begin(), filled_each_run.end());

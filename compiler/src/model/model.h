@@ -173,6 +173,7 @@ struct Solve {
   std::string name;
   Expr operation, right;
   std::vector<AxisSides> boundary;  // one an axis
+  std::string guess = {};  // a state that is nearly a multiple of it, and lies where it lies; "": none is known
   bool operator==(const Solve&) const = default;
 };
 

@@ -186,7 +186,9 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
     unknown.name = solve->name;
     unknown.boundary = solve->boundary;
     const std::string boundary = boundary_text(p, unknown);
-    lines.push_back(fmt::format("solve {} = {} for {}", print(solve->operation), print(solve->right), solve->name));
+    const std::string guess = solve->guess.empty() ? "" : " from " + solve->guess;
+    lines.push_back(
+        fmt::format("solve {} = {} for {}{}", print(solve->operation), print(solve->right), solve->name, guess));
     if (!boundary.empty()) lines.push_back(boundary);
   }
 }

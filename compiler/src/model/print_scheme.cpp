@@ -82,6 +82,7 @@ std::string print(const Scheme& s) {
   if (s.is_split()) others += "; split = " + split_text(s.split);
   if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
   if (s.solve != SolveBy{}) others += "; solve = " + solve_text(s.solve);
+  if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", s.guess == Guess::last ? "last" : "none");
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,

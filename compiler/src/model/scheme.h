@@ -62,6 +62,8 @@ constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time ==
 constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
 /// It solves for the terms of model/implicit_part.h.
 constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
+/// What solves by steps begin with; automatic: with what is known from before where the method is one by steps.
+enum class Guess { automatic, none, last };
 /// Which terms those solve for; all but the linear ones by Newton's method.
 enum class Implicit { linear, all_but_advect, all };
 /// A step as several, one behind the other, each of a part of the right sides. strang: halves of all but the last, that
@@ -94,6 +96,7 @@ struct Scheme {
   bool dealias = false;                 // states hold no waves of three cells or fewer
   Split split = {};
   SolveBy solve = {};
+  Guess guess = Guess::automatic;
   Implicit implicit = Implicit::linear;
   bool operator==(const Scheme&) const = default;
 

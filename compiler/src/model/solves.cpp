@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "model/build.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
@@ -58,6 +59,22 @@ bool holds_waves(const Solve& solve, const Scheme& scheme) {
 
 bool is_of_waves(const Solve& solve, const Scheme& scheme) {
   return holds_waves(solve, scheme) && is_of_waves(solve.operation, solve.name, scheme);
+}
+
+bool begins_with_last(const Problem& problem) {
+  if (problem.scheme.guess != Guess::automatic) return problem.scheme.guess == Guess::last;
+  const auto is_held = [](const State& state) { return state.held.has_value(); };
+  switch (problem.scheme.solve.method) {
+    case SolveMethod::automatic: return std::ranges::any_of(problem.states, is_held);
+    case SolveMethod::direct:
+    case SolveMethod::tridiagonal:
+    case SolveMethod::fourier: return false;
+    case SolveMethod::multigrid:
+    case SolveMethod::cg:
+    case SolveMethod::bicgstab:
+    case SolveMethod::gmres: return true;
+  }
+  unreachable("kind of solve");
 }
 
 bool are_constraints(const Problem& problem) {

@@ -47,6 +47,7 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
       },
       [](const PreparedSolve& solve) {  // its block fills what it reads
         Reads reads{{solve.right, {}, false}};
+        if (!solve.guess.empty()) reads.push_back({solve.guess, {}, false});
         for (const Signature::Read& read : signature(solve.kernel).reads) {
           if (read.field != solve.unknown) reads.push_back({read.field, {}, false});
         }
@@ -176,6 +177,7 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
           },
           [&](PreparedSolve& solve) {
             solve.right = renamed(solve.right);
+            solve.guess = renamed(solve.guess);
             for (std::string* field :
                  {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
               *field = names[*field] = taken.fresh(*field);

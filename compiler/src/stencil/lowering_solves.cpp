@@ -89,8 +89,9 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads&
   walls.remember(std::move(outer));
   const Written written{solve.state.name, solve.kernel.stores.front().origin.range};
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
-  program.body.push_back(
-      Solve{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written});
+  Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
+  made.guess = solve.guess;
+  program.body.push_back(std::move(made));
 }
 
 }  // namespace dpde::stencil

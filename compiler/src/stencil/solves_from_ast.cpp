@@ -64,11 +64,20 @@ Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
                              source.rights.size(), source.images.size())},
                 "name as many of each: solve y, w = b, c for x, v");
   }
+  if (source.guess && (!source.is_linear || count > 1)) {
+    sink.report("bad-program", source.guess->range, {"a linear solve for one field alone begins with a field"},
+                "leave out from " + source.guess->name);
+  }
   const std::optional<SolveBy> by = read_solve_by(source, sink);
-  return {names_of(source.images),   names_of(source.rights),
-          names_of(source.unknowns), {},
-          by.value_or(SolveBy{}),    {"", source.unknowns.front().range},
-          source.is_linear};
+  return {names_of(source.images),
+          names_of(source.rights),
+          names_of(source.unknowns),
+          {},
+          by.value_or(SolveBy{}),
+          {"", source.unknowns.front().range},
+          source.is_linear,
+          {},
+          source.guess ? source.guess->name : ""};
 }
 
 std::vector<std::string> fields_named(const ast::Item& item) {
@@ -91,6 +100,7 @@ std::vector<std::string> fields_named(const ast::Item& item) {
           const Names named = names_of(*fields);
           names.insert(names.end(), named.begin(), named.end());
         }
+        if (solve.guess) names.push_back(solve.guess->name);
         return names;
       },
       [](const ast::ApplyItem& apply) { return fields_of(apply); },

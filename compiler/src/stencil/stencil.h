@@ -327,6 +327,9 @@ struct Solve {
   /// Of one that is not, where it is known (adjoint/newton_steps.h): a linear solve with what is left of `rights` for
   /// what is to be added to the unknowns.
   std::vector<Statement> step;
+  /// "", or a field: methods that come near step by step begin with the multiple of it that leaves the least of
+  /// `rights`. What they come to is the same but for what the tolerance leaves, so that it has no derivative.
+  std::string guess = {};
   bool operator==(const Solve& other) const;
 };
 
@@ -382,7 +385,7 @@ struct Program {
 
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
-         by == other.by && is_linear == other.is_linear && step == other.step;
+         by == other.by && is_linear == other.is_linear && step == other.step && guess == other.guess;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

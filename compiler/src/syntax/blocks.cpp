@@ -47,7 +47,12 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const SwapItem& swap) { return Identifiers{swap.state}; },
       [&](const RunItem& run) { return inputs_of(file, run.kernel.name); },
       [](const FillItem&) { return Identifiers(); }, [](const StackItem&) { return Identifiers(); },
-      [](const RepeatItem&) { return Identifiers(); }, [](const SolveItem& solve) { return solve.rights; },
+      [](const RepeatItem&) { return Identifiers(); },
+      [](const SolveItem& solve) {
+        Identifiers fields = solve.rights;
+        if (solve.guess) fields.push_back(*solve.guess);
+        return fields;
+      },
       [](const KeepItem&) { return Identifiers(); }, [](const AxesItem&) { return Identifiers(); },
       [](const OutsidePrograms auto&) { return Identifiers(); });
 }

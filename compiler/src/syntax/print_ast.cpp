@@ -455,6 +455,7 @@ std::string print_repeat(const RepeatItem& repeat) {
 std::string print_solve(const SolveItem& solve) {
   std::string head = fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", print_names(solve.images),
                                  print_names(solve.rights), print_names(solve.unknowns));
+  if (solve.guess) head += " from " + solve.guess->name;
   if (solve.method) head += " by " + solve.method->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
   if (solve.iterations) head += " iterations " + print(*solve.iterations);

@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 19
+#define DPDE_ABI_VERSION 20
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -244,6 +244,7 @@ typedef struct dpde_solve {
   const int32_t* params; /* indices into parameters, with the numbers of counters behind them */
   int32_t is_linear;
   const struct dpde_solve* step; /* null: of one that is linear, or that only an interpreter runs */
+  const int32_t* guess;          /* the field whose multiple a method by steps begins with; null: it begins with 0 */
 } dpde_solve;
 
 enum {

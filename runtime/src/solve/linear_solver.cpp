@@ -295,9 +295,22 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
   fourier->divide(b, x);
-  SolveReport report{.method = method, .residual = *fourier_residual, .converged = are_finite(x)};
+  SolveReport report{.method = method,
+                     .residual = *fourier_residual,
+                     .incompatible = null_space.share_of_mean(b),
+                     .converged = are_finite(x)};
   if (!report.converged) report.residual = NAN;
   return report;
+}
+
+/// min |b - m*A*g| is at m = (A*g).b/|A*g|^2, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods
+/// Appl. Mech. Eng. 163, 1998, 193, with a basis of one).
+void LinearSolver::begin(std::span<const double> b, std::span<const double> guess, std::span<double> x) {
+  Eigen::VectorXd& image = impl_->image;
+  image.noalias() = impl_->rows * vector_of(guess);
+  const double size = image.squaredNorm(), multiple = image.dot(vector_of(b)) / size;
+  const bool is_of_use = size > 0 && std::isfinite(multiple);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = is_of_use ? multiple * guess[i] : 0;
 }
 
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {

@@ -28,7 +28,7 @@ struct SolveReport {
   int iterations = 0;
   double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches; of Fourier series that of the first solve
   double bound = 0;         // to which it had to come
-  double incompatible = 0;  // the part that it does not reach, over |b|; not looked for in later Fourier solves
+  double incompatible = 0;  // the part that it does not reach, over |b|
   bool converged = true;
   bool is_indefinite = false;  // found by cg: it went on for no more
   bool is_singular = false;    // what is left of b is out of reach
@@ -42,6 +42,8 @@ class LinearSolver {
 
   /// Nothing is allocated. `x`: the first guess of methods that have one.
   SolveReport solve(std::span<const double> b, std::span<double> x);
+  /// x = the multiple of `guess` that leaves the least of b; 0 where there is no best one.
+  void begin(std::span<const double> b, std::span<const double> guess, std::span<double> x);
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.

@@ -85,13 +85,20 @@ StencilMatrix NullSpace::balanced(StencilMatrix matrix) const {
   return matrix;
 }
 
+double NullSpace::share_of_mean(std::span<const double> values) const {
+  if (parts_.empty()) return 0;
+  const Eigen::Map<const Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
+  const double whole = all.matrix().norm();
+  return whole == 0 ? 0 : std::abs(all.mean()) * std::sqrt(static_cast<double>(values.size())) / whole;
+}
+
 double NullSpace::remove(std::span<double> values) const {
   if (parts_.empty()) return 0;
   if (parts_.front().size() == values.size()) {
     Eigen::Map<Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
-    const double whole = all.matrix().norm(), mean = all.mean();
-    all -= mean;
-    return whole == 0 ? 0 : std::abs(mean) * std::sqrt(static_cast<double>(values.size())) / whole;
+    const double share = share_of_mean(values);
+    all -= all.mean();
+    return share;
   }
   double whole = 0, removed = 0;
   for (const double value : values) whole += value * value;

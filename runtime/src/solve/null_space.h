@@ -19,6 +19,8 @@ class NullSpace {
 
   /// Takes the mean over each singular part away; |what is taken|/|values|.
   double remove(std::span<double> values) const;
+  /// That |what is taken|/|values|, where it is a mean over all cells; they stay.
+  double share_of_mean(std::span<const double> values) const;
 
   /// The matrix without what rounding left of the sums of rows in the singular parts.
   StencilMatrix balanced(StencilMatrix matrix) const;

@@ -17,6 +17,7 @@
 #include "model/from_ast/parts.h"
 #include "model/placement.h"
 #include "model/print_model.h"
+#include "model/solves.h"
 
 namespace dpde::model {
 
@@ -159,8 +160,9 @@ class Binder {
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
     multiplier.boundary = *boundary;
-    Projection made{name_, value,   solve({name_, operation, negate(found), *boundary}, {range_}), keeps_multiplier(),
-                    {},    {range_}};
+    const bool is_known = !keeps_multiplier() && begins_with_last(draft_.problem);  // increments are not alike
+    const Solve potential{name_, operation, negate(found), *boundary, is_known ? name_ : ""};
+    Projection made{name_, value, solve(potential, {range_}), keeps_multiplier(), {}, {range_}};
     for (const Changed& changed : changed_) {
       Origin none;
       const std::string& state = changed.state->name;

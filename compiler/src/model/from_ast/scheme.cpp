@@ -54,6 +54,11 @@ void set_solve(Scheme& scheme) {
   scheme.solve = {method};
 }
 
+template <Guess guess>
+void set_guess(Scheme& scheme) {
+  scheme.guess = guess;
+}
+
 template <Implicit implicit>
 void set_implicit(Scheme& scheme) {
   scheme.implicit = implicit;
@@ -114,6 +119,9 @@ constexpr Choice choices[] = {
     {"solve", "cg", {}, set_solve<SolveMethod::cg>},
     {"solve", "bicgstab", {}, set_solve<SolveMethod::bicgstab>},
     {"solve", "gmres", {}, set_solve<SolveMethod::gmres>},
+    {"guess", "automatic", {}, set_guess<Guess::automatic>},
+    {"guess", "last", {}, set_guess<Guess::last>},
+    {"guess", "none", {}, set_guess<Guess::none>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
@@ -176,8 +184,8 @@ void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx",   "lap",  "dealias", "implicit",
-                                             "solve",  "time", "real", "networks"};
+  static const std::vector<std::string> keys{"advect", "dx",    "lap",  "dealias", "implicit",
+                                             "solve",  "guess", "time", "real",    "networks"};
   return keys;
 }
 

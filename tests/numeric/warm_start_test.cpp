@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves that begin with what is known from the step before: fewer iterations, the same solution, its derivatives, and
+// nothing that a run remembers beside its states.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../driver/driver_support.h"
+#include "driver/inverse.h"
+#include "driver/session.h"
+#include "support/scene_run.h"
+
+namespace dpde::testing {
+namespace {
+
+/// Fluid around an obstacle, which moves it on; `scheme` has more rows of the scheme.
+std::string disc_in_channel(const std::string& scheme) {
+  return R"(
+model m {
+  vector u on faces
+  field p
+  param nu
+  mask solid
+  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
+  0 = div(u) gives p
+  u = 0 inside solid
+}
+scheme c { )" +
+         scheme + R"( }
+scene s : m with c {
+  grid x = 0 .. 1, cells 24, periodic
+  grid y = 0 .. 1, cells 20
+  boundary u: y = (0, 0)
+  nu = 0.02
+  solid = (x - 0.5)^2 + (y - 0.5)^2 < 0.03
+  initial u.x = 4*y*(1 - y)
+  initial u.y = 0
+  time 0 .. 0.2, step 1/100
+}
+task t : s {
+  unknown initial u
+  unknown nu
+  minimise mean(u.x^2) over time
+  minimise mean(u.y^3) over time
+}
+)";
+}
+
+std::unique_ptr<driver::Session> warm_session(const SourceFile& source, const char* name, int slots = 0,
+                                              int threads = 1) {
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  options.selection.name = name;
+  options.adjoint = std::string(name) == "t";
+  const auto code = compiled(source, options);
+  DiagnosticSink sink;
+  driver::SessionOptions with;
+  with.slots = slots;
+  with.threads = threads;
+  return code ? driver::Session::open(source, code, with, sink) : nullptr;
+}
+
+struct Begun {
+  std::int64_t iterations = 0;
+  int most = 0;
+  std::vector<std::vector<double>> states;
+};
+Begun begun(const std::string& text) {
+  const SourceFile source("test.dpde", text);
+  const auto session = warm_session(source, "s");
+  Begun result;
+  if (!session) return result;
+  session->rollout().run();
+  for (const SolveNote& note : session->rollout().solve_notes()) {
+    result.iterations += note.iterations;
+    result.most = std::max(result.most, note.most_iterations);
+  }
+  for (std::size_t i = 0; i < session->problem().states.size(); ++i)
+    result.states.push_back(session->final_state(static_cast<int>(i)));
+  return result;
+}
+
+double states_apart(const Begun& a, const Begun& b) {
+  double most = 0;
+  for (std::size_t s = 0; s < a.states.size(); ++s) {
+    for (std::size_t i = 0; i < a.states[s].size(); ++i)
+      most = std::max(most, std::abs(a.states[s][i] - b.states.at(s).at(i)));
+  }
+  return most;
+}
+
+TEST(WarmStart, TakesFewerIterationsToTheSameSolution) {
+  for (const char* method : {"cg(1e-7)", "bicgstab(1e-7)", "gmres(1e-7)"}) {
+    const std::string solve = std::string("solve = ") + method;
+    const Begun cold = begun(disc_in_channel(solve + "; guess = none")),
+                warm = begun(disc_in_channel(solve + "; guess = last"));
+    ASSERT_FALSE(cold.states.empty());
+    EXPECT_LT(static_cast<double>(warm.iterations), 0.8 * static_cast<double>(cold.iterations)) << method;
+    EXPECT_LE(warm.most, cold.most) << method;
+    EXPECT_LT(states_apart(cold, warm), 1e-5) << method;
+    EXPECT_NE(states_apart(cold, warm), 0) << method;
+    EXPECT_EQ(states_apart(warm, begun(disc_in_channel(solve))), 0) << method << ": it is the default";
+  }
+}
+
+/// Methods without steps look at no guess.
+TEST(WarmStart, ChangesNothingOfDirectMethods) {
+  const Begun cold = begun(disc_in_channel("solve = direct; guess = none"));
+  EXPECT_EQ(states_apart(cold, begun(disc_in_channel("solve = direct; guess = last"))), 0);
+  EXPECT_EQ(cold.iterations, 0);
+}
+
+TEST(WarmStart, HasTheDerivativesOfTheSolution) {
+  expect_certified(disc_in_channel("time = rk2; solve = cg(1e-13); guess = last"), true);
+}
+
+/// Bit-identical for any number of checkpoints and threads: what a solve begins with is a state.
+TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
+  const SourceFile source("test.dpde", disc_in_channel("time = rk2; solve = cg(1e-5)"));
+  Eigen::VectorXd first;
+  for (const auto& [slots, threads] : {std::pair{0, 1}, {1, 1}, {2, 1}, {3, 3}}) {
+    const auto session = warm_session(source, "t", slots, threads);
+    ASSERT_TRUE(session);
+    DiagnosticSink sink;
+    const auto inverse = driver::Inverse::open(*session, source, sink);
+    ASSERT_TRUE(inverse);
+    Eigen::VectorXd gradient(inverse->size());
+    inverse->value_and_gradient(inverse->start(), gradient);
+    if (first.size() == 0) first = gradient;
+    EXPECT_TRUE(gradient == first) << slots << " slots, " << threads << " threads";
+  }
+}
+
+/// A run that goes on from the states of a step in its middle ends with the same bits.
+TEST(WarmStart, GoesOnFromTheStates) {
+  const SourceFile source("test.dpde", disc_in_channel("time = rk2; solve = cg(1e-5)"));
+  const auto session = warm_session(source, "s");
+  ASSERT_TRUE(session);
+  Rollout& rollout = session->rollout();
+  std::vector<std::vector<double>> middle;
+  rollout.run({7, [&](const Snapshot& snapshot) {
+                 if (snapshot.step != 7) return;
+                 for (void* state : snapshot.states)
+                   copy_out(session->workspace().layout(), state,
+                            middle.emplace_back(session->workspace().cell_count()));
+               }});
+  const std::vector<double> end = session->final_state(0);
+  ASSERT_FALSE(middle.empty());
+  for (std::size_t s = 0; s < middle.size(); ++s) rollout.initial(static_cast<int>(s)).copy_in(middle[s]);
+  rollout.run({}, 7);
+  EXPECT_EQ(end, session->final_state(0));
+}
+
+}  // namespace
+}  // namespace dpde::testing
