@@ -266,7 +266,7 @@ struct Solve {
   std::vector<std::string> params;        // and parameters and counters
   bool is_linear = true;
   std::vector<Operation> step;  // of one that is not: a linear solve for the change of the unknowns
-  std::string guess = {};            // the field whose multiple it begins with; "": 0
+  std::string guess = {};       // the field whose multiple it begins with; "": 0
   bool operator==(const Solve& other) const;
 };
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of

@@ -17,8 +17,7 @@ class RadiatingSide {
       : draft_(draft), state_(state), axis_(draft.problem.axes[axis]), index_(axis) {
     const AxisSides& sides = state.boundary[axis];
     speed_ = is_low ? sides.low.value : sides.high.value;
-    range_ =
-        boundary_of_side(draft, state.name, axis_.name + (is_low ? ".low" : ".high")).value_or(state.origin.range);
+    range_ = boundary_of_side(draft, state.name, axis_.name + (is_low ? ".low" : ".high")).value_or(state.origin.range);
   }
 
   void check() {
