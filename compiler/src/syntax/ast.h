@@ -474,7 +474,6 @@ struct Chart {
   std::vector<Item> items;  // ReferenceItem, ChoicesItem, ErrorItem, OptionItem
 };
 
-/// As ItemKind.
 struct DeclarationKind
     : std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet, Chart> {
   using variant::variant;
