@@ -39,6 +39,7 @@ const std::map<std::string, std::string> smaller = {
     {"fitzhugh_nagumo scar", "--set cells=32"},
     {"flow cavity", "--set cells=8 --set end=0.5"},
     {"flow cylinder", "--set cells.x=44 --set cells.y=8 --set end=0.5"},
+    {"flow decay_3d", "--set cells=8 --set end=1"},
     {"flow less_drag", "--set cells.x=44 --set cells.y=8 --set end=0.5"},
     {"flow taylor_green_3d", "--set cells=8 --set end=1"},
     {"flow wake", "--set cells.x=44 --set cells.y=8 --set end=0.1"},
@@ -52,6 +53,8 @@ const std::map<std::string, std::string> smaller = {
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
+    {"vorticity layers", "--set cells=32 --set end=1"},
+    {"vorticity merger", "--set cells=32 --set end=1"},
     {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 
