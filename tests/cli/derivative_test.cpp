@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -285,10 +286,12 @@ scene three : space {
 task speed : one { unknown initial u; unknown c; minimise mean(u^2) + mean((u - 0.2)^2) over time }
 task wall : one { unknown A; minimise mean((u - 0.2)^2) over time }
 )");
-  for (const char* arguments :
-       {"two", "three", "speed", "wall", "speed --backend interpreter", "speed --backend cpp", "two --set real=f32"}) {
+  std::vector<std::string> all{
+      "two", "three", "speed", "wall", "speed --backend interpreter", "speed --backend cpp", "two --set real=f32"};
+  if (is_thorough()) all.push_back("two --backend cpp");  // a long time of a C++ compiler
+  for (const std::string& arguments : all) {
     for (const std::string advect : {"maccormack", "semi_lagrangian_cubic"}) {
-      const Outcome verified = dpde(std::string("verify carry.dpde --json ") + arguments + " --set advect=" + advect);
+      const Outcome verified = dpde("verify carry.dpde --json " + arguments + " --set advect=" + advect);
       EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
     }
   }

@@ -4,6 +4,7 @@
 #include <regex>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -54,7 +55,9 @@ std::string line(const std::string& factor, int cells, const std::string& low = 
 /// In one per cent of the axis, in the first and in the last cell, in one in the middle; in few and very many cells, on
 /// small and large axes.
 TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
-  for (const int cells : {1, 3, 128, 50000}) {
+  std::vector<int> sizes{1, 3, 128, 50000};
+  if (is_thorough()) sizes.insert(sizes.end(), {2, 3000});
+  for (const int cells : sizes) {
     const std::string h = std::to_string(1.0 / cells);
     EXPECT_EQ(code_of(line("1", cells)), "");
     EXPECT_EQ(code_of(line("if(x < 2, 1, 1.5)", cells)), "") << "nowhere";
