@@ -438,7 +438,7 @@ TEST_F(ChartCommand, TheBudgetAddsUpToTheError) {
       const double ratio = point["budget"]["sum"].get<double>() / point["error"].get<double>();
       EXPECT_GT(ratio, 1 / 1.5) << point;
       EXPECT_LT(ratio, 1.5) << point;
-      EXPECT_EQ(point["budget"]["rounding"].is_null(), point["variant"].value("real", "f64") == "f64");
+      EXPECT_EQ(point["budget"]["rounding"].is_null(), point["variant"].value<std::string>("real", "f64") == "f64");
     }
     EXPECT_GE(stable, 8);
   }

@@ -34,9 +34,9 @@ struct Outcome {
   int status = -1;
   std::string out, err;
   Json json() const {
-    const Json parsed = parse_json(out);
-    EXPECT_FALSE(parsed.is_discarded()) << "not JSON: " << out << err;
-    return parsed.is_discarded() ? Json::object() : parsed;
+    const std::optional<Json> parsed = parse_json(out);
+    EXPECT_TRUE(parsed.has_value()) << "not JSON: " << out << err;
+    return parsed.value_or(Json::object());
   }
   /// The codes of the JSON's diagnostics.
   std::vector<std::string> codes() const {

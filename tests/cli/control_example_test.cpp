@@ -15,6 +15,10 @@ using Eigen::MatrixXd;
 
 constexpr int cells = 50, actuators = 5, decisions = 100;
 
+// Each kind of expression that Eigen multiplies or solves takes seconds to compile: all are matrices here.
+MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
+MatrixXd solution(const MatrixXd& a, const MatrixXd& b) { return a.ldlt().solve(b); }
+
 /// One step of 0.1 of the plant with the actuators held: u becomes state*u + input*a.
 struct Plant {
   MatrixXd state, input;
@@ -30,8 +34,9 @@ Plant plant() {
     if (i % 10 < 5) reach(i, i / 10) = 1;  // 0 .. 0.1, 0.2 .. 0.3, ...
   }
   const MatrixXd one = MatrixXd::Identity(cells, cells), z = dt * rate;
-  const MatrixXd held = one + z / 2 * (one + z / 3 * (one + z / 4));  // of the fourth-order Runge-Kutta method
-  return {one + z * held, dt * held * reach};
+  // of the fourth-order Runge-Kutta method: 1 + z/2 (1 + z/3 (1 + z/4))
+  const MatrixXd held = one + product(z, one + product(z, one + z / 4) / 3) / 2;
+  return {one + product(z, held), product(dt * held, reach)};
 }
 
 /// u . cost u is the least cost from u: no control at first, then the best at each of the times 1 ... decisions - 1.
@@ -39,18 +44,18 @@ MatrixXd least_cost(const Plant& p) {
   const MatrixXd one = MatrixXd::Identity(cells, cells), few = MatrixXd::Identity(actuators, actuators);
   MatrixXd cost = one;
   for (int k = 1; k < decisions; ++k) {
-    const MatrixXd gain =
-        (few + p.input.transpose() * cost * p.input).ldlt().solve(p.input.transpose() * cost * p.state);
-    cost = one + p.state.transpose() * cost * (p.state - p.input * gain);
+    const MatrixXd by_input = product(p.input.transpose(), cost), by_state = product(p.state.transpose(), cost);
+    const MatrixXd gain = solution(few + product(by_input, p.input), product(by_input, p.state));
+    cost = one + product(by_state, p.state - product(p.input, gain));
   }
-  return one + p.state.transpose() * cost * p.state;
+  return one + product(product(p.state.transpose(), cost), p.state);
 }
 
 double cost_without_control(const Plant& p) {
   MatrixXd u = MatrixXd::Identity(cells, cells);
   double cost = u.squaredNorm();
   for (int k = 0; k < decisions; ++k) {
-    u = p.state * u;
+    u = product(p.state, u);
     cost += u.squaredNorm();
   }
   return cost;
@@ -80,7 +85,7 @@ TEST_F(ControlExample, LinearPlantReachesTheRegulator) {
   json("run plant.dpde white --set end=0.1 --out white");
   const std::vector<double> states = NetcdfFile(path("white/white.nc")).values("u");
   const Eigen::Map<const MatrixXd> start(states.data(), cells, cells);  // a plant is a row of the file, a column here
-  const double best = (start.transpose() * least * start).trace();
+  const double best = product(product(start.transpose(), least), start).trace();
   const double cost = json("gradient plant.dpde judge")["loss"];
   EXPECT_GT(cost, best);
   EXPECT_LT(cost, 1.01 * best);

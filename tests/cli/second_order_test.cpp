@@ -70,12 +70,12 @@ TEST_F(SecondOrderCommand, NewtonNeedsFewIterations) {
   write("lbfgs.dpde", recovery("lbfgs(), iterations 60"));
   const Outcome first = dpde("optimize lbfgs.dpde --json");
   ASSERT_EQ(first.status, 0) << first.err;
-  const std::vector<double> slow = first.json()["loss"];
+  const std::vector<double> slow = first.json()["loss"].get<std::vector<double>>();
   for (const std::string hessian : {"full", "gauss_newton"}) {
     write("newton.dpde", recovery("newton_cg(hessian = " + hessian + "), iterations 15"));
     const Outcome run = dpde("optimize newton.dpde --json");
     ASSERT_EQ(run.status, 0) << run.err;
-    const std::vector<double> losses = run.json()["loss"];
+    const std::vector<double> losses = run.json()["loss"].get<std::vector<double>>();
     EXPECT_LT(losses.back(), slow.back()) << hessian;
     EXPECT_LE(losses.size(), 16u);
     EXPECT_GT(run.json()["hessian_products"], 0);

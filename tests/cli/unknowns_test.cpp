@@ -160,7 +160,7 @@ task recover : s {
   write("heat.dpde", text);
   const Outcome run = dpde("optimize heat.dpde recover --json --out o");
   ASSERT_EQ(run.status, 0) << run.err;
-  const std::vector<double> losses = run.json()["loss"];
+  const std::vector<double> losses = run.json()["loss"].get<std::vector<double>>();
   EXPECT_LT(losses.back(), 1e-6 * losses.front());
   EXPECT_EQ(array("o/kappa.npy").size(), 12u);
 }

@@ -24,7 +24,7 @@ std::string check_reports(const SourceFile& source, const DiagnosticSink& sink) 
     if (!is_valid) return "a report with the range " + std::to_string(range.begin) + " .. " + std::to_string(range.end);
     if (diagnostic.message.empty() || render_text(source, diagnostic).empty()) return "a report without a text";
   }
-  return render_json(source, sink.all()).empty() ? "reports without JSON" : "";
+  return diagnostics_json(source, sink.all()).dump().empty() ? "reports without JSON" : "";
 }
 
 std::string first_of(const std::vector<std::string>& problems) { return problems.empty() ? "" : problems[0]; }

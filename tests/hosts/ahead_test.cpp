@@ -143,7 +143,7 @@ TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
                               " --json >" + (folder_ / "out").string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder_ / "out");
-  const testing::Json json = testing::parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
+  const Json json = parse_json(std::string(std::istreambuf_iterator<char>(file), {})).value();
   EXPECT_NEAR(sim.gradient(), json["loss"].get<double>(), 1e-12 * json["loss"].get<double>());
   for (const std::string& unknown : sim.unknowns()) {
     double square = 0;

@@ -63,7 +63,7 @@ class InFolder : public ::testing::Test {
                       command = DPDE_BINARY_DIR "/bin/dpde " + arguments + " --json >" + out;
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     std::ifstream file(out);
-    return parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
+    return parse_json(std::string(std::istreambuf_iterator<char>(file), {})).value();
   }
   /// The scene of the library that `dpde build` makes.
   const dpde_scene* build(const std::string& file, const std::string& name, const std::string& options = "") {

@@ -93,18 +93,18 @@ TEST(RenderJson, HasTheKeysOfTheCommand) {
   DiagnosticSink sink;
   sink.report("bad-number", {3, 4}, {"\"9\""}, "h");
   sink.report("unterminated-text", {});
-  EXPECT_EQ(render_json(file, sink.all()),
+  EXPECT_EQ(diagnostics_json(file, sink.all()).dump(),
             R"([{"code":"E0103","severity":"error","message":"number \"9\" is out of range","file":"w.dpde","line":2,)"
             R"("column":2,"hint":"h"},{"code":"E0102","severity":"error","message":"text without a closing quote",)"
             R"("file":"w.dpde","line":0,"column":0,"hint":""}])");
-  EXPECT_EQ(render_json(file, {}), "[]");
+  EXPECT_EQ(diagnostics_json(file, {}).dump(), "[]");
 }
 
 TEST(RenderJson, ReplacesBytesThatAreNoText) {
   const SourceFile file("w\xff.dpde", "a");
   DiagnosticSink sink;
   sink.report("bad-number", {0, 1}, {"\xc3"});
-  EXPECT_EQ(render_json(file, sink.all()),
+  EXPECT_EQ(diagnostics_json(file, sink.all()).dump(),
             "[{\"code\":\"E0103\",\"severity\":\"error\",\"message\":\"number \xEF\xBF\xBD is out of range\","
             "\"file\":\"w\xEF\xBF\xBD.dpde\",\"line\":1,\"column\":1,\"hint\":\"\"}]");
 }

@@ -42,7 +42,7 @@ bool try_out(const std::string& text) {
     EXPECT_LE(diagnostic.range.end, size);
     EXPECT_FALSE(render_text(source, diagnostic).empty());
   }
-  EXPECT_FALSE(render_json(source, sink.all()).empty());
+  EXPECT_FALSE(diagnostics_json(source, sink.all()).dump().empty());
   const std::string printed = print(file);
   if (sink.has_errors()) return false;
   EXPECT_EQ(formatted(printed), printed);

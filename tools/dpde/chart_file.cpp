@@ -33,8 +33,8 @@ double number_from(const Json& json) { return json.is_number() ? json.get<double
 void read_measured(const Json& json, const std::string& prefix, chart::Measured& measured) {
   measured.error = number_from(json.at(prefix + "error"));
   measured.seconds = json.at(prefix + "wall_s").is_null() ? 0 : json.at(prefix + "wall_s").get<double>();
-  measured.low_quartile = json.at(prefix + "wall_s_quartiles").at(0);
-  measured.high_quartile = json.at(prefix + "wall_s_quartiles").at(1);
+  measured.low_quartile = json.at(prefix + "wall_s_quartiles")[0];
+  measured.high_quartile = json.at(prefix + "wall_s_quartiles")[1];
   measured.samples = json.at(prefix + "wall_s_samples").get<std::vector<double>>();
   measured.memory_bytes = json.at(prefix + "memory_bytes");
 }
@@ -128,17 +128,16 @@ bool ChartFile::open(const std::string& folder, const std::string& chart, bool r
   if (!resume || !std::filesystem::exists(path_)) return true;
   const std::optional<std::string> text = files::read_file(path_, {}, sink);
   if (!text) return false;
-  const Json json = parse_json(*text);
-  bool is_read = json.is_object();
+  const std::optional<Json> json = parse_json(*text);
   try {
-    for (const auto& [key, point] : json.items()) {
-      if (is_read) point_from(point);
+    if (!json) throw JsonError("no JSON");
+    for (const auto& [key, point] : json->items()) {
+      point_from(point);
       known_[key] = point;
     }
-  } catch (const std::exception&) {
-    is_read = false;
+    return true;
+  } catch (const JsonError&) {  // said below
   }
-  if (is_read) return true;
   known_.clear();
   sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"}, "leave out --resume to begin anew");
   return false;

@@ -104,8 +104,8 @@ int Job::finish(Json result) {
     std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
   }
   if (options_.json) {
-    if (!sink_.all().empty()) result["diagnostics"] = parse_json(render_json(source_, sink_.all()));
-    fmt::print("{}\n", json_text(result));
+    if (!sink_.all().empty()) result["diagnostics"] = diagnostics_json(source_, sink_.all());
+    fmt::print("{}\n", result.dump());
   }
   return flushed(static_cast<int>(exit));
 }

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "driver/pipeline.h"
-#include "json.h"
 #include "source/diagnostic.h"
+#include "support/json.h"
 
 namespace CLI {
 class App;

@@ -21,10 +21,9 @@ namespace {
 int report_usage(const std::string& message, bool json) {
   std::fputs(fmt::format("dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message).c_str(), stderr);
   if (json) {
-    const dpde::tools::Json diagnostic = {
-        {"code", "E0904"}, {"severity", "error"}, {"message", message},        {"file", ""},
-        {"line", 0},       {"column", 0},         {"hint", "dpde VERB --help"}};
-    fmt::print("{}\n", dpde::tools::json_text({{"diagnostics", dpde::tools::Json::array({diagnostic})}}));
+    const dpde::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", message},        {"file", ""},
+                                   {"line", 0},       {"column", 0},         {"hint", "dpde VERB --help"}};
+    fmt::print("{}\n", dpde::Json({{"diagnostics", dpde::Json::array({diagnostic})}}).dump());
   }
   return static_cast<int>(dpde::tools::Exit::wrong_input);
 }

@@ -120,7 +120,7 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
 void add_told(NetcdfContent& content, std::uint64_t key, const Told& told) {
   content.attributes.insert(
       content.attributes.end(),
-      {{"dpde_key", fmt::format("{:016x}", key)}, {"dpde_told", told.text}, {"dpde_result", json_text(told.json)}});
+      {{"dpde_key", fmt::format("{:016x}", key)}, {"dpde_told", told.text}, {"dpde_result", told.json.dump()}});
 }
 
 std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key) {
@@ -133,9 +133,9 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
   try {
     const NetcdfReader reader(std::move(*bytes), path.string());
     if (reader.text("", "dpde_key") != fmt::format("{:016x}", key)) return std::nullopt;
-    const Json json = parse_json(reader.text("", "dpde_result").value_or(""));
-    if (!json.is_object()) return std::nullopt;
-    return Told{reader.text("", "dpde_told").value_or(""), json};
+    const std::optional<Json> json = parse_json(reader.text("", "dpde_result").value_or(""));
+    if (!json || !json->is_object()) return std::nullopt;
+    return Told{reader.text("", "dpde_told").value_or(""), *json};
   } catch (const Error&) {
     return std::nullopt;  // damaged, or no such file: it is made again
   }

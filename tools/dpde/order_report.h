@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "json.h"
 #include "model/model.h"
+#include "support/json.h"
 
 namespace dpde::tools {
 

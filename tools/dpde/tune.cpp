@@ -169,7 +169,7 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   const chart::TuneOptions tuning{scene.options, tolerance, options.most_cells, options.gradient, {}, tell};
   const chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
   report_choice(job, scene, choice, tolerance, result);
-  if (choice.chosen && chosen_json(*choice.chosen).value("real", "") == "f32")
+  if (choice.chosen && chosen_json(*choice.chosen).value<std::string>("real", "") == "f32")
     analysis::keep_single_precision(scene.session->compiled(), job.source(), tolerance, choice.chosen->error);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "source/utf8.h"
 
@@ -129,11 +128,11 @@ std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bo
   return text;
 }
 
-std::string render_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+Json diagnostics_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics) {
+  Json rows = Json::array();
   for (const Diagnostic& diagnostic : diagnostics) {
     const LineColumn place = diagnostic.range.is_known() ? file.locate(diagnostic.range.begin) : LineColumn{};
-    nlohmann::ordered_json row;
+    Json row;
     row["code"] = diagnostic.kind->code;
     row["severity"] = name_of(diagnostic.kind->severity);
     row["message"] = diagnostic.message;
@@ -143,7 +142,7 @@ std::string render_json(const SourceFile& file, const std::vector<Diagnostic>& d
     row["hint"] = diagnostic.hint;
     rows.push_back(std::move(row));
   }
-  return rows.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return rows;
 }
 
 }  // namespace dpde

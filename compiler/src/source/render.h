@@ -7,6 +7,7 @@
 
 #include "source/diagnostic.h"
 #include "source/source_file.h"
+#include "support/json.h"
 
 namespace dpde {
 
@@ -19,7 +20,7 @@ namespace dpde {
 /// cannot show appear as '?'.
 std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bool colour = false);
 
-/// A JSON array of {code, severity, message, file, line, column, hint}; line and column are 0 without a range.
-std::string render_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics);
+/// An array of {code, severity, message, file, line, column, hint}; line and column are 0 without a range.
+Json diagnostics_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics);
 
 }  // namespace dpde
