@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -90,12 +91,12 @@ task t : s {
 }
 )";
 
-const std::vector<std::string> all_settings{"",
-                                            "--set cells=1",
-                                            "--set cells.x=2 --set cells.y=1",
-                                            "--set cells.x=1 --set cells.y=3",
-                                            "--backend cpp",
-                                            "--set time=euler"};
+std::vector<std::string> all_settings() {
+  std::vector<std::string> all{"", "--set cells=1", "--set cells.x=2 --set cells.y=1",
+                               "--set cells.x=1 --set cells.y=3", "--set time=euler"};
+  if (is_thorough()) all.push_back("--backend cpp");  // a long time of a C++ compiler
+  return all;
+}
 
 class GivenVectorCommand : public Command {
  protected:
@@ -148,12 +149,12 @@ class GivenVectorCommand : public Command {
 };
 
 TEST_F(GivenVectorCommand, GradientsOfVectorsAreThoseThatAreDerived) {
-  expect_derived_gradients(turn, 6, all_settings);
+  expect_derived_gradients(turn, 6, all_settings());
   expect_derived_gradients(periodic(turn), 6, {"", "--set cells=1"});
 }
 
 TEST_F(GivenVectorCommand, GradientsOfStaggeredFieldsAreThoseThatAreDerived) {
-  expect_derived_gradients(water, 9, all_settings);
+  expect_derived_gradients(water, 9, all_settings());
   expect_derived_gradients(periodic(water), 9, {"", "--set cells=1"});
 }
 
