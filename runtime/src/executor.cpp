@@ -2,15 +2,12 @@
 // The schedule of row calls: see executor.h for what holds.
 //
 // A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
-// to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles where the grid
-// is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while they are there.
+// to do but pointers and calls. Else sweep_runner.h runs them.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <utility>
 
 #include "dpde/runtime/error.h"
@@ -24,13 +21,11 @@
 #include "program_solve.h"
 #include "real.h"
 #include "reduce.h"
-#include "sweep.h"
+#include "sweep_runner.h"
 #include "transform.h"
 
 namespace dpde {
 namespace {
-
-constexpr int64_t cache_line = 64;  // bytes
 
 struct Operation {
   int kind = DPDE_SWEEP;
@@ -54,13 +49,6 @@ void for_each_sweep(auto& operations, const auto& f) {
   }
 }
 
-/// What one thread needs to call rows; on a cache line of its own.
-struct alignas(64) Caller {
-  dpde_row row{};
-  std::vector<void*> pointers;  // at the current row: streams, then the fields that are filled with the sweep
-  std::vector<void*> starts;    // the same at row (0, 0)
-};
-
 int find_name(const char* const* names, int count, std::string_view name) {
   const char* const* const found = std::find(names, names + count, name);
   return found == names + count ? -1 : static_cast<int>(found - names);
@@ -76,9 +64,7 @@ struct Executor::Plan {
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
   std::vector<Network> networks;  // those of the program
-  std::vector<Caller> callers;    // one a thread
-  std::vector<void*> grids;       // bases of the grids of the sweep that runs
-  std::vector<double> row_sums;   // sums of each row of the sweep that runs
+  SweepRunner sweeps;
   std::vector<Stack> stacks;
   bool has_stacks = false;  // in memory
   std::shared_ptr<SolverShelf> shelf = std::make_shared<SolverShelf>();
@@ -88,14 +74,6 @@ struct Executor::Plan {
                               const dpde_layout& layout);
   std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
-
-  void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
-  void run_all_parts(const Sweep& sweep, const Executor& executor);
-  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y,
-                SweepRange z);
-  void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part, int thread);
-  static const dpde_variant& code_of(const Sweep& sweep, const Executor& executor);
-  void bind_grids(const Sweep& sweep, const Executor& executor);
 };
 
 Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team)
@@ -112,27 +90,12 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
   for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);
   plan_->operations = plan_->make(program, program.operations, program.operation_count, layout);
-  size_t pointers = 0, grids = 0, row_sums = 0;
-  for_each_sweep(plan_->operations, [&](const Sweep& sweep) {
-    pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
-    grids = std::max(grids, sweep.grids.size());
-    row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
-  });
+  plan_->sweeps = SweepRunner(*layout_, team);
+  for_each_sweep(plan_->operations, [&](const Sweep& sweep) { plan_->sweeps.make_room(sweep); });
   if (program.interpret == nullptr) plan_->lines = plan_->make_lines(*this);
   size_t size = 0;
   for (const Line& line : plan_->lines) size += line.frame_size();
   frame_.assign(size, nullptr);
-  plan_->grids.assign(grids, nullptr);
-  plan_->row_sums.assign(row_sums, 0.0);
-  plan_->callers.resize(static_cast<size_t>(team.threads()));
-  for (Caller& caller : plan_->callers) {
-    caller.pointers.assign(pointers, nullptr);
-    caller.starts.assign(pointers, nullptr);
-    caller.row.streams = caller.pointers.data();
-    caller.row.grids = plan_->grids.data();
-    caller.row.uniforms = uniforms_.data();
-    caller.row.layout = layout_.get();
-  }
 }
 
 /// Empty where some operation is not of a line.
@@ -279,7 +242,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
   const double* const uniforms = executor.uniforms_.data();
   for (Operation& operation : all) {
     switch (operation.kind) {
-      case DPDE_SWEEP: run_sweep(operation.sweep, executor, executor.sums_); break;
+      case DPDE_SWEEP: sweeps.run(operation.sweep, executor.fields_, executor.uniforms_.data(), executor.sums_); break;
       case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
       case DPDE_NETWORK: {
@@ -371,129 +334,6 @@ void Executor::run_lines(void* const* frame) {
     line.call(&line.row);
     frame += line.grids.size();
     for (const HaloFill& fill : line.then) fill.run_row(*frame++, line.row.uniforms);
-  }
-}
-
-void Executor::Plan::bind_grids(const Sweep& sweep, const Executor& executor) {
-  for (size_t g = 0; g < sweep.grids.size(); ++g) grids[g] = executor.bound(sweep.grids[g]);
-}
-
-void Executor::Plan::run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
-  bind_grids(sweep, executor);
-  if (sweep.tuner.is_done()) {
-    run_all_parts(sweep, executor);
-  } else {
-    const auto start = std::chrono::steady_clock::now();
-    run_all_parts(sweep, executor);
-    sweep.tuner.took(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  const size_t count = sweep.sums.size();
-  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i)
-    sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
-}
-
-/// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches
-/// want it.
-const dpde_variant& Executor::Plan::code_of(const Sweep& sweep, const Executor& executor) {
-  const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
-  const auto is_off = [&](const SweepStream& stream) {
-    return stream.is_written &&
-           reinterpret_cast<uintptr_t>(moved(executor.bound(stream.field), stream.delta, 1)) % cache_line != 0;
-  };
-  return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
-}
-
-/// Rows and halos. A row that was written past the caches is not read at once: all its halos are filled at the end.
-void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor) {
-  const dpde_variant& code = code_of(sweep, executor);
-  team.run(sweep.parts, [&](int64_t part, int thread) { run_part(sweep, code, executor, part, thread); });
-  for (const HaloFill& fill : sweep.then) {
-    if (code.streams != 0) {
-      fill.run(executor.fields_.data(), executor.uniforms_.data(), team);
-      continue;
-    }
-    void* base = executor.bound(fill.field());
-    if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data(), team);
-    fill.run_z(base, executor.uniforms_.data(), team);
-  }
-}
-
-/// The rows of a part, by a thread.
-void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part,
-                              int thread) {
-  Caller& caller = callers[static_cast<size_t>(thread)];
-  void** start = caller.starts.data();
-  for (const SweepStream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
-  for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
-  caller.row.own = caller.row.uniforms + sweep.own;
-  caller.row.count = sweep.count;
-  caller.row.first = sweep.first;
-  SweepRange y = sweep.y, z = sweep.z;
-  SweepRange& split = sweep.splits_z ? z : y;
-  const SweepRange whole = split;
-  split = {whole.from + whole.count() * part / sweep.parts, whole.from + whole.count() * (part + 1) / sweep.parts};
-  const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
-  for (int64_t from = y.from; from < y.to; from += rows) {
-    const SweepRange tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; place += planes)
-      run_rows(sweep, code, *executor.layout_, caller, tile, {place, std::min(place + planes, z.to)});
-  }
-  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
-}
-
-/// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane
-/// (measured: 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2). g++ takes a
-/// function that only prefetches for one without effect and drops its calls unless it is inlined early.
-[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride,
-                                                 int64_t width) {
-  for (size_t s : sweep.leading) {
-    const char* ahead = moved(pointers[s], stride, 1);
-    for (int64_t x = 0; x < sweep.count * width; x += cache_line) __builtin_prefetch(ahead + x);
-  }
-  if (!sweep.leading.empty()) return;
-  for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(moved(pointers[s], stride, 1));
-}
-
-/// Every pointer to the next row: on short rows this counts, and g++ -O2 moves one at a time unless it is told.
-inline void move_all(void** pointers, size_t count, int64_t bytes) {
-  auto* const addresses = reinterpret_cast<uintptr_t*>(pointers);
-#pragma omp simd
-  for (size_t i = 0; i < count; ++i) addresses[i] += static_cast<uintptr_t>(bytes);
-}
-
-/// The halo of a row that was just written, and where it is an image of another row's.
-inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const double* uniforms) {
-  for (const HaloFill& fill : sweep.then) {
-    fill.run_row(*rows, uniforms);
-    if (fill.images_are_direct()) fill.run_images(*rows, y, uniforms);
-    ++rows;
-  }
-}
-
-/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
-/// below them are read while they are in the first-level cache.
-void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller,
-                              SweepRange y_range, SweepRange planes) {
-  const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
-  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, plane = layout.stride[2] * width;
-  void** pointers = caller.pointers.data();
-  for (size_t i = 0; i < streams + fills; ++i)
-    pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
-  dpde_row& row = caller.row;
-  const bool prefetches = sweep.tuner.choice().prefetches != 0;
-  for (int64_t y = y_range.from; y < y_range.to; ++y) {
-    for (int64_t z = planes.from; z < planes.to; ++z) {
-      row.y = y;
-      row.z = z;
-      row.sums =
-          row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
-      for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
-      if (prefetches) prefetch_next(sweep, pointers, stride, width);
-      code.row(&row);
-      const bool is_inside = y >= 0 && y < layout.cells[1] && z >= 0 && z < layout.cells[2];
-      if (is_inside && code.streams == 0) fill_row(sweep, pointers + streams, y, row.uniforms);
-      move_all(pointers, streams + fills, z + 1 < planes.to ? plane : stride - (planes.count() - 1) * plane);
-    }
   }
 }
 

@@ -18,7 +18,7 @@ namespace {
 /// change, and rectifiers whose kinks lie in between to about as much.
 constexpr double relative_step = 1e-3, largest_error = 0.02;
 
-std::vector<double> moved(const std::vector<double>& x, double by, const std::vector<double>& rates) {
+std::vector<double> displaced(const std::vector<double>& x, double by, const std::vector<double>& rates) {
   std::vector<double> at = x;
   for (std::size_t i = 0; i < x.size(); ++i) at[i] += by * rates[i];
   return at;
@@ -102,8 +102,11 @@ bool SuppliedNetwork::check(const double* inputs, const double* weights) const {
 bool SuppliedNetwork::check_along(const Values& inputs, const Values& weights, const Values& input_rates,
                                   const Values& weight_rates, const char* what) const {
   Values w(outputs_), behind(outputs_), input_bars(inputs_), weight_bars(weights_);
-  functions_.value(moved(inputs, relative_step, input_rates), moved(weights, relative_step, weight_rates), w);
-  functions_.value(moved(inputs, -relative_step, input_rates), moved(weights, -relative_step, weight_rates), behind);
+  const auto value_at = [&](double by, auto& result) {
+    functions_.value(displaced(inputs, by, input_rates), displaced(weights, by, weight_rates), result);
+  };
+  value_at(relative_step, w);
+  value_at(-relative_step, behind);
   for (std::size_t i = 0; i < outputs_; ++i) w[i] = (w[i] - behind[i]) / (2 * relative_step);
   functions_.vector_jacobian(inputs, weights, w, input_bars, weight_bars);
   const double expected = product(w, w), got = product(input_bars, input_rates) + product(weight_bars, weight_rates);
