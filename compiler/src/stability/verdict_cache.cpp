@@ -90,11 +90,13 @@ FrozenPoint read_point(Reader& reader) {
   FrozenPoint point;
   for (double& place : point.place) place = reader.number();
   for (double& cells : point.cells) cells = reader.number();
-  const double fields = reader.number(), params = reader.number();
-  for (int i = 0; i < fields && reader.is_good(); ++i) {
-    FrozenValue& field = point.fields[reader.word()];
-    field.value = reader.number();
-    for (double& slope : field.slope) slope = reader.number();
+  const double counts[] = {reader.number(), reader.number()}, params = reader.number();
+  for (const int kind : {0, 1}) {
+    for (int i = 0; i < counts[kind] && reader.is_good(); ++i) {
+      FrozenValue& field = (kind == 0 ? point.fields : point.solved)[reader.word()];
+      field.value = reader.number();
+      for (double& slope : field.slope) slope = reader.number();
+    }
   }
   for (int i = 0; i < params && reader.is_good(); ++i) {
     const std::string name = reader.word();
@@ -107,9 +109,11 @@ std::string text_of(const FrozenPoint& point) {
   std::string text;
   for (const double place : point.place) text += fmt::format("{} ", place);
   for (const double cells : point.cells) text += fmt::format("{} ", cells);
-  text += fmt::format("{} {}\n", point.fields.size(), point.params.size());
-  for (const auto& [name, field] : point.fields)
-    text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
+  text += fmt::format("{} {} {}\n", point.fields.size(), point.solved.size(), point.params.size());
+  for (const auto* fields : {&point.fields, &point.solved}) {
+    for (const auto& [name, field] : *fields)
+      text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
+  }
   for (const auto& [name, value] : point.params) text += fmt::format("{} {}\n", name, value);
   return text;
 }
