@@ -136,6 +136,12 @@ Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const Froze
   return eigenvalues(tangent);
 }
 
+std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes) {
+  std::vector<int> cells;
+  for (std::size_t a = 0; a < axes.size(); ++a) cells.push_back(cells_of(axes, a, false));
+  return cells;
+}
+
 double cells_with_networks_along(const std::vector<model::Axis>& axes) {
   double cells = 1;
   for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a, true);
