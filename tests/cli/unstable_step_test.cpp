@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Steps that are too large are told before the first one, with the largest that works.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "command_support.h"
@@ -84,11 +86,50 @@ TEST_F(UnstableStep, OfASceneThatMakesDataIsRefused) {
   text.replace(text.find("mean(u^2)"), 9, "mean((u - r)^2)");
   text.insert(text.find("  unknown"), "  data r = u from scene fine\n");
   write("s.dpde", text);
-  for (const std::string verb : {"gradient", "optimize"}) {
+  for (const std::string verb : {"gradient", "optimize", "verify"}) {
     const Outcome run = dpde(verb + " s.dpde t --json");
     EXPECT_EQ(run.codes(), std::vector<std::string>{"E0808"}) << run.err;
     EXPECT_NE(run.err.find("scene fine: the step"), std::string::npos) << run.err;
   }
+  const std::vector<std::string> forced = dpde("verify s.dpde t --json --force").codes();
+  EXPECT_EQ(std::ranges::count(forced, "W0802"), 1) << "once, although its run is made for each part";
+  EXPECT_EQ(std::ranges::count(forced, "E0808"), 0);
+}
+
+/// 0.5*h^2/k is 1/51.2 at k = 0.1: of the runs of a data set those with a larger one are refused, by their number.
+TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
+  const std::string text =
+      "model m { field u; param k; dt(u) = k*lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1, cells 16, periodic\n  k = 0.1\n  initial u = sin(2*pi*x)\n  time 0 .. 2, step 0.02\n}\n";
+  write("s.dpde", text + "dataset d : s { runs 3; seed 1; vary k in 0.15 .. 0.2; frames every 0.2; file \"d.nc\" }\n");
+  const Outcome run = dpde("run s.dpde d --out . --json");
+  EXPECT_EQ(run.status, 1) << run.err;
+  EXPECT_NE(run.err.find("run 0 of dataset d: scene s: the step 0.02 is above"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(path("d.nc")));
+  const Outcome forced = dpde("run s.dpde d --out . --json --force");
+  EXPECT_EQ(forced.status, 0) << forced.err;
+  EXPECT_TRUE(fs::exists(path("d.nc")));
+}
+
+/// What is learned from stable data may be learned by a step that is not.
+TEST_F(UnstableStep, OfASceneThatLearnsIsRefused) {
+  const auto text = [](const std::string& scheme, double step) {
+    return "model m { field u; param k; param a; dt(u) = k*lap(u) }\nscheme c { time = " + scheme +
+           " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 16, periodic\n  k = 0.2\n  a = 1\n"
+           "  initial u = a*sin(2*pi*x)\n" +
+           fmt::format("  time 0 .. 2, step {}\n}}\n", step) +
+           "dataset d : s { runs 2; seed 1; vary a in 1 .. 2; frames every 0.04; file \"d.nc\" }\n"
+           "task t : s { data r = trajectories(\"d.nc\", u); unknown k from 0.2; minimise mean((u - r)^2) over 4 steps;"
+           " using adam(rate = 0.01), batch 2, epochs 1 }\n";
+  };
+  write("data.dpde", text("crank_nicolson", 0.04));
+  ASSERT_EQ(dpde("run data.dpde d --out . --json").status, 0);
+  write("s.dpde", text("euler", 0.04));
+  const Outcome refused = dpde("optimize s.dpde t --json");
+  EXPECT_EQ(refused.codes(), std::vector<std::string>{"E0808"}) << refused.err;
+  EXPECT_NE(refused.err.find("--force"), std::string::npos);
+  const std::vector<std::string> forced = dpde("optimize s.dpde t --json --force").codes();
+  EXPECT_EQ(std::ranges::count(forced, "E0808"), 0);
 }
 
 /// More diffusion makes the loss less: the optimiser goes to where 1/520 is above h^2/(4*k), that is k > 0.508.

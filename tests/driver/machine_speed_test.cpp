@@ -35,21 +35,35 @@ TEST(MachineSpeed, OfAQuietMomentIsKept) {
   Kept cache;
   machine_speed(&cache, 1 << 16, 1);
   ASSERT_EQ(cache.entries.size(), 1u);
-  cache.entries.begin()->second = "123 456 0 2026-01-02 03:04";
+  const std::string today = machine_speed(nullptr, 1 << 16, 1).date;
+  cache.entries.begin()->second = "123 456 0 0.25 " + today;
   const MachineSpeed kept = machine_speed(&cache, (1 << 16) + 5000, 1);
   EXPECT_TRUE(kept.from_cache);
   EXPECT_EQ(kept.copy, 123);
   EXPECT_EQ(kept.flops, 456);
-  EXPECT_EQ(kept.date, "2026-01-02 03:04");
+  EXPECT_EQ(kept.load, 0.25);
+  EXPECT_EQ(kept.date, today);
   EXPECT_FALSE(machine_speed(&cache, 1 << 22, 1).from_cache) << "of another size";
   EXPECT_FALSE(machine_speed(&cache, 1 << 16, 2).from_cache) << "on other threads";
   EXPECT_GT(machine_speed(&cache, 1 << 16, 1, true).copy, 1e8) << "anew";
 }
 
+/// Of another day: made again, and better numbers stay; a busy moment leaves all as it was.
+TEST(MachineSpeed, OfAnotherDayIsRenewed) {
+  Kept cache;
+  machine_speed(&cache, 1 << 16, 1);
+  cache.entries.begin()->second = "1e15 1e-3 0 0.1 2026-01-02 03:04";
+  const MachineSpeed again = machine_speed(&cache, 1 << 16, 1);
+  EXPECT_EQ(again.copy, 1e15);
+  EXPECT_EQ(again.from_cache, again.flops == 1e-3) << "either nothing or the better number is new";
+  EXPECT_EQ(again.from_cache, again.date == "2026-01-02 03:04");
+  EXPECT_FALSE(again.is_busy);
+}
+
 TEST(MachineSpeed, OfABusyMomentIsMeasuredAgainAndTheBestStays) {
   Kept cache;
   machine_speed(&cache, 1 << 16, 1);
-  cache.entries.begin()->second = "1e15 1e-3 1 2026-01-02 03:04";
+  cache.entries.begin()->second = "1e15 1e-3 1 3.5 2026-01-02 03:04";
   const MachineSpeed again = machine_speed(&cache, 1 << 16, 1);
   EXPECT_FALSE(again.from_cache);
   EXPECT_EQ(again.copy, 1e15);

@@ -36,7 +36,7 @@ TEST_P(GrowthOfMixtures, IsThatOfTheEquations) {
   for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
   std::string why;
   const LinearStep linear = LinearStep::make(compiled.value().stencil, compiled->step_name(), why).value();
-  const FrozenPoint point{{{"u", mixture.u}, {"v", mixture.v}}, {{"hx", mixture.spacing}, {"t", 0}}, {}};
+  const FrozenPoint point{{{"u", mixture.u}, {"v", mixture.v}}, {}, {{"hx", mixture.spacing}, {"t", 0}}};
   const FrozenAnalysis analysis =
       FrozenAnalysis::make(linear, point, 1, 0.01 * mixture.spacing * mixture.spacing).value();
   EXPECT_NEAR(analysis.growth_rate(), mixture.growth, 1e-3 * std::abs(mixture.growth));

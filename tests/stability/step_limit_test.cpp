@@ -36,7 +36,7 @@ Scene scene_of(const std::string& text, const std::map<std::string, FrozenValue>
   std::string why;
   std::optional<LinearStep> linear = LinearStep::make(compiled.value().stencil, compiled->step_name(), why);
   EXPECT_EQ(why, "");
-  FrozenPoint point{fields, {{"hx", 1}, {"hy", 1}, {"hz", 1}, {"t", 1e6}}, {}};
+  FrozenPoint point{fields, {}, {{"hx", 1}, {"hy", 1}, {"hz", 1}, {"t", 1e6}}};
   for (const model::Parameter& param : compiled->problem->params) point.params[param.name] = param.value;
   return {std::move(*compiled), std::move(linear).value(), std::move(point)};
 }

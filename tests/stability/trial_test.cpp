@@ -104,5 +104,35 @@ TEST(WallLimit, OfLeapfrogAtAnOutflowIsNone) {
   EXPECT_FALSE(try_step(*session, 1.0 / 128, {}).value().is_stable);
 }
 
+/// The fastest place is in the middle, where the wind blows to x.high. It blows out at x.low, where it is slower, with
+/// a slope of 0 there: that is a place of its own.
+TEST(WallLimit, IsLookedForWhereFieldsAreSmallestAndLargest) {
+  const auto verdict_with = [](const std::string& low, double* growth) {
+    DiagnosticSink sink;
+    const std::unique_ptr<driver::Session> session = open(
+        "model m { field u; coefficient c; dt(u) = -c*dx(u) }\nscheme l { time = leapfrog }\nscene s : m with l {\n"
+        "  grid x = 0 .. 1, cells 48\n  c = 3*exp(-50*(x - 0.5)^2) - 1\n  boundary u: x.low = " +
+            low + ", x.high = 0\n  initial u = exp(-100*(x - 0.3)^2)\n  time 0 .. 4, step 1/400\n}\n",
+        sink);
+    const Verdict verdict = verdict_of(*session);
+    EXPECT_EQ(verdict.places_between_walls, 2);
+    EXPECT_GT(verdict.places, 4);
+    if (growth == nullptr) return verdict;
+    EXPECT_FALSE(try_step(*session, 1.0 / 400, {.steps = 20000}).value().is_stable);
+    *growth = growths_at(*session, verdict, {1.0 / 400}).front();
+    return verdict;
+  };
+  double growth = 0;
+  const Verdict open_end = verdict_with("zero_gradient", &growth);
+  EXPECT_EQ(open_end.limit.kind, StepLimit::Kind::never);
+  EXPECT_TRUE(open_end.is_of_walls);
+  EXPECT_EQ(open_end.place, "x = 0.0104167");
+  EXPECT_DOUBLE_EQ(growth, open_end.growth);
+  EXPECT_GT(growth, 1.001);
+  const Verdict closed = verdict_with("0", nullptr);
+  EXPECT_EQ(closed.limit.kind, StepLimit::Kind::limit);
+  EXPECT_FALSE(closed.is_of_walls);
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -24,6 +24,7 @@ Verdict any_verdict() {
   v.field = "u.x";
   v.worst.fields["u.x"].value = std::numeric_limits<double>::quiet_NaN();
   v.worst.fields["u.x"].slope = {1, 2, 3};
+  v.worst.solved["psi"].slope = {0.5, -4, 0};
   v.worst.params["cells.x"] = 16;
   v.courant = 0.5;
   return v;
@@ -37,6 +38,7 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
   EXPECT_EQ(back->place, "x = 0.1, y = 2");
   EXPECT_EQ(back->step, 1.0 / 3);
   EXPECT_EQ(back->worst.params.at("cells.x"), 16);
+  EXPECT_EQ(back->worst.solved, any_verdict().worst.solved);
   EXPECT_FALSE(verdict_from(text_of(Verdict{.why = "a network is in it"}))->is_analysed());
 }
 

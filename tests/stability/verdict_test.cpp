@@ -203,6 +203,15 @@ TEST(Verdict, OfImplicitSchemesIsThatOfWhatIsExplicit) {
   }
 }
 
+/// What an implicit stage makes of the state is what is frozen there: -1e3*u^2*w takes w by Euler's method up to
+/// 2/1e3/u^2.
+TEST(Verdict, OfImplicitStagesKnowsTheirStates) {
+  const Verdict verdict = verdict_on("field w; dt(u) = lap(u); dt(w) = -1e3*u^2*w", "  initial w = 1\n" + run,
+                                     "time = imex_euler", "2 + 1e-6*sin(2*pi*x/64)");
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(verdict.limit.step, 2 / 4e3, 1e-3 * 2 / 4e3);
+}
+
 /// Diffusion with the eigenvalues 0.4 and 0.6 and reactions are solved for, by Newton's method and both fields at once.
 TEST(Verdict, OfCoupledImplicitSchemesIsThatOfWhatIsExplicit) {
   const std::string reacting = "field v; dt(u) = lap(u) - 1e4*u*v\n  dt(v) = lap(v) - 1e4*(v^2 - 1) + u";
@@ -238,15 +247,6 @@ TEST(Verdict, OfConstraintsIsThatOfWhatFulfilsThem) {
   const StepLimit swelling = limit_of("100*grad(div(u)) + 0.5*lap(u)", "(0, 0)");
   ASSERT_EQ(swelling.kind, StepLimit::Kind::limit);
   EXPECT_NEAR(swelling.step, 2.7853 / (0.5 * 8), 1e-3);
-}
-
-/// A stream function is known up to a constant, and its slopes at a point are not those of the vorticity there.
-TEST(Verdict, IsNoneOfFlowsThatAreSolvedFor) {
-  const Verdict verdict =
-      verdict_on("solve lap(psi) = -u for psi; dt(u) = -advect((dy(psi), -dx(psi)), u) + 0.1*lap(u)", run,
-                 "time = ars222", "sin(2*pi*x/64)*cos(2*pi*y/64)", 2);
-  EXPECT_FALSE(verdict.is_analysed());
-  EXPECT_EQ(verdict.why, "a solve is in it");
 }
 
 /// A way that ends on a wall is no instability of the points beside it.

@@ -78,11 +78,9 @@ std::string report_cost(Job& job, const CheckOptions& options, const driver::Com
   const driver::MachineSpeed speed = driver::machine_speed(compiled.options.cache.get(), cost.bytes * cells,
                                                            thread_count(job.options()), options.measure);
   result["cost"] = cost_json(cost, speed);
-  result["machine"] = {{"copy_bytes_per_s", speed.copy},
-                       {"flops_per_s", speed.flops},
-                       {"measured", speed.date},
-                       {"busy", speed.is_busy},
-                       {"from_cache", speed.from_cache}};
+  result["machine"] = {{"copy_bytes_per_s", speed.copy}, {"flops_per_s", speed.flops},
+                       {"measured", speed.date},         {"busy", speed.is_busy},
+                       {"load_per_core", speed.load},    {"from_cache", speed.from_cache}};
   result["machine_busy"] = speed.is_busy;
   const auto adjoint = compiled.derived.find(compiled.step_name());
   if (compiled.problem->task && adjoint != compiled.derived.end() && adjoint->second.adjoint)
@@ -92,7 +90,7 @@ std::string report_cost(Job& job, const CheckOptions& options, const driver::Com
   const bool is_of_memory = cost.bytes > 0 && rate == speed.copy / cost.bytes;
   return fmt::format("a step moves {} bytes and takes {} flops a cell; {} allows {} points/s here (measured {}{})\n",
                      cost.bytes, cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate), speed.date,
-                     speed.is_busy ? ", on a busy machine" : "");
+                     speed.is_busy ? fmt::format(", on a busy machine: load {:.1f} a core", speed.load) : "");
 }
 
 /// Transforms and solves of a step go over the whole grid; the bytes of the first are in those of a run.

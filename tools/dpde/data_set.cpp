@@ -17,6 +17,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
@@ -202,8 +203,9 @@ std::unique_ptr<training::DataSetMaker> open(Job& job) {
   std::optional<model::DataSet> set = model::data_set_from_ast(file, job.options().name, job.sink());
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!set || !compile_options) return nullptr;
-  const training::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache,
-                                         thread_count(job.options()), &interrupt_flag()};
+  const training::DataSetOptions options{compile_options->selection, compile_options->backend,
+                                         compile_options->cache,     thread_count(job.options()),
+                                         &interrupt_flag(),          stability::judge_of_steps(job.options().force)};
   const Preparing preparing(job);
   return training::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }

@@ -2,10 +2,12 @@
 #include "stability_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
 #include "command.h"
+#include "stability/wall_spectrum.h"
 
 namespace dpde::tools {
 
@@ -56,6 +58,8 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["growth_rate"] = json_number(verdict.growth_rate);
   result["field"] = verdict.field;
   result["walls"] = verdict.is_of_walls;
+  result["places"] = verdict.places;
+  result["wall_places"] = verdict.places_between_walls;
   result["networks"] = verdict.is_of_networks;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
   result["term"] = nullptr;
@@ -98,6 +102,10 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
                         1 / verdict.growth_rate);
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
+  if (verdict.places_between_walls > 0)
+    text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
+                        fmt::join(stability::cells_between_walls(problem.axes), " x "), verdict.places_between_walls,
+                        verdict.places);
   if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);

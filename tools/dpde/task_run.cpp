@@ -81,9 +81,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   session.threads = thread_count(options);
   session.stop = &interrupt_flag();
   session.checkpoint_folder = options.checkpoint_folder;
-  session.judge = [force = options.force](driver::Session& scene, DiagnosticSink& sink) {
-    return stability::check_step(scene, force, sink);
-  };
+  session.judge = stability::judge_of_steps(options.force);
   const std::optional<std::int64_t> bytes = checkpoint_bytes(job, options);
   if (!bytes) return false;
   session.checkpoint_bytes = *bytes;

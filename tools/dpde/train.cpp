@@ -13,6 +13,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "run_checkpoint.h"
+#include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "training/plain_methods.h"
 #include "training_chart.h"
@@ -289,6 +290,13 @@ void test(Job& job, const training::Trials& trials, const training::TestScenes& 
   if (is_chart) write_training_chart(job, scenes, tests, json);
 }
 
+/// As the scene begins; networks change no step that is refused.
+bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run) {
+  if (!run.compiled->problem->networks.empty()) return true;
+  const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
+  return session && stability::check_step(*session, options.force, job.sink());
+}
+
 /// The task's own tests; of a chart those that have plain scenes beside them, and more plain methods.
 std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::TrainingScene& scene, bool is_chart) {
   const model::Task& task = scene.task();
@@ -334,6 +342,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   }
   const std::unique_ptr<training::TrainingScene> scene =
       training::TrainingScene::open(job.source(), run.compiled, job.sink());
+  if (scene && !is_step_stable(job, options, run)) return json;
   const std::unique_ptr<training::TestScenes> tests = scene ? open_tests(job, *scene, options.charts) : nullptr;
   if (!tests) return json;
   training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};

@@ -11,6 +11,7 @@
 #include "command.h"
 #include "interrupt.h"
 #include "preparing.h"
+#include "stability/verdict.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -176,7 +177,8 @@ Json verify(Job& job) {
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
-  const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
+  const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),
+                                         stability::judge_of_steps(job.options().force)};
   std::shared_ptr<driver::Compiled> single;
   if (compiled->is_single()) {
     single = std::make_shared<driver::Compiled>(std::move(*compiled));
@@ -208,7 +210,7 @@ Json verify(Job& job) {
 void add_verify(CLI::App& app, int& status) {
   const auto options = std::make_shared<CommonOptions>();
   CLI::App* verb = app.add_subcommand("verify", "certify derivatives: tangent against adjoint, and Taylor slopes");
-  add_common_options(*verb, *options, {.out = false});
+  add_common_options(*verb, *options, {.out = false, .force = true});
   verb->footer("Examples:\n  dpde verify burgers.dpde recover\n  dpde verify heat.dpde plate --set cells=33 --json");
   on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return verify(job); }); });
 }

@@ -409,6 +409,7 @@ std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& comp
     small.cells = cells;
     small.steps = std::min(steps_on_small_grids, problem.steps);
   }
+  runs.front().judge = options.judge;  // the only one that has the data of other scenes
   return runs;
 }
 
@@ -434,7 +435,8 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
   const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run"};
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink))
     return std::nullopt;
-  const driver::SessionOptions own = runs_to_compare(*compiled, options).front();
+  driver::SessionOptions own = runs_to_compare(*compiled, options).front();
+  own.judge = {};  // it was asked above
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
   if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
   return certificate;

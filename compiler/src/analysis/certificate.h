@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -77,6 +78,7 @@ struct CertifyOptions {
   int threads = 1;
   std::uint64_t seed = 0;
   const std::atomic<bool>* stop = nullptr;
+  std::function<bool(driver::Session&, DiagnosticSink&)> judge = {};  // of scenes that make data: SessionOptions::judge
 };
 
 /// `compiled` was made with `certify`, tangent and adjoint. nullopt when `sink` has errors afterwards.

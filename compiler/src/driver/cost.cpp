@@ -178,9 +178,8 @@ CopyRate measure_copy(double footprint, int threads) {
     rate.best = std::max(rate.best, bytes * repeats / seconds);
     if (threads > 1 && size >= 65536) rate.best = std::max(rate.best, bytes / copy_once(to, from, threads));
   }
-  double load = 0;  // of the last minute: a short trial may find a gap
-  const bool is_known = getloadavg(&load, 1) == 1;
-  rate.is_busy = worked < undisturbed * waited || (is_known && load > std::thread::hardware_concurrency());
+  if (double load = 0; getloadavg(&load, 1) == 1) rate.load = load / std::max(1u, std::thread::hardware_concurrency());
+  rate.is_busy = worked < undisturbed * waited || rate.load > 1;  // of the last minute: a short trial may find a gap
   return rate;
 }
 

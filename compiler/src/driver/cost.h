@@ -42,6 +42,7 @@ std::int64_t available_memory();
 /// meanwhile.
 struct CopyRate {
   double best = 0;
+  double load = 0;  // a core, of the last minute; 0 where it is not known
   bool is_busy = false;
 };
 /// Between two arrays of together `footprint` bytes, on one thread and on `threads`: the best of several short trials.

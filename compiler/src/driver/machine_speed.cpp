@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <limits>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "driver/cost.h"
@@ -26,8 +28,8 @@ double rounded_footprint(double bytes) {
 }
 
 std::string key_of(double footprint, int threads) {
-  return fmt::format("machine speed\n{} cores, {} threads\n{} bytes", std::thread::hardware_concurrency(), threads,
-                     footprint);
+  return fmt::format("speed of the machine\n{} cores, {} threads\n{} bytes", std::thread::hardware_concurrency(),
+                     threads, footprint);
 }
 
 std::string date_of_now() {
@@ -36,16 +38,41 @@ std::string date_of_now() {
 }
 
 std::string text_of_speed(const MachineSpeed& speed) {
-  return fmt::format("{} {} {} {}", speed.copy, speed.flops, speed.is_busy ? 1 : 0, speed.date);
+  return fmt::format("{} {} {} {:.2f} {}", speed.copy, speed.flops, speed.is_busy ? 1 : 0, speed.load, speed.date);
 }
 
 bool read_speed(const std::string& text, MachineSpeed& speed) {
   std::istringstream in(text);
   int busy = 0;
-  if (!(in >> speed.copy >> speed.flops >> busy) || !(speed.copy > 0) || !(speed.flops > 0)) return false;
+  if (!(in >> speed.copy >> speed.flops >> busy >> speed.load) || !(speed.copy > 0) || !(speed.flops > 0)) return false;
   speed.is_busy = busy != 0;
   in.get();
   return static_cast<bool>(std::getline(in, speed.date));
+}
+
+bool is_of_today(const MachineSpeed& speed) {
+  constexpr std::size_t day = std::string_view("2026-11-25").size();
+  return speed.date.substr(0, day) == date_of_now().substr(0, day);
+}
+
+/// Others disturb for a while: windows that lie apart find a gap where one long one does not.
+MachineSpeed measure(double size, int threads) {
+  constexpr int windows = 4;
+  constexpr std::chrono::milliseconds apart(15), most(200);
+  const auto start = std::chrono::steady_clock::now();
+  const auto has_time = [&] { return std::chrono::steady_clock::now() - start < most; };
+  MachineSpeed best;
+  best.is_busy = true;
+  for (int window = 0; window < windows && best.is_busy && (window == 0 || has_time()); ++window) {
+    if (window > 0) std::this_thread::sleep_for(apart);
+    const CopyRate rate = measure_copy(size, threads);
+    best.copy = std::max(best.copy, rate.best);
+    best.flops = std::max(best.flops, measure_flops(threads));
+    best.is_busy = rate.is_busy;
+    best.load = rate.load;
+  }
+  best.date = date_of_now();
+  return best;
 }
 
 }  // namespace
@@ -61,12 +88,15 @@ MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int thre
   MachineSpeed known;
   const std::optional<std::string> text = cache == nullptr || anew ? std::nullopt : cache->find(key);
   const bool is_known = text && read_speed(*text, known);
-  if (is_known && !known.is_busy) {
+  if (is_known && !known.is_busy && is_of_today(known)) {
     known.from_cache = true;
     return known;
   }
-  const CopyRate rate = measure_copy(size, threads);
-  MachineSpeed speed{rate.best, measure_flops(threads), date_of_now(), rate.is_busy};
+  MachineSpeed speed = measure(size, threads);
+  if (is_known && !known.is_busy && speed.is_busy) {
+    known.from_cache = true;
+    return known;
+  }
   if (is_known) {
     speed.copy = std::max(speed.copy, known.copy);
     speed.flops = std::max(speed.flops, known.flops);

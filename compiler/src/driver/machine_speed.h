@@ -13,6 +13,7 @@ struct MachineSpeed {
   double copy = 0;       // bytes a second, read and written, between arrays of about the footprint
   double flops = 0;      // multiplications and additions in double precision a second
   std::string date;      // of the measurement, "2026-11-25 04:10"
+  double load = 0;       // a core: how many processes wanted each of them in the minute before
   bool is_busy = false;  // no undisturbed moment was found yet: the next call measures again
   bool from_cache = false;
   /// Cells a second, at most, of what moves so many bytes and takes so many operations each; infinite of nothing.
@@ -20,7 +21,8 @@ struct MachineSpeed {
 };
 
 /// For fields of together `footprint` bytes, rounded to a power of four from 32 KiB to 256 MiB. The best of several
-/// trials, and of all measurements until one was undisturbed. `anew` forgets them. The cache may be null.
+/// short windows, and of all measurements until one was undisturbed; on another day it is measured once more, and what
+/// is better in an undisturbed moment stays. `anew` forgets all. The cache may be null.
 MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int threads, bool anew = false);
 
 /// The best of several short trials on so many threads: chains of products and sums that stay in registers.

@@ -17,6 +17,7 @@
 #include "driver/losses.h"
 #include "driver/over_time.h"
 #include "driver/tuning.h"
+#include "driver/wide_formulas.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
@@ -380,7 +381,10 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
 bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages& stages, DiagnosticSink& sink) {
   const model::Optimiser* newton = options.adjoint ? newton_of(compiled) : nullptr;
   if (newton != nullptr) options.tangent = options.second = true;
-  compiled.stencil = run_passes(lower(compiled, options, sink));
+  stencil::Module lowered = lower(compiled, options, sink);
+  if (const stencil::Program* step = compiled.problem ? lowered.find_program(compiled.names.step) : nullptr)
+    tell_wide_formulas(lowered, *step, *compiled.problem, sink);
+  compiled.stencil = run_passes(std::move(lowered));
   if (sink.has_errors()) return false;
   compiled.primal_programs = names_of(compiled.stencil.programs);
   compiled.activity = activity_of(compiled, options);

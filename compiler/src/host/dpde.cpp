@@ -115,9 +115,7 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   session_options.checkpoint_bytes = options.checkpoint_bytes;
   session_options.slots = options.slots;
   session_options.stop = options.stop;
-  session_options.judge = [&options](driver::Session& scene, DiagnosticSink& told) {
-    return stability::check_step(scene, options.force, told);
-  };
+  session_options.judge = stability::judge_of_steps(options.force);
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
   if (!session || !session_options.judge(*session, sink)) fail(source, sink);
   Simulation simulation(table->scene(),

@@ -183,6 +183,9 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0503", "program-replaced", Severity::warning,
      "the scene runs {} of this text in place of the program that it makes itself under that name"},
     {"W0502", "idle-boundary", Severity::warning, "nothing reads the boundary of {} at {}"},
+    {"W0505", "formula-wider-than-grid", Severity::warning,
+     "a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's order is "
+     "lost"},
     {"W0504", "sign-at-wall", Severity::warning,
      "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},

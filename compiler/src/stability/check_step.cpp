@@ -11,6 +11,8 @@ namespace dpde::stability {
 
 namespace {
 
+constexpr double unseen_growth = 1e-4;  // ln of what grows over a run above the limit
+
 SourceRange equation_of(const model::Problem& problem, const std::string& field) {
   const model::State* state = problem.find_state(field);
   while (state != nullptr && !state->history_of.empty()) state = problem.find_state(state->history_of);
@@ -72,16 +74,21 @@ std::string advice_on_blow_up(driver::Session& session) {
 }
 
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
-  if (session.problem().step_control || grows_nothing(session)) return true;
-  const Verdict verdict = verdict_of(session);
-  if (!verdict.is_above()) return true;
+  if (session.problem().step_control) return true;
+  const std::optional<Verdict> grown = verdict_where_it_grows(session);
+  if (!grown || !grown->is_above()) return true;
+  const Verdict& verdict = *grown;
   const bool ruins = verdict.ruins_run() && !force;
   if (verdict.limit.kind == StepLimit::Kind::never) {
     if (verdict.end_growth > 0.1) report_never(session, verdict, ruins, sink);
-  } else {
+  } else if (verdict.end_growth > unseen_growth) {
     report_above(session, verdict, ruins, sink);
   }
   return !ruins;
+}
+
+std::function<bool(driver::Session& session, DiagnosticSink& sink)> judge_of_steps(bool force) {
+  return [force](driver::Session& session, DiagnosticSink& sink) { return check_step(session, force, sink); };
 }
 
 }  // namespace dpde::stability

@@ -12,7 +12,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// Of expressions without derivatives; not a number of others.
+/// Of expressions without other derivatives than slopes of what is solved for; not a number of others.
 double value_at(const model::Expr& e, const FrozenPoint& point) {
   constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
   if (const auto* n = std::get_if<model::Number>(&e->kind)) return n->value;
@@ -21,6 +21,12 @@ double value_at(const model::Expr& e, const FrozenPoint& point) {
   if (const auto* f = std::get_if<model::Field>(&e->kind))
     return point.fields.contains(f->name) ? point.fields.at(f->name).value : not_known;
   if (const auto* c = std::get_if<model::Coordinate>(&e->kind)) return point.place[static_cast<std::size_t>(c->axis)];
+  if (const auto* d = std::get_if<model::Derivative>(&e->kind)) {
+    const auto* solve = std::get_if<model::Solve>(&d->operand->kind);
+    if (solve == nullptr || d->order != 1 || !point.solved.contains(solve->name)) return not_known;
+    const auto axis = static_cast<std::size_t>(d->axis);
+    return point.solved.at(solve->name).slope[axis] / point.params.at(std::string("h").append(1, "xyz"[axis]));
+  }
   if (const auto* n = std::get_if<model::Neg>(&e->kind)) return -value_at(n->operand, point);
   if (const auto* i = std::get_if<model::Interpolate>(&e->kind)) return value_at(i->operand, point);
   if (const auto* b = std::get_if<model::Binary>(&e->kind))

@@ -64,7 +64,8 @@ std::optional<LinearStep> linear_step(const driver::Session& session, std::strin
 
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why) {
   const driver::Compiled& compiled = session.compiled();
-  return LinearStep::make(compiled.stencil, compiled.step_name(), why, model::are_constraints(session.problem()));
+  const bool of_constraints = session.problem().program.empty() && model::are_constraints(session.problem());
+  return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints);
 }
 
 model::Problem by_euler(model::Problem problem) {
@@ -101,8 +102,10 @@ std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
   if (!fine_) return std::nullopt;
   FrozenPoint on_fine_cells = point;
   for (const model::Axis& axis : problem_.axes) on_fine_cells.params.at("h" + axis.name) /= finer;
-  for (auto& [name, field] : on_fine_cells.fields) {
-    for (double& slope : field.slope) slope /= finer;
+  for (auto* fields : {&on_fine_cells.fields, &on_fine_cells.solved}) {
+    for (auto& [name, field] : *fields) {
+      for (double& slope : field.slope) slope /= finer;
+    }
   }
   const std::optional<Response> rates = generator_of(*fine_, on_fine_cells);
   return rates ? std::optional(Symbol(*rates, static_cast<int>(problem_.axes.size()))) : std::nullopt;

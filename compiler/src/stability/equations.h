@@ -54,7 +54,8 @@ class Equations {
   mutable std::optional<LinearStep> fine_;
 };
 
-/// The point with the values of its fields everywhere about it.
+/// The point with the values of its fields everywhere about it; what is solved for keeps its slopes, a wind as an
+/// example.
 FrozenPoint flat(FrozenPoint point);
 
 /// The sum of the magnitudes of all coefficients.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,6 +14,8 @@
 
 namespace dpde::stability {
 
+inline constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
+
 /// The value at the point, its change from cell to cell, and how it is perturbed.
 struct Value {
   double number = 0;
@@ -22,9 +25,16 @@ struct Value {
 
 class Evaluation {
  public:
-  Evaluation(const stencil::Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt,
-             FrozenStages& stages, bool of_constraints)
-      : module_(module), varied_(varied), point_(point), dt_(dt), stages_(stages), of_constraints_(of_constraints) {}
+  /// `varied`: fields that depend on the states; `rates`: their perturbations.
+  Evaluation(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates,
+             const FrozenPoint& point, double dt, FrozenStages& stages, bool of_constraints)
+      : module_(module),
+        varied_(varied),
+        rates_(rates),
+        point_(point),
+        dt_(dt),
+        stages_(stages),
+        of_constraints_(of_constraints) {}
 
   void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
   void run(const std::vector<stencil::Statement>& body);
@@ -50,6 +60,8 @@ class Evaluation {
   std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol);
   void transform(const stencil::Transform& transform);
   void add_waves(Value& to, WaveSum waves);
+  /// `unknown`: what the model calls it.
+  Value solved(const std::string& field, const std::string& unknown) const;
   void run_block(const stencil::Solve& solve);
   void solve(const stencil::Solve& solve);
   void solve_coupled(const stencil::Solve& solve);
@@ -57,7 +69,7 @@ class Evaluation {
   void repeat(const stencil::Repeat& repeat);
 
   const stencil::Module& module_;
-  const std::set<std::string>& varied_;
+  const std::set<std::string>&varied_, &rates_;
   const FrozenPoint& point_;
   double dt_;
   FrozenStages& stages_;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 
+#include "stability/solved_fields.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -57,6 +58,7 @@ class Sampler {
  public:
   Sampler(driver::Session& session, const LinearStep& linear)
       : session_(session), follows_flow_(linear.follows_flow()) {
+    if (linear.solves()) solved_ = solved_fields(session);
     for (const std::string& name : linear.inputs()) {
       if (stencil::is_coordinate(name)) continue;
       const int state = session.engine().state_index(name);
@@ -69,6 +71,9 @@ class Sampler {
     for (const auto& [name, values] : fields_) {
       if (depends_on(linear, point, step, [&](FrozenPoint& p) { p.fields[name] = unknown(); })) varied_.insert(name);
     }
+    std::erase_if(solved_, [&](const auto& entry) {
+      return !depends_on(linear, point, step, [&](FrozenPoint& p) { p.solved[entry.first] = unknown(); });
+    });
   }
 
   std::set<std::size_t> cells() const {
@@ -80,24 +85,26 @@ class Sampler {
       result.insert(static_cast<std::size_t>(high - values.begin()));
     }
     const std::size_t count = session_.workspace().cell_count();
-    for (std::size_t i = 0; i < places_between && (reads_places_ || !varied_.empty()); ++i)
+    for (std::size_t i = 0; i < places_between && varies_in_space(); ++i)
       result.insert(i * (count - 1) / (places_between - 1));
     if (reads_places_) add_along_axes(result);
     if (result.empty()) result.insert(count / 2);
     return result;
   }
 
-  bool varies_in_space() const { return reads_places_ || !varied_.empty(); }
+  bool varies_in_space() const { return reads_places_ || !varied_.empty() || !solved_.empty(); }
 
   /// For the response.
   bool is_alike(const FrozenPoint& a, const FrozenPoint& b) const {
     return std::ranges::all_of(varied_, [&](const auto& name) { return a.fields.at(name) == b.fields.at(name); }) &&
-           a.params == b.params && (!reads_places_ || a.place == b.place);
+           a.solved == b.solved && a.params == b.params && (!reads_places_ || a.place == b.place);
   }
 
   ScenePoint at(std::size_t cell, double t) const {
-    ScenePoint result{{{}, numbers_of(session_), {}}, ""};
-    for (const auto& [name, values] : fields_) result.point.fields[name] = about(values, cell);
+    ScenePoint result;
+    result.point.params = numbers_of(session_);
+    for (const auto& [name, values] : fields_) result.point.fields[name] = about(values, cell, smaller);
+    for (const auto& [name, values] : solved_) result.point.solved[name] = about(values, cell, mean);
     result.point.params["t"] = t;
     const std::array<std::size_t, 3> place = place_of(cell);
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
@@ -105,7 +112,7 @@ class Sampler {
       result.point.cells[a] = axis.cells;
       result.point.place[a] = axis.low + (static_cast<double>(place[a]) + 0.5) * axis.spacing();
     }
-    if (!varied_.empty() || reads_places_) {
+    if (varies_in_space()) {
       const auto number = [](std::size_t i) { return static_cast<std::int64_t>(i); };
       result.place = session_.place_text({number(place[0]), number(place[1]), number(place[2])});
     }
@@ -113,8 +120,16 @@ class Sampler {
   }
 
  private:
-  /// With the smaller of both differences; none at the ends of bounded axes, and where the flow is followed.
-  FrozenValue about(const std::vector<double>& values, std::size_t cell) const {
+  /// The slope that differences with both neighbours leave. The smaller one: straight on from a jump a field would be
+  /// what it nowhere is. Their mean: a wind is the slope of a stream function.
+  static double smaller(double up, double down) {
+    return up * down <= 0 ? 0 : std::abs(up) < std::abs(down) ? up : down;
+  }
+  static double mean(double up, double down) { return 0.5 * (up + down); }
+
+  /// No slope at the ends of bounded axes, and where the flow is followed.
+  FrozenValue about(const std::vector<double>& values, std::size_t cell,
+                    const std::function<double(double, double)>& slope) const {
     FrozenValue result(values[cell]);
     if (follows_flow_) return result;
     const std::array<std::size_t, 3> place = place_of(cell);
@@ -128,8 +143,7 @@ class Sampler {
       const double up = values[first + high * stride] - values[cell],
                    down = values[cell] - values[first + low * stride];
       const bool is_inside = high != place[a] && low != place[a];
-      // The smaller one: straight on from a jump a field would be what it nowhere is.
-      if (is_inside) result.slope[a] = up * down <= 0 ? 0 : std::abs(up) < std::abs(down) ? up : down;
+      if (is_inside) result.slope[a] = slope(up, down);
       stride *= n;
     }
     return result;
@@ -167,7 +181,8 @@ class Sampler {
 
   driver::Session& session_;
   std::map<std::string, std::vector<double>> fields_;
-  std::set<std::string> varied_;  // of them those that the response depends on
+  std::set<std::string> varied_;                       // of them those that the response depends on
+  std::map<std::string, std::vector<double>> solved_;  // of these, those
   bool reads_places_ = false;
   bool follows_flow_;
 };
@@ -297,6 +312,7 @@ bool is_same_everywhere(driver::Session& session, const LinearStep& linear, cons
     }
     value = unknown();
   }
+  for (auto& [name, value] : spoilt.solved) value = unknown();
   for (const model::Control& control : session.problem().controls) spoilt.params[control.name] = not_a_number;
   return linear.response(spoilt, session.problem().step).has_value();
 }

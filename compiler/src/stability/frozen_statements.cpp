@@ -19,6 +19,20 @@ namespace {
 
 constexpr double sum_rounding = 1e-12;  // of sums of weights
 
+bool reads_neighbours(const Form& image) {
+  return std::ranges::any_of(image.terms(), [](const Form::Term& term) {
+    return term.coefficient != 0 && Form::offset_of(term.key) != Offset{};
+  });
+}
+
+Value divided(const Value& right, const Form& image) {
+  double by = 0;
+  for (const Form::Term& term : image.terms()) by += term.coefficient;
+  Value result{right.number / by, {}, right.slope};
+  for (double& slope : result.slope) slope /= by;
+  return result;
+}
+
 }  // namespace
 
 /// Means and sums of perturbations are those of waves that do not vary along their axes. The derivative of max and min
@@ -59,9 +73,11 @@ void Evaluation::transform(const Transform& transform) {
   const double step = is_state ? std::exchange(dt_, 0) : dt_;
   Value result;
   WaveSum waves;
+  bool solves = false;
   for (const Transform::Term& term : transform.terms) {
     WaveMultiplier by{term.by.function, {}, numbers_of(term.by.factor), term.by.within_two_thirds};
     if (term.by.function) by.argument = numbers_of(term.by.argument);
+    solves = solves || by.solves();
     const Value& field = field_value(term.field);
     const double of_constant = by.of_constant();
     const std::array<double, 3> of_slopes = by.of_slopes();
@@ -78,6 +94,11 @@ void Evaluation::transform(const Transform& transform) {
     }
   }
   dt_ = step;
+  if (rates_.contains(transform.result)) {
+    result = {0, std::move(result.form)};
+  } else if (solves) {
+    result = solved(transform.result, "");
+  }
   if (!waves.terms.empty()) add_waves(result, std::move(waves));
   fields_[transform.result] = std::move(result);
 }
@@ -86,6 +107,13 @@ void Evaluation::add_waves(Value& to, WaveSum waves) {
   to.form = to.form.plus(Form(most_states + static_cast<int>(waves_.size())));
   waves_.push_back(std::move(waves));
   is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
+}
+
+/// At the initial state, as all stages are that here.
+Value Evaluation::solved(const std::string& field, const std::string& unknown) const {
+  auto known = point_.solved.find(field);
+  if (known == point_.solved.end()) known = point_.solved.find(unknown);
+  return known == point_.solved.end() ? Value{unknown_value} : Value{known->second.value, {}, known->second.slope};
 }
 
 /// Nothing in it is a stage of the states.
@@ -132,7 +160,8 @@ void Evaluation::solve_by_newton(const Solve& solve) {
   }
 }
 
-/// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point.
+/// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point: by that
+/// of the right side where the block reads no neighbours, else as it is known.
 void Evaluation::solve(const Solve& solve) {
   if (!solve.is_linear) return solve_by_newton(solve);
   if (solve.unknowns.size() > 1) return solve_coupled(solve);
@@ -142,22 +171,15 @@ void Evaluation::solve(const Solve& solve) {
   run_block(solve);
   const Form image = field_value(solve.images.front()).form;
   dt_ = step;
-  double of_constant = 0, of_all = 0;
-  std::array<double, 3> of_slopes{};
-  for (const Form::Term& term : image.terms()) {
-    of_constant += term.coefficient;
-    of_all += std::abs(term.coefficient);
-    const Offset offset = Form::offset_of(term.key);
-    for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) of_slopes[axis] += term.coefficient * offset[axis];
-  }
-  if (std::abs(of_constant) < sum_rounding * of_all) of_constant = 0;
   const Value& right = field_value(solve.rights.front());
-  Value result{right.number / of_constant, {}, right.slope};
-  for (std::size_t axis = 0; axis < of_slopes.size(); ++axis) {
-    result.slope[axis] /= of_constant;
-    result.number -= of_slopes[axis] * result.slope[axis] / of_constant;
+  Value result;
+  if (!rates_.contains(solve.unknowns.front())) {
+    if (!reads_neighbours(image)) {
+      result = divided(right, image);
+    } else if (!of_constraints_) {
+      result = solved(solve.unknowns.front(), solve.written.field);
+    }
   }
-  if (of_constant == 0 && of_constraints_) result = {0, {}, {}};
   if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
   fields_[solve.unknowns.front()] = std::move(result);
   fields_[solve.images.front()] = right;

@@ -44,7 +44,9 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     result.results_.push_back(behind == nullptr ? "" : *behind);
   }
   for (const adjoint::Link& link : tangent.links) {
-    if (link.kind == adjoint::Link::Kind::field) result.varied_.insert(link.primal);
+    if (link.kind != adjoint::Link::Kind::field) continue;
+    result.varied_.insert(link.primal);
+    result.rates_.insert(link.derived);
   }
   result.module_ = remove_dead_code(tangent.module);
   Survey found;
@@ -67,7 +69,7 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
 }
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
-  Evaluation evaluation(module_, varied_, point, dt, stages, of_constraints_);
+  Evaluation evaluation(module_, varied_, rates_, point, dt, stages, of_constraints_);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }

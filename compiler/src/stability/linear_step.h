@@ -29,6 +29,7 @@ struct FrozenValue {
 /// What an analysis takes as it is: fields by name, numbers by name (spacings too, not dt), the place for coordinates.
 struct FrozenPoint {
   std::map<std::string, FrozenValue> fields;
+  std::map<std::string, FrozenValue> solved = {};  // what depends on all places: see solved_fields.h
   std::map<std::string, double> params;
   std::array<double, 3> place{};
   std::array<double, 3> cells{1, 1, 1};  // of the grid
@@ -62,6 +63,7 @@ class LinearStep {
   const stencil::Module& module() const { return module_; }
   const stencil::Program& program() const { return module_.programs.front(); }
   const std::string& perturbation_of(std::size_t state) const { return perturbations_[state]; }
+  bool is_perturbation(const std::string& field) const { return rates_.contains(field); }
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
   bool follows_flow() const { return follows_flow_; }
   bool reduces() const { return reduces_; }
@@ -73,7 +75,7 @@ class LinearStep {
  private:
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
   std::vector<std::string> states_, perturbations_, results_, inputs_;
-  std::set<std::string> varied_;  // fields that depend on the states
+  std::set<std::string> varied_, rates_;  // fields that depend on the states, and their perturbations
   bool follows_flow_ = false, reduces_ = false, solves_ = false, has_networks_ = false, of_constraints_ = false;
 };
 

@@ -24,6 +24,7 @@ constexpr double no_growth = 1e-10;  // of the largest rate: rounding
 /// rounding.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
+constexpr double rounded_down = 1 - 1e-9;
 
 Response sum(const Response& a, const Response& b, double factor) {
   Response result{{}, a.waves};
@@ -37,9 +38,20 @@ Response sum(const Response& a, const Response& b, double factor) {
   return result;
 }
 
-/// With that of no angle, the mean, where the step knows it.
-Largest largest_over_waves(const LinearStep& linear, int rank, const std::function<double(const Angles&)>& f) {
-  Largest largest = stability::largest_over_waves(rank, f);
+/// With that of no angle, the mean, where the step knows it. What is solved for may be faster the longer waves are
+/// (those of Rossby): without those that are longer than the grid then.
+Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
+                           const std::function<double(const Angles&)>& f) {
+  const auto is_longer_than_grid = [&](const Angles& angles) {
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
+      const double angle = std::abs(std::remainder(angles[axis], 2 * std::numbers::pi));
+      if (angle > 0 && angle < rounded_down * 2 * std::numbers::pi / std::max(point.cells[axis], 2.0)) return true;
+    }
+    return false;
+  };
+  Largest largest = stability::largest_over_waves(rank, [&](const Angles& angles) {
+    return linear.solves() && is_longer_than_grid(angles) ? -infinite : f(angles);
+  });
   const double of_mean = linear.reduces() ? f({}) : -infinite;
   return of_mean > largest.value ? Largest{{}, of_mean} : largest;
 }
@@ -80,7 +92,7 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
   if (!rows) return std::nullopt;
   const Amplification g(*rows, rank);
   StepGrowth result;
-  const Largest largest = largest_over_waves(linear, rank, [&](const Angles& a) {
+  const Largest largest = largest_over_waves(linear, point, rank, [&](const Angles& a) {
     const Eigen::VectorXcd values = g.eigenvalues(a);
     result.change = std::max(result.change, (values.array() - 1.0).abs().maxCoeff());
     return values.cwiseAbs().maxCoeff();
@@ -138,15 +150,15 @@ bool FrozenAnalysis::measure_rates(double step) {
 /// Of resolved waves as the differences have them; of others no more than both these and the equations say.
 void FrozenAnalysis::measure_growth(const Equations* equations) {
   const auto rate_of = [&](const Angles& a) { return growth_rate_of(a); };
-  const double of_mean = growth_rate_of({}), of_all = largest_over_waves(rank_, rate_of).value;
+  const double of_mean = growth_rate_of({}), of_all = over_waves(rate_of).value;
   if (of_all > no_growth * rate_)
-    growth_ = largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? rate_of(a) : -infinite; }).value;
+    growth_ = over_waves([&](const Angles& a) { return is_resolved(a) ? rate_of(a) : -infinite; }).value;
   growth_ = std::max(growth_, of_mean > rounding_of_mean * rate_ ? of_mean : 0.0);
   const double told_apart = (rates_ ? rounding_of_mean : short_step) * rate_;
   if (equations != nullptr && !linear_->follows_flow() && of_all > growth_ + told_apart) {
     const std::optional<Symbol> symbol = equations->about(point_);
     const auto rate_of_both = [&](const Angles& a) { return std::min(rate_of(a), symbol->growth_rate(a)); };
-    if (symbol) growth_ = std::max(growth_, largest_over_waves(rank_, rate_of_both).value);
+    if (symbol) growth_ = std::max(growth_, over_waves(rate_of_both).value);
   }
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
 }
@@ -157,7 +169,7 @@ double FrozenAnalysis::allowed_rate(const Angles& wave) const {
 }
 
 Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f) const {
-  return largest_over_waves(*linear_, rank_, f);
+  return largest_over_waves(*linear_, point_, rank_, f);
 }
 
 double FrozenAnalysis::growth_rate_of(const Angles& wave) const {

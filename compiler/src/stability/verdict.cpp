@@ -23,6 +23,7 @@ namespace {
 constexpr double hundred = 4.605170185988092;  // ln 100
 constexpr double told_growth = 0.1;            // ln of what a run may grow without a word
 constexpr double wall_tolerance = 1e-6;        // ln |g| of a dense matrix
+constexpr std::size_t most_places_between_walls = 5;
 
 /// Into how many equal parts the Courant number splits the first step.
 int parts_of(driver::Session& session) {
@@ -65,7 +66,9 @@ class Examination {
   }
 
   bool run() {
-    for (const ScenePoint& point : frozen_points(session_, linear_)) {
+    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    verdict_.places = static_cast<int>(points.size());
+    for (const ScenePoint& point : points) {
       const std::optional<FrozenAnalysis> analysis = analysis_at(point.point);
       if (!analysis) continue;
       look_at(*analysis, point);
@@ -73,7 +76,12 @@ class Examination {
     if (!is_any_) return false;
     verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
                         !linear_.follows_flow();
-    if (has_walls(session_.problem()) && verdict_.limit.kind != StepLimit::Kind::never) look_at_walls();
+    if (!has_walls(session_.problem())) return true;
+    for (const ScenePoint& point : places_between_walls(points)) {
+      if (verdict_.limit.kind == StepLimit::Kind::never) break;
+      ++verdict_.places_between_walls;
+      look_at_walls(point);
+    }
     return true;
   }
 
@@ -81,14 +89,18 @@ class Examination {
   /// step, and no more of the equations: most scenes are done with it.
   bool grows_nothing() {
     double most = -1;
-    for (const ScenePoint& point : frozen_points(session_, linear_)) {
+    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    for (const ScenePoint& point : points) {
       const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
       if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
-    const auto walls_do = [&] { return rate_between_walls(verdict_.step, false) - 2 * verdict_.growth_rate; };
-    return !has_walls(session_.problem()) || walls_do() * verdict_.step <= wall_tolerance;
+    if (!has_walls(session_.problem())) return true;
+    return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
+      const double rate = rate_between_walls(point, verdict_.step, false) - 2 * verdict_.growth_rate;
+      return rate * verdict_.step <= wall_tolerance;
+    });
   }
 
  private:
@@ -143,6 +155,24 @@ class Examination {
     is_any_ = true;
   }
 
+  /// The worst of waves, and where a field is smallest or largest: what flows in at one place flows out at another.
+  /// Three dimensions take a second a place: there the worst alone.
+  std::vector<ScenePoint> places_between_walls(const std::vector<ScenePoint>& points) const {
+    std::vector<ScenePoint> places{worst_};
+    const auto add = [&](const ScenePoint& point) {
+      const auto is_it = [&](const ScenePoint& other) { return other.place == point.place; };
+      if (places.size() < most_places_between_walls && std::ranges::none_of(places, is_it)) places.push_back(point);
+    };
+    for (const auto& [name, value] : worst_.point.fields) {
+      if (rank_ == 3) break;
+      const auto value_at = [&](const ScenePoint& p) { return p.point.fields.at(name).value; };
+      const auto [low, high] = std::ranges::minmax_element(points, {}, value_at);
+      add(*low);
+      add(*high);
+    }
+    return places;
+  }
+
   void take(const StepLimit& limit, const ScenePoint& point) {
     verdict_.limit = limit;
     verdict_.place = point.place;
@@ -154,9 +184,9 @@ class Examination {
 
   /// ln |g| / step of what grows most between the walls; of the equations' own, those that a short step leaves near 1:
   /// schemes with a memory have others, which walls may let grow at every step.
-  double rate_between_walls(double step, bool of_equations) const {
+  double rate_between_walls(const ScenePoint& at, double step, bool of_equations) const {
     double largest = 0;
-    for (const std::complex<double> g : eigenvalues_between_walls(linear_, worst_.point, session_.axes(), step)) {
+    for (const std::complex<double> g : eigenvalues_between_walls(linear_, at.point, session_.axes(), step)) {
       if (!of_equations || std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
     }
     return largest;
@@ -164,12 +194,12 @@ class Examination {
 
   /// Walls may let grow what no wave does, at the limit of waves or in the scene's own, shorter step; they may damp,
   /// too, but a limit that holds away from them stays.
-  void look_at_walls() {
+  void look_at_walls(const ScenePoint& at) {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     double low = has_limit ? verdict_.limit.step : verdict_.step;
     const double short_step = 1e-3 * std::min(low, verdict_.step);
-    const double allowed = 2 * std::max(rate_between_walls(short_step, true), verdict_.growth_rate);
-    const auto beyond = [&](double step) { return (rate_between_walls(step, false) - allowed) * step; };
+    const double allowed = 2 * std::max(rate_between_walls(at, short_step, true), verdict_.growth_rate);
+    const auto beyond = [&](double step) { return (rate_between_walls(at, step, false) - allowed) * step; };
     if (beyond(low) <= wall_tolerance) {
       if (!(verdict_.step < low) || beyond(verdict_.step) <= wall_tolerance) return;
       low = verdict_.step;
@@ -185,8 +215,10 @@ class Examination {
     verdict_.limit.step = is_never ? 0 : low;
     verdict_.limit.order = 1;
     verdict_.is_of_walls = true;
+    verdict_.place = at.place;
+    verdict_.worst = at.point;
     verdict_.beyond = std::max(verdict_.beyond, beyond(verdict_.step));
-    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(verdict_.step, false) * verdict_.step));
+    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(at, verdict_.step, false) * verdict_.step));
   }
 
   driver::Session& session_;
@@ -263,8 +295,12 @@ std::vector<double> growths_at(const driver::Session& session, const Verdict& ve
   const int rank = static_cast<int>(session.axes().size());
   const Equations equations(session.problem());
   const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step, &equations);
-  for (std::size_t i = 0; analysis && i < steps.size(); ++i)
+  for (std::size_t i = 0; analysis && i < steps.size(); ++i) {
     growths[i] = analysis->growth_of(analysis->excess(steps[i]).angles, steps[i]);
+    if (!verdict.is_of_walls) continue;
+    for (const std::complex<double> g : eigenvalues_between_walls(*linear, verdict.worst, session.axes(), steps[i]))
+      growths[i] = std::max(growths[i], std::abs(g));
+  }
   return growths;
 }
 

@@ -3,6 +3,7 @@
 // beyond.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,9 +17,11 @@ namespace dpde::stability {
 struct Verdict {
   std::string why;  // not analysed, and why; "" where it is
   StepLimit limit;
-  bool is_exact = false;        // holds for all places, states and times, and there are no walls; else an estimate
-  bool is_of_walls = false;     // it is walls that lower the limit
-  bool is_of_networks = false;  // by a step's tangent on few cells: an estimate, and no run is refused for it
+  bool is_exact = false;         // holds for all places, states and times, and there are no walls; else an estimate
+  bool is_of_walls = false;      // it is walls that lower the limit
+  int places = 0;                // at which coefficients were frozen, none of them like another
+  int places_between_walls = 0;  // of these, those at which walls were looked at
+  bool is_of_networks = false;   // by a step's tangent on few cells: an estimate, and no run is refused for it
   double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
   double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;
@@ -50,8 +53,11 @@ Verdict verdict_of(driver::Session& session);
 /// Whether nothing grows in the scene's step: much quicker than a verdict, which says no more then than that all is
 /// well. False where something may.
 bool grows_nothing(driver::Session& session);
+/// The verdict where that is false.
+std::optional<Verdict> verdict_where_it_grows(driver::Session& session);
 
-/// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst.
+/// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst; of
+/// what walls do where they limit.
 std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
                                const std::vector<double>& steps);
 
@@ -75,5 +81,7 @@ std::string advice_on_blow_up(driver::Session& session);
 /// Reports a step that is too large: an error where it ruins the run (`force`: a warning), else a warning. False after
 /// an error.
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
+/// The same of scenes that make data, for SessionOptions::judge.
+std::function<bool(driver::Session& session, DiagnosticSink& sink)> judge_of_steps(bool force);
 
 }  // namespace dpde::stability

@@ -42,21 +42,6 @@ std::string key_of(driver::Session& session) {
 
 namespace {
 
-/// What `find` gives, or what it gave before.
-std::string kept_or_found(driver::Session& session, const std::string& what,
-                          const std::function<bool(const std::string&)>& is_text,
-                          const std::function<std::string()>& find) {
-  codegen::CodeCache* const cache = session.compiled().options.cache.get();
-  const std::string key = cache == nullptr ? "" : what + key_of(session);
-  const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(key);
-  if (kept && is_text(*kept)) return *kept;
-  const auto start = std::chrono::steady_clock::now();
-  std::string found = find();
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (cache != nullptr && seconds > worth_keeping) cache->store(key, found);
-  return found;
-}
-
 /// Numbers as they are read back: those that are not finite too.
 class Reader {
  public:
@@ -90,11 +75,13 @@ FrozenPoint read_point(Reader& reader) {
   FrozenPoint point;
   for (double& place : point.place) place = reader.number();
   for (double& cells : point.cells) cells = reader.number();
-  const double fields = reader.number(), params = reader.number();
-  for (int i = 0; i < fields && reader.is_good(); ++i) {
-    FrozenValue& field = point.fields[reader.word()];
-    field.value = reader.number();
-    for (double& slope : field.slope) slope = reader.number();
+  const double counts[] = {reader.number(), reader.number()}, params = reader.number();
+  for (const int kind : {0, 1}) {
+    for (int i = 0; i < counts[kind] && reader.is_good(); ++i) {
+      FrozenValue& field = (kind == 0 ? point.fields : point.solved)[reader.word()];
+      field.value = reader.number();
+      for (double& slope : field.slope) slope = reader.number();
+    }
   }
   for (int i = 0; i < params && reader.is_good(); ++i) {
     const std::string name = reader.word();
@@ -107,9 +94,11 @@ std::string text_of(const FrozenPoint& point) {
   std::string text;
   for (const double place : point.place) text += fmt::format("{} ", place);
   for (const double cells : point.cells) text += fmt::format("{} ", cells);
-  text += fmt::format("{} {}\n", point.fields.size(), point.params.size());
-  for (const auto& [name, field] : point.fields)
-    text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
+  text += fmt::format("{} {} {}\n", point.fields.size(), point.solved.size(), point.params.size());
+  for (const auto* fields : {&point.fields, &point.solved}) {
+    for (const auto& [name, field] : *fields)
+      text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
+  }
   for (const auto& [name, value] : point.params) text += fmt::format("{} {}\n", name, value);
   return text;
 }
@@ -121,7 +110,7 @@ std::string text_of(const Verdict& v) {
   text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
   text += fmt::format("{} {} {} {} {}\n", v.is_exact ? 1 : 0, v.is_of_walls ? 1 : 0, v.limiter_step, v.step, v.parts);
-  text += v.is_of_networks ? "1\n" : "0\n";
+  text += fmt::format("{} {} {}\n", v.is_of_networks ? 1 : 0, v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
   return text + text_of(v.worst) + last_line;
@@ -141,6 +130,7 @@ std::optional<Verdict> verdict_from(const std::string& text) {
   v.is_exact = reader.number() != 0, v.is_of_walls = reader.number() != 0;
   v.limiter_step = reader.number(), v.step = reader.number(), v.parts = static_cast<int>(reader.number());
   v.is_of_networks = reader.number() != 0;
+  v.places = static_cast<int>(reader.number()), v.places_between_walls = static_cast<int>(reader.number());
   v.growth = reader.number(), v.beyond = reader.number();
   v.growth_rate = reader.number(), v.end_growth = reader.number();
   if (const double courant = reader.number(); courant >= 0) v.courant = courant;
@@ -151,22 +141,54 @@ std::optional<Verdict> verdict_from(const std::string& text) {
   return is_whole && reader.is_good() ? std::optional(std::move(v)) : std::nullopt;
 }
 
-Verdict verdict_of(driver::Session& session) {
-  const auto is_text = [](const std::string& text) { return verdict_from(text).has_value(); };
-  Verdict found;
-  bool is_found = false;
-  const std::string text = kept_or_found(session, "", is_text, [&] {
-    found = examine(session);
-    is_found = true;
-    return text_of(found);
-  });
-  return is_found ? found : verdict_from(text).value();
-}
+namespace {
 
-bool grows_nothing(driver::Session& session) {
-  const std::string yes = "nothing grows", no = "something grows";
-  const auto is_text = [&](const std::string& text) { return text == yes || text == no; };
-  return kept_or_found(session, "growth of a ", is_text, [&] { return look_for_growth(session) ? yes : no; }) == yes;
+/// What is found of a session, or was before. The key is made once for all of it: it has the text of the whole step.
+class Kept {
+ public:
+  explicit Kept(driver::Session& session)
+      : session_(session),
+        cache_(session.compiled().options.cache.get()),
+        key_(cache_ == nullptr ? "" : key_of(session)) {}
+
+  Verdict verdict() const {
+    const auto is_text = [](const std::string& text) { return verdict_from(text).has_value(); };
+    std::optional<Verdict> found;
+    const std::string text = kept_or_found("", is_text, [&] { return text_of(found.emplace(examine(session_))); });
+    return found ? std::move(*found) : verdict_from(text).value();
+  }
+  bool grows_nothing() const {
+    const std::string yes = "nothing grows", no = "something grows";
+    const auto is_text = [&](const std::string& text) { return text == yes || text == no; };
+    return kept_or_found("growth of a ", is_text, [&] { return look_for_growth(session_) ? yes : no; }) == yes;
+  }
+
+ private:
+  std::string kept_or_found(const std::string& what, const std::function<bool(const std::string&)>& is_text,
+                            const std::function<std::string()>& find) const {
+    const std::optional<std::string> kept = cache_ == nullptr ? std::nullopt : cache_->find(what + key_);
+    if (kept && is_text(*kept)) return *kept;
+    const auto start = std::chrono::steady_clock::now();
+    std::string found = find();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (cache_ != nullptr && seconds > worth_keeping) cache_->store(what + key_, found);
+    return found;
+  }
+
+  driver::Session& session_;
+  codegen::CodeCache* cache_;
+  std::string key_;
+};
+
+}  // namespace
+
+Verdict verdict_of(driver::Session& session) { return Kept(session).verdict(); }
+
+bool grows_nothing(driver::Session& session) { return Kept(session).grows_nothing(); }
+
+std::optional<Verdict> verdict_where_it_grows(driver::Session& session) {
+  const Kept kept(session);
+  return kept.grows_nothing() ? std::nullopt : std::optional(kept.verdict());
 }
 
 }  // namespace dpde::stability

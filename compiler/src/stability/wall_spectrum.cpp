@@ -19,16 +19,38 @@ int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_ne
   return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
 }
 
+/// Without solves whose solution is known, and what fills its halo: by their names in `body` what `solved` calls them.
+std::map<std::string, std::string> take_out_solves(std::vector<stencil::Statement>& body, const LinearStep& linear,
+                                                   const std::map<std::string, FrozenValue>& solved) {
+  std::map<std::string, std::string> found;
+  for (stencil::Statement& statement : body) {
+    if (stencil::Repeat* repeat = std::get_if<stencil::Repeat>(&statement))
+      found.merge(take_out_solves(repeat->body, linear, solved));
+    const stencil::Solve* solve = std::get_if<stencil::Solve>(&statement);
+    if (solve == nullptr || linear.is_perturbation(solve->unknowns.front())) continue;
+    for (const std::string& name : {solve->unknowns.front(), solve->written.field})
+      if (solved.contains(name)) found.emplace(solve->unknowns.front(), name);
+  }
+  std::erase_if(body, [&](const stencil::Statement& statement) {
+    const stencil::Solve* solve = std::get_if<stencil::Solve>(&statement);
+    const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
+    return (solve != nullptr && found.contains(solve->unknowns.front())) ||
+           (fill != nullptr && found.contains(fill->field));
+  });
+  return found;
+}
+
 class SmallGrid {
  public:
   SmallGrid(const LinearStep& linear, const FrozenPoint& point, const std::vector<model::Axis>& axes, double step,
             const std::map<std::string, stencil::Weights>& weights)
-      : linear_(linear), point_(point), params_(point.params), weights_(weights) {
+      : linear_(linear), program_(linear.program()), point_(point), params_(point.params), weights_(weights) {
     grid_.rank = static_cast<int>(axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
     for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
       halo_ = std::max(halo_, *std::ranges::max_element(widths));
     params_["dt"] = step;
+    solved_ = take_out_solves(program_.body, linear, point.solved);
   }
 
   Eigen::MatrixXd tangent() const {
@@ -63,13 +85,14 @@ class SmallGrid {
         memory.set(input, std::vector<double>(cells, value));
       }
     }
+    for (const auto& [field, name] : solved_) set_line(memory, field, point_.solved.at(name));
     for (std::size_t s = 0; s < linear_.states().size(); ++s) {
       if (linear_.perturbation_of(s).empty()) continue;
       std::vector<double> values(cells, 0.0);
       if (s == state) values[cell] = 1;
       memory.set(linear_.perturbation_of(s), values);
     }
-    stencil::interpret(linear_.module(), linear_.program(), memory, params_);
+    stencil::interpret(linear_.module(), program_, memory, params_);
     Eigen::VectorXd result = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cells * linear_.states().size()));
     for (std::size_t s = 0; s < linear_.states().size(); ++s) {
       if (linear_.perturbation_of(s).empty()) continue;
@@ -79,7 +102,22 @@ class SmallGrid {
     return result;
   }
 
+  /// In the halo, too: a wind as it is at the point is so at the walls.
+  void set_line(stencil::State& memory, const std::string& field, const FrozenValue& value) const {
+    stencil::Cell low{}, high = grid_.cells;
+    for (std::size_t axis = 0; axis < low.size(); ++axis) {
+      low[axis] -= memory.halo(static_cast<int>(axis));
+      high[axis] += memory.halo(static_cast<int>(axis));
+    }
+    stencil::for_each_cell(low, high, [&](const stencil::Cell& cell) {
+      double& at = memory.at(field, cell) = value.value;
+      for (std::size_t axis = 0; axis < low.size(); ++axis) at += value.slope[axis] * cell[axis];
+    });
+  }
+
   const LinearStep& linear_;
+  stencil::Program program_;                   // of the tangent, without what is known of the point
+  std::map<std::string, std::string> solved_;  // fields of that
   const FrozenPoint& point_;
   stencil::Params params_;
   const std::map<std::string, stencil::Weights>& weights_;
@@ -96,6 +134,12 @@ Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const Froze
   const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step, weights).tangent();
   if (!tangent.allFinite()) return {};
   return eigenvalues(tangent);
+}
+
+std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes) {
+  std::vector<int> cells;
+  for (std::size_t a = 0; a < axes.size(); ++a) cells.push_back(cells_of(axes, a, false));
+  return cells;
 }
 
 double cells_with_networks_along(const std::vector<model::Axis>& axes) {

@@ -19,7 +19,9 @@ namespace dpde::stability {
 Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
                                            const std::vector<model::Axis>& axes, double step,
                                            const std::map<std::string, stencil::Weights>& weights = {});
-/// The cells of that grid where it has networks: fewer in two and three dimensions.
+/// The cells of that grid along each axis.
+std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes);
+/// The number of cells of that grid where it has networks: fewer in two and three dimensions.
 double cells_with_networks_along(const std::vector<model::Axis>& axes);
 
 }  // namespace dpde::stability

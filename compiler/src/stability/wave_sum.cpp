@@ -82,6 +82,8 @@ bool WaveMultiplier::is_constant() const {
   return means == std::array<bool, 3>{} && !within_two_thirds && !has_waves(factor) && !has_waves(argument);
 }
 
+bool WaveMultiplier::solves() const { return function.kind == WaveFunction::Kind::inverse && has_waves(argument); }
+
 /// What is solved for is not known where the equation has no constant: the right side elsewhere makes it.
 double WaveMultiplier::of_constant() const {
   const bool is_open = function.kind == WaveFunction::Kind::inverse && value_at(argument, {}).size == 0;

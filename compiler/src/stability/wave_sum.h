@@ -30,6 +30,8 @@ struct WaveMultiplier {
   static WaveMultiplier one() { return {{}, {}, {{1, {}}}, false}; }
   /// The same for all waves.
   bool is_constant() const;
+  /// Divides waves by what an operator makes of them: what it gives at a point depends on all places.
+  bool solves() const;
   /// Of what is the same everywhere, and for each axis of what grows by 1 a cell along it.
   double of_constant() const;
   std::array<double, 3> of_slopes() const;

@@ -265,6 +265,7 @@ void DataSetMaker::make_run(int run, Making& all) const {
       const std::shared_ptr<const driver::Compiled> compiled = goes_on ? compile_run(run, {}, own) : nullptr;
       session = session_of(compiled, options_.stop, own);
       spent += driver::thread_cpu_seconds();
+      if (session && options_.judge && !options_.judge(*session, own)) session.reset();
       if (session) stored = compile_stored(run, compiled);
       spent -= driver::thread_cpu_seconds();
     }

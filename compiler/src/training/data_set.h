@@ -38,6 +38,7 @@ struct DataSetOptions {
   std::shared_ptr<codegen::CodeCache> cache;
   int threads = 1;
   const std::atomic<bool>* stop = nullptr;
+  std::function<bool(driver::Session&, DiagnosticSink&)> judge = {};  // of each run; unset: all are made
 };
 
 class DataSetMaker {

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Largest stable steps of flows whose wind is solved for: RK4 is stable up to 2.8284 on the imaginary axis, where
+// |u|/hx + |v|/hy is the largest rate of central(2), and runs below and above the limit.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "stability/trial.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+std::unique_ptr<driver::Session> session_of(const std::string& text) {
+  const SourceFile source("test.dpde", text);
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  options.backend = driver::Backend::jit;
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
+  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+}
+
+/// On cells of 1 between walls y = 0 and y = 16, between which `flow` flows along x.
+std::string channel(const std::string& scheme, double flow, const std::string& more = "") {
+  return fmt::format(
+      "model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); dt(w) = -advect(v, w){} }}\n"
+      "scheme c {{ {} }}\nscene s : m with c {{\n  grid x = 0 .. 16, cells 16, periodic\n"
+      "  grid y = 0 .. 16, cells 16\n  boundary psi: y.low = 0, y.high = {}\n  boundary w: y = zero_gradient\n"
+      "  initial w = 0\n  time 0 .. 1, step 0.1\n}}\n",
+      more, scheme, flow);
+}
+
+/// The same wind everywhere: nothing is an estimate but the walls.
+TEST(StreamFunction, LimitsAreThoseOfItsWind) {
+  for (const auto& [scheme, wind, expected] : {std::tuple{"time = rk4", 2.0, 2.8284 / 2},
+                                               {"time = ssp_rk3", 0.5, 1.7321 / 0.5},
+                                               {"advect = upwind(1); time = euler", 1.0, 1.0},
+                                               {"advect = upwind(3); time = ab2", 1.0, 0.5802}}) {
+    const auto session = session_of(channel(scheme, 16 * wind));
+    const Verdict verdict = verdict_of(*session);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << scheme << verdict.why;
+    EXPECT_NEAR(verdict.limit.step, expected, 2e-3 * expected) << scheme;
+    EXPECT_NEAR(verdict.courant.value_or(0), expected * wind, 2e-3 * expected * wind) << scheme;
+    EXPECT_FALSE(verdict.is_exact);
+    const Search found = search_limit(*session, verdict.limit.step, 4e-3, 3, {.steps = 4000});
+    EXPECT_NEAR(found.largest, verdict.limit.step, 0.02 * verdict.limit.step) << scheme;
+    EXPECT_NEAR(found.smallest_unstable, verdict.limit.step, 0.02 * verdict.limit.step) << scheme;
+  }
+}
+
+/// The same wind in a program: the step by hand, of Euler's method and upwind(1).
+TEST(StreamFunction, OfAProgramIsKnownToo) {
+  const auto session = session_of(R"(
+kernel right(w: field, out b: field) on 2 axes { b = -w }
+kernel image(psi: field halo 1, out r: field) on 2 axes {
+  r = psi[-1, 0] + psi[+1, 0] + psi[0, -1] + psi[0, +1] - 4*psi
+}
+kernel carry(w: field halo 1, psi: field halo 1, out next: field, dt: param) on 2 axes {
+  let v = (psi[0, +1] - psi[0, -1])/2 + 2
+  next = w - dt*v*(w - w[-1, 0])
+}
+program walk {
+  axes x periodic, y periodic
+  run right
+  solve r = b for psi {
+    fill psi periodic
+    run image
+  }
+  fill w periodic
+  fill psi periodic
+  run carry
+  swap w, next
+}
+scene s : walk {
+  grid x = 0 .. 16, cells 16, periodic
+  grid y = 0 .. 16, cells 16, periodic
+  initial w = 0.1*cos(2*pi*(y - 0.5)/16)
+  time 0 .. 1, step 0.1
+}
+)");
+  const Verdict verdict = verdict_of(*session);
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
+  // By the differences psi is w/(2*sin(pi/16))^2, its slope sin(2*pi/16) times that.
+  const double wind = 0.1 / std::pow(2 * std::sin(std::numbers::pi / 16), 2) * std::sin(std::numbers::pi / 8);
+  EXPECT_NEAR(verdict.limit.step, 1 / (2 + wind), 2e-3 / (2 + wind));
+  const Search found = search_limit(*session, verdict.limit.step, 4e-3, 3, {.steps = 4000});
+  EXPECT_NEAR(found.largest, verdict.limit.step, 0.02 * verdict.limit.step);
+}
+
+TEST(StreamFunction, EulerByCentralDifferencesIsNeverStable) {
+  const auto session = session_of(channel("time = euler", 16));
+  const Verdict verdict = verdict_of(*session);
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::never) << verdict.why;
+  const auto other = stable_scheme(*session, verdict);
+  ASSERT_TRUE(other.has_value());
+  EXPECT_EQ(other->time, "ssp_rk3");
+  EXPECT_NEAR(other->step, 1.7321, 2e-3 * 1.7321);
+}
+
+/// The vortices of Taylor and Green, 2 sin x sin y: |sin x cos y| + |cos x sin y| is at most 1. By Fourier series the
+/// largest wave number is pi/h.
+TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
+  for (const auto& [differences, largest] :
+       {std::pair{"central(2)", 1.0}, {"central(4)", 1.3722}, {"spectral", std::numbers::pi}}) {
+    const Verdict verdict = verdict_of(*session_of(fmt::format(
+        "model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); dt(w) = -advect(v, w) }}\n"
+        "scheme c {{ time = rk4; dx = {0}; lap = {0}; advect = {0} }}\nscene s : m with c {{\n"
+        "  grid x = 0 .. 2*pi, cells 48, periodic\n  grid y = 0 .. 2*pi, cells 48, periodic\n"
+        "  initial w = 2*sin(x)*sin(y)\n  time 0 .. 1, step 0.01\n}}\n",
+        differences)));
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << differences << verdict.why;
+    EXPECT_FALSE(verdict.is_exact);
+    const double expected = 2.8284 / largest * 2 * std::numbers::pi / 48;
+    EXPECT_NEAR(verdict.limit.step, expected, 0.01 * expected) << differences;
+  }
+}
+
+/// Rossby's waves turn by b*kx/(kx^2 + ky^2), by these differences by b*sin(a)/(4*sin(a/2)^2) where ky is 0: most the
+/// wave of 32 cells. Those that are longer than the grid would be faster yet.
+TEST(StreamFunction, WavesLongerThanTheGridDoNotCount) {
+  const auto session = session_of(
+      "model m { field w; solve lap(psi) = -w for psi; dt(w) = 2*dx(psi) }\nscheme c { time = rk4 }\n"
+      "scene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n  grid y = 0 .. 16, cells 16, periodic\n"
+      "  initial w = cos(2*pi*x/32)\n  time 0 .. 1, step 0.01\n}\n");
+  const Verdict verdict = verdict_of(*session);
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
+  const double longest = 2 * std::numbers::pi / 32;
+  const double rate = 2 * std::sin(longest) / (4 * std::pow(std::sin(longest / 2), 2));
+  EXPECT_NEAR(verdict.limit.step, 2.8284 / rate, 2e-3 * 2.8284 / rate);
+  const Search found = search_limit(*session, verdict.limit.step, 4e-3, 3, {.steps = 4000});
+  EXPECT_NEAR(found.largest, verdict.limit.step, 0.02 * verdict.limit.step);
+}
+
+}  // namespace
+}  // namespace dpde::stability
