@@ -117,6 +117,27 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
   return methods;
 }
 
+namespace {
+
+void add_entries(const Method& method, const Wishes& wishes, const Method& cells, std::vector<Entry>& entries) {
+  std::vector<double> fractions = wishes.fractions;
+  if (fractions.empty()) fractions.assign(std::begin(chosen_fractions), std::end(chosen_fractions));
+  for (std::size_t f = 0; wishes.steps.empty() && f < fractions.size(); ++f)
+    entries.push_back({{method, cells}, fractions[f]});
+  for (const double step : wishes.steps) {
+    entries.push_back({{method, cells}, 0});
+    entries.back().variant.resolution["step"] = fmt::format("{}", step);
+  }
+}
+
+}  // namespace
+
+std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishes, const Method& cells) {
+  std::vector<Entry> entries;
+  for (const Method& method : methods_for(problem, wishes)) add_entries(method, wishes, cells, entries);
+  return entries;
+}
+
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes) {
   std::vector<Method> cells;
   for (const int count : wishes.cells) cells.push_back({{"cells", fmt::format("{}", count)}});
@@ -125,19 +146,9 @@ std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishe
         problem.axes, [&](const model::Axis& axis) { return axis.cells * factor < fewest_cells && factor < 1; });
     if (wishes.cells.empty() && !is_coarse) cells.push_back(cells_of(problem, factor));
   }
-  std::vector<double> fractions = wishes.fractions;
-  if (fractions.empty()) fractions.assign(std::begin(chosen_fractions), std::end(chosen_fractions));
   std::vector<Entry> entries;
   for (const Method& method : methods_for(problem, wishes)) {
-    for (const Method& count : cells) {
-      if (wishes.steps.empty()) {
-        for (const double fraction : fractions) entries.push_back({{method, count}, fraction});
-      }
-      for (const double step : wishes.steps) {
-        entries.push_back({{method, count}, 0});
-        entries.back().variant.resolution["step"] = fmt::format("{}", step);
-      }
-    }
+    for (const Method& count : cells) add_entries(method, wishes, count, entries);
   }
   return entries;
 }

@@ -25,7 +25,10 @@ struct Wishes {
 /// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most, none twice.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
-/// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
+/// Each of the methods with each of the steps, on these cells (keys of --set).
+std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishes,
+                              const std::map<std::string, std::string>& cells);
+/// On all cells: the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
 
 /// So many times the scene's cells along each axis, as --set has them.
