@@ -416,6 +416,36 @@ TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
   }
 }
 
+/// A flow with a closed form (Taylor and Green 1937), whose pressure is solved for by steps: tolerances are points of
+/// one curve, and what a loose one costs in accuracy is a part of the budget.
+TEST_F(ChartCommand, TolerancesOfSolvesAreAnAxis) {
+  write("s.dpde",
+        "model flow { vector u on faces; field p; param nu\n  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n"
+        "  0 = div(u) gives p }\nscheme plain { time = rk4; solve = cg(1e-1) }\nscene s : flow with plain {\n"
+        "  grid x = 0 .. 2*pi, cells 16, periodic\n  grid y = 0 .. 2*pi, cells 16, periodic\n  nu = 0.01\n"
+        "  initial u = (sin(x)*cos(y), -cos(x)*sin(y))\n"
+        "  exact u = (sin(x)*cos(y)*exp(-2*nu*t), -cos(x)*sin(y)*exp(-2*nu*t))\n  time 0 .. 1, step 0.25\n}\n"
+        "chart solves : s {\n  vary solve in cg(1e-1), cg(1e-8), multigrid(1e-1)\n  vary step in 1/4\n"
+        "  vary cells in 16\n  error l2(u.x)\n}\n");
+  const Json json = dpde("chart s.dpde solves --budget --out o" + quick).json();
+  ASSERT_EQ(json["points"].size(), 3u) << json;
+  EXPECT_EQ(json["methods"].size(), 2u) << "cg and multigrid";
+  const Json &loose = json["points"][0], &exact = json["points"][1];
+  EXPECT_EQ(loose["variant"]["solve"], "cg(1e-1)");
+  EXPECT_GT(loose["error"].get<double>(), 1.2 * exact["error"].get<double>());
+  EXPECT_EQ(loose["budget"]["largest"], "solves");
+  EXPECT_EQ(exact["budget"]["largest"], "space");
+  EXPECT_LT(exact["budget"]["solves"].get<double>(), 1e-6);
+  for (const Json& point : json["points"]) {
+    EXPECT_NEAR(std::log(point["budget"]["sum"].get<double>() / point["error"].get<double>()), 0, std::log(1.5));
+  }
+  EXPECT_NE(content(path("o/solves.csv")).find("solve=cg,16x16,0.25,4,cg(1e-8),"), std::string::npos);
+  // A reference is not as loose as the scene.
+  const Json self = dpde("chart s.dpde solves --reference-cells 64 --vary 'solve=cg(1e-8)'" + quick).json();
+  EXPECT_NEAR(self["points"][0]["error"].get<double>(), exact["error"].get<double>(),
+              0.05 * exact["error"].get<double>());
+}
+
 /// Cells, steps and rounding add up to the error that is measured.
 TEST_F(ChartCommand, TheBudgetAddsUpToTheError) {
   write("wind.dpde", wind(true));

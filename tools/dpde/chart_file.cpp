@@ -58,6 +58,7 @@ Json budget_json(const chart::Budget& budget) {
           {"space", part_json(budget.space)},
           {"time", part_json(budget.time)},
           {"rounding", budget.rounding ? json_number(*budget.rounding) : Json(nullptr)},
+          {"solves", budget.solves ? json_number(*budget.solves) : Json(nullptr)},
           {"sum", json_number(budget.sum)},
           {"largest", budget.largest()},
           {"failure", nullptr}};
@@ -77,6 +78,7 @@ chart::Budget budget_from(const Json& json) {
   budget.space = part_from(json.at("space"));
   budget.time = part_from(json.at("time"));
   if (!json.at("rounding").is_null()) budget.rounding = number_from(json.at("rounding"));
+  if (!json.at("solves").is_null()) budget.solves = number_from(json.at("solves"));
   budget.sum = number_from(json.at("sum"));
   return budget;
 }
@@ -93,6 +95,7 @@ Point point_from(const Json& json) {
   for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
   read_measured(json, "", point);
   point.compile_seconds = json.at("compile_s");
+  point.cost = {json.at("bytes_per_point"), json.at("flops_per_point")};
   if (json.contains("budget")) point.budget = budget_from(json.at("budget"));
   if (!json.contains("gradient_failure")) return point;
   for (const auto& [name, error] : json.at("gradient_errors").items()) point.gradient_errors[name] = number_from(error);
@@ -110,6 +113,8 @@ Json point_json(const Point& point) {
                {"steps", point.steps},
                {"errors", errors_json(point.errors)},
                {"compile_s", point.compile_seconds},
+               {"bytes_per_point", point.cost.bytes},
+               {"flops_per_point", point.cost.flops},
                {"max_step", point.largest_step > 0 ? Json(point.largest_step) : Json(nullptr)},
                {"stable", !point.is_unstable},
                {"fits", !point.does_not_fit},

@@ -161,6 +161,7 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
   point.steps = session->steps();
   point.compile_seconds = session->compiled().seconds;
   point.memory_bytes = driver::peak_of_run(session->compiled());
+  point.cost = driver::cost_of(session->compiled().loop, session->compiled().step_name());
   const bool is_judged = is_chosen && entry.fraction <= 1 && point.largest_step > 0;
   if (!is_judged && !is_allowed(point, *session)) return point;
   const RunResult first = session->rollout().run();

@@ -11,6 +11,7 @@
 
 #include "chart/gradient.h"
 #include "chart/reference.h"
+#include "driver/cost.h"
 #include "driver/session.h"
 
 namespace dpde::chart {
@@ -21,7 +22,7 @@ inline constexpr const char* scheme_block = "scheme";
 /// A choice of what --set can override, and of a scheme block.
 struct Variant {
   std::map<std::string, std::string> method;      // scheme keys, precision, "scheme" of a block: one curve each
-  std::map<std::string, std::string> resolution;  // cells and the step
+  std::map<std::string, std::string> resolution;  // cells, the step, and solves with their tolerance
 };
 
 struct Entry {
@@ -41,10 +42,11 @@ struct Budget {
   std::string failure;  // "": it could be made
   Part space, time;
   std::optional<double> rounding;  // of single precision
+  std::optional<double> solves;    // of solves that come near their tolerance by steps
   double sum = 0;                  // of the parts with their signs, cell by cell
   std::string measure;             // of which, the worst one
 
-  /// "space", "time" or "rounding".
+  /// "space", "time", "rounding" or "solves".
   std::string largest() const;
 };
 
@@ -71,6 +73,7 @@ struct Point : Measured {  // its error is the largest of `errors`
   double largest_step = 0;               // by the verdict; 0: not known or none
   std::map<std::string, double> errors;  // by measure, over the root mean square of the reference
   double compile_seconds = 0;
+  driver::Cost cost;  // of a step, a cell
   /// Of the task's loss by its unknowns, where one is asked for: its error is the largest of `gradient_errors`.
   std::optional<Measured> gradient;
   std::map<std::string, double> gradient_errors;  // by unknown, over the root mean square of the reference's
