@@ -11,6 +11,7 @@
 #include "chart_curves.h"
 #include "chart_file.h"
 #include "chart_picture.h"
+#include "driver/machine_speed.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -35,7 +36,7 @@ std::string solve_text(const Point& point) {
 
 std::string failure_row(const Point& point) {
   return fmt::format("{:>10} {:>11} {}{}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
-                     point.does_not_fit ? "left out: " + point.failure : point.failure, solve_text(point));
+                     point.does_not_fit() ? "left out: " + point.failure : point.failure, solve_text(point));
 }
 
 /// Against the next coarser mark with about the same ratio of step to cell; "" without one.
@@ -144,14 +145,14 @@ std::string report_tolerance(const ChartResult& chart, Json& result) {
 LinePanel state_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
   const std::string threads = fmt::format("({} thread{})", chart.threads, chart.threads == 1 ? "" : "s");
   return panel_of({fmt::format("{}: speed against accuracy {}", chart.problem.scene, threads),
-                   "relative error at the end", "seconds per unit of time"},
+                   "relative error at the end", "seconds per unit of time", driver::machine_name()},
                   methods, chart.references.states.uncertainty(), chart.tolerance);
 }
 
 LinePanel gradient_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
-  return panel_of(
-      {fmt::format("{}: gradient", chart.task), "relative error of the gradient", "seconds for value and gradient"},
-      methods, chart.references.gradient.uncertainty(), 0);
+  return panel_of({fmt::format("{}: gradient", chart.task), "relative error of the gradient",
+                   "seconds for value and gradient", driver::machine_name()},
+                  methods, chart.references.gradient.uncertainty(), 0);
 }
 
 Json reference_json(const std::string& text, double uncertainty) {
@@ -214,7 +215,7 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   result["scene"] = problem.scene;
   result["reference"] = reference_json(reference.text(), reference.uncertainty());
   result["threads"] = chart.threads;
-  result["machine"] = {{"cores", std::thread::hardware_concurrency()}};
+  result["machine"] = {{"name", driver::machine_name()}, {"cores", std::thread::hardware_concurrency()}};
   result["busy"] = is_machine_busy(methods);
   result["points"] = Json::array();
   for (const Point& point : chart.points) result["points"].push_back(point_json(point));

@@ -8,6 +8,7 @@
 
 #include "analysis/comparison.h"
 #include "chart_picture.h"
+#include "driver/machine_speed.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -29,8 +30,7 @@ chart::Point point_of(const TrajectoryTest& test, double cost) {
   chart::Point point;
   point.error = mean_and_spread(test.means()).mean;
   if (std::isfinite(cost)) point.take({cost});
-  point.is_unstable = !std::isfinite(point.error);
-  if (point.is_unstable) point.failure = "blows up";
+  if (!std::isfinite(point.error)) point.fail(chart::Outcome::blew_up, "blows up");
   return point;
 }
 
@@ -179,7 +179,7 @@ Json json_of(const Row& row) {
           {"made_data", row.made_data},
           {"error", json_number(row.point.error)},
           {"wall_s", json_number(row.point.seconds)},
-          {"stable", !row.point.is_unstable},
+          {"stable", !row.point.is_unstable()},
           {"pareto", row.point.is_pareto}};
 }
 
@@ -237,8 +237,9 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
     if (job.options().out.empty()) continue;
     const std::vector<MethodMarks> methods = marks_of(rows);
     const std::string title = fmt::format("{}: speed against accuracy (1 thread)", results.start[i].scene);
-    const LinePanel speed = panel_of(
-        {title, fmt::format("{} on {}", name, results.start[i].file), "seconds per unit of time"}, methods, 0, 0);
+    const LinePanel speed = panel_of({title, fmt::format("{} on {}", name, results.start[i].file),
+                                      "seconds per unit of time", driver::machine_name()},
+                                     methods, 0, 0);
     save_picture(job, name + "_chart", {speed, total_panel(rows, plain, spent, length)});
     save_text(job, name + "_chart.csv", table_of(rows));
   }

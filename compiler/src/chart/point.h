@@ -62,11 +62,14 @@ struct Measured {
   void take(std::vector<double> timings);
 };
 
+/// What became of a variant: it makes no sense for this model; by the verdict its step is above the largest stable one,
+/// or all steps are, and it was not run; it is no longer finite as it ran; anything else, as a solve that does not end.
+enum class Outcome { ran, does_not_fit, above_limit, never_stable, blew_up, failed };
+
 struct Point : Measured {  // its error is the largest of `errors`
   Variant variant;
-  std::string failure;        // "": it ran; else why it did not, or what became of it
-  bool is_unstable = false;   // by the verdict (and was not run), or as it ran
-  bool does_not_fit = false;  // the variant makes no sense for this model
+  Outcome outcome = Outcome::ran;
+  std::string failure;  // "" of one that ran; else why not
   std::vector<int> cells;
   double step = 0;
   int steps = 0;
@@ -79,6 +82,15 @@ struct Point : Measured {  // its error is the largest of `errors`
   std::map<std::string, double> gradient_errors;  // by unknown, over the root mean square of the reference's
   std::string gradient_failure;                   // why it has none
   std::optional<Budget> budget;                   // where one is asked for
+
+  void fail(Outcome how, std::string why) {
+    outcome = how;
+    failure = std::move(why);
+  }
+  bool is_unstable() const {
+    return outcome == Outcome::above_limit || outcome == Outcome::never_stable || outcome == Outcome::blew_up;
+  }
+  bool does_not_fit() const { return outcome == Outcome::does_not_fit; }
 };
 
 struct PointOptions {
