@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <thread>
 
 namespace dpde::driver {
 namespace {
@@ -29,6 +30,12 @@ TEST(MachineSpeed, IsPlausible) {
   EXPECT_FALSE(speed.from_cache);
   EXPECT_DOUBLE_EQ(speed.points(16, 0), speed.copy / 16);
   EXPECT_DOUBLE_EQ(speed.points(1e-9, 100), speed.flops / 100);
+}
+
+TEST(MachineSpeed, TheMachineHasAName) {
+  const std::string name = machine_name(), cores = fmt::format(", {} core", std::thread::hardware_concurrency());
+  EXPECT_GT(name.find(cores), 0u);
+  EXPECT_NE(name.find(cores), std::string::npos) << name;
 }
 
 TEST(MachineSpeed, OfAQuietMomentIsKept) {

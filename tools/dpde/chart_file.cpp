@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "files/evaluation_log.h"
 #include "files/files.h"
@@ -58,6 +60,7 @@ Json budget_json(const chart::Budget& budget) {
           {"space", part_json(budget.space)},
           {"time", part_json(budget.time)},
           {"rounding", budget.rounding ? json_number(*budget.rounding) : Json(nullptr)},
+          {"solves", budget.solves ? json_number(*budget.solves) : Json(nullptr)},
           {"sum", json_number(budget.sum)},
           {"largest", budget.largest()},
           {"failure", nullptr}};
@@ -77,15 +80,34 @@ chart::Budget budget_from(const Json& json) {
   budget.space = part_from(json.at("space"));
   budget.time = part_from(json.at("time"));
   if (!json.at("rounding").is_null()) budget.rounding = number_from(json.at("rounding"));
+  if (!json.at("solves").is_null()) budget.solves = number_from(json.at("solves"));
   budget.sum = number_from(json.at("sum"));
   return budget;
+}
+
+constexpr std::pair<chart::Outcome, const char*> outcomes[] = {
+    {chart::Outcome::ran, "ran"},
+    {chart::Outcome::does_not_fit, "does not fit"},
+    {chart::Outcome::above_limit, "step above the limit"},
+    {chart::Outcome::never_stable, "unstable at every step"},
+    {chart::Outcome::blew_up, "blew up"},
+    {chart::Outcome::failed, "failed"},
+};
+const char* word_of(chart::Outcome outcome) {
+  return std::ranges::find(outcomes, outcome, &std::pair<chart::Outcome, const char*>::first)->second;
+}
+/// @throws std::runtime_error of another word.
+chart::Outcome outcome_from(const std::string& word) {
+  for (const auto& [outcome, known] : outcomes) {
+    if (word == known) return outcome;
+  }
+  throw std::runtime_error("no outcome " + word);
 }
 
 Point point_from(const Json& json) {
   Point point;
   point.failure = json.at("failure").is_null() ? "" : json.at("failure").get<std::string>();
-  point.is_unstable = !json.at("stable").get<bool>();
-  point.does_not_fit = !json.at("fits").get<bool>();
+  point.outcome = outcome_from(json.at("outcome").get<std::string>());
   point.cells = json.at("cells").get<std::vector<int>>();
   point.step = json.at("step");
   point.steps = json.at("steps");
@@ -93,6 +115,7 @@ Point point_from(const Json& json) {
   for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
   read_measured(json, "", point);
   point.compile_seconds = json.at("compile_s");
+  point.cost = {json.at("bytes_per_point"), json.at("flops_per_point")};
   if (json.contains("budget")) point.budget = budget_from(json.at("budget"));
   if (!json.contains("gradient_failure")) return point;
   for (const auto& [name, error] : json.at("gradient_errors").items()) point.gradient_errors[name] = number_from(error);
@@ -110,9 +133,12 @@ Json point_json(const Point& point) {
                {"steps", point.steps},
                {"errors", errors_json(point.errors)},
                {"compile_s", point.compile_seconds},
+               {"bytes_per_point", point.cost.bytes},
+               {"flops_per_point", point.cost.flops},
                {"max_step", point.largest_step > 0 ? Json(point.largest_step) : Json(nullptr)},
-               {"stable", !point.is_unstable},
-               {"fits", !point.does_not_fit},
+               {"outcome", word_of(point.outcome)},
+               {"stable", !point.is_unstable()},
+               {"fits", !point.does_not_fit()},
                {"failure", point.failure.empty() ? Json(nullptr) : Json(point.failure)}};
   write_measured(point, "", point.failure.empty(), json);
   if (point.budget) json["budget"] = budget_json(*point.budget);

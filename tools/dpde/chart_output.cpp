@@ -11,6 +11,7 @@
 #include "chart_curves.h"
 #include "chart_file.h"
 #include "chart_picture.h"
+#include "driver/machine_speed.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -23,9 +24,19 @@ std::string cells_of(const Point& point) {
   return point.cells.empty() ? std::string("-") : fmt::format("{}", fmt::join(point.cells, "x"));
 }
 
+/// "cg(1e-4)" where tolerances of solves are varied, else "".
+std::string solve_of(const Point& point) {
+  const auto solve = point.variant.resolution.find("solve");
+  return solve == point.variant.resolution.end() ? "" : solve->second;
+}
+std::string solve_text(const Point& point) {
+  const std::string solve = solve_of(point);
+  return solve.empty() ? "" : " by " + solve;
+}
+
 std::string failure_row(const Point& point) {
-  return fmt::format("{:>10} {:>11} {}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
-                     point.does_not_fit ? "left out: " + point.failure : point.failure);
+  return fmt::format("{:>10} {:>11} {}{}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
+                     point.does_not_fit() ? "left out: " + point.failure : point.failure, solve_text(point));
 }
 
 /// Against the next coarser mark with about the same ratio of step to cell; "" without one.
@@ -33,6 +44,7 @@ std::string mark_order(const MethodMarks& method, const Mark& mark) {
   const Mark* before = nullptr;
   for (const Mark& other : method.marks) {
     if (!other.is_drawn() || !mark.is_drawn() || other.point->cells[0] >= mark.point->cells[0]) continue;
+    if (solve_of(*other.point) != solve_of(*mark.point)) continue;
     const double ratio = static_cast<double>(other.point->cells[0]) / mark.point->cells[0];
     if (std::abs(other.point->step / mark.point->step * ratio - 1) < 0.2) before = &other;
   }
@@ -51,10 +63,11 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
         text += failure_row(*mark.point);
         continue;
       }
-      text += fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}{}\n", cells_of(*mark.point),
-                          mark.point->step, mark.at.error, mark.at.seconds, mark_order(method, mark),
-                          mark.at.is_pareto ? "*" : "", is_wide(mark.at) ? " (timings vary)" : "",
-                          mark.at.error < uncertainty ? " (below the error of the reference)" : "");
+      text +=
+          fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}{}{}\n", cells_of(*mark.point), mark.point->step,
+                      mark.at.error, mark.at.seconds, mark_order(method, mark), mark.at.is_pareto ? "*" : "",
+                      solve_text(*mark.point), is_wide(mark.at) ? " (timings vary)" : "",
+                      mark.at.error < uncertainty ? " (below the error of the reference)" : "");
     }
   }
   return text + "* nothing else is both faster and more accurate\n";
@@ -97,11 +110,11 @@ std::string csv_field(const std::string& text) {
 
 std::string csv_of(const std::vector<Point>& points) {
   std::string text =
-      "method,cells,step,steps,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure,"
+      "method,cells,step,steps,solve,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure,"
       "gradient_error,gradient_wall_s,gradient_pareto,gradient_failure\n";
   for (const Point& point : points) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", csv_field(chart::method_text(point.variant)),
-                        cells_of(point), point.step, point.steps,
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}", csv_field(chart::method_text(point.variant)),
+                        cells_of(point), point.step, point.steps, csv_field(solve_of(point)),
                         point.failure.empty() ? fmt::format("{}", point.error) : "", point.seconds, point.low_quartile,
                         point.high_quartile, point.compile_seconds, point.memory_bytes, point.is_pareto ? 1 : 0,
                         csv_field(point.failure));
@@ -124,21 +137,22 @@ std::string report_tolerance(const ChartResult& chart, Json& result) {
   result["tolerance"] = chart.tolerance;
   result["meets_tolerance"] = fastest == nullptr ? Json(nullptr) : point_json(*fastest);
   if (fastest == nullptr) return fmt::format("no point meets the tolerance of {:g}\n", chart.tolerance);
-  return fmt::format("the fastest that meets the tolerance of {:g}: {} on {} cells, steps of {:.4g}\n", chart.tolerance,
-                     chart::method_text(fastest->variant), cells_of(*fastest), fastest->step);
+  return fmt::format("the fastest that meets the tolerance of {:g}: {} on {} cells, steps of {:.4g}{}\n",
+                     chart.tolerance, chart::method_text(fastest->variant), cells_of(*fastest), fastest->step,
+                     solve_text(*fastest));
 }
 
 LinePanel state_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
   const std::string threads = fmt::format("({} thread{})", chart.threads, chart.threads == 1 ? "" : "s");
   return panel_of({fmt::format("{}: speed against accuracy {}", chart.problem.scene, threads),
-                   "relative error at the end", "seconds per unit of time"},
+                   "relative error at the end", "seconds per unit of time", driver::machine_name()},
                   methods, chart.references.states.uncertainty(), chart.tolerance);
 }
 
 LinePanel gradient_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
-  return panel_of(
-      {fmt::format("{}: gradient", chart.task), "relative error of the gradient", "seconds for value and gradient"},
-      methods, chart.references.gradient.uncertainty(), 0);
+  return panel_of({fmt::format("{}: gradient", chart.task), "relative error of the gradient",
+                   "seconds for value and gradient", driver::machine_name()},
+                  methods, chart.references.gradient.uncertainty(), 0);
 }
 
 Json reference_json(const std::string& text, double uncertainty) {
@@ -159,16 +173,16 @@ std::string budget_rows(const std::vector<Point>& points) {
   for (const Point& point : points) {
     if (!point.budget) continue;
     const chart::Budget& budget = *point.budget;
-    text +=
-        fmt::format("{} on {} cells, step {:.4g}: ", chart::method_text(point.variant), cells_of(point), point.step);
+    text += fmt::format("{} on {} cells, step {:.4g}{}: ", chart::method_text(point.variant), cells_of(point),
+                        point.step, solve_text(point));
     if (!budget.failure.empty()) {
       text += fmt::format("no budget: {}\n", budget.failure);
       continue;
     }
-    text +=
-        fmt::format("space {}, time {}{}; together {:.2g}, measured {:.2g}; {} is largest\n", part_text(budget.space),
-                    part_text(budget.time), budget.rounding ? fmt::format(", rounding {:.2g}", *budget.rounding) : "",
-                    budget.sum, point.error, budget.largest());
+    text += fmt::format(
+        "space {}, time {}{}{}; together {:.2g}, measured {:.2g}; {} is largest\n", part_text(budget.space),
+        part_text(budget.time), budget.rounding ? fmt::format(", rounding {:.2g}", *budget.rounding) : "",
+        budget.solves ? fmt::format(", solves {:.2g}", *budget.solves) : "", budget.sum, point.error, budget.largest());
   }
   return text.empty() ? "" : "where the error comes from:\n" + text;
 }
@@ -201,7 +215,7 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   result["scene"] = problem.scene;
   result["reference"] = reference_json(reference.text(), reference.uncertainty());
   result["threads"] = chart.threads;
-  result["machine"] = {{"cores", std::thread::hardware_concurrency()}};
+  result["machine"] = {{"name", driver::machine_name()}, {"cores", std::thread::hardware_concurrency()}};
   result["busy"] = is_machine_busy(methods);
   result["points"] = Json::array();
   for (const Point& point : chart.points) result["points"].push_back(point_json(point));

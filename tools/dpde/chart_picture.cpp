@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chart_picture.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
+
+#include "command.h"
 
 namespace dpde::tools {
 
@@ -37,8 +41,10 @@ double size_of(const Mark& mark, const Extent& extent) {
 }
 
 Curve method_curve(const MethodMarks& method, const Extent& extent) {
-  Curve curve{method.name, {}, {}};
-  for (const Mark& mark : hull_of(method)) {
+  const std::vector<Mark> hull = hull_of(method);
+  const double slope = slope_of(hull);
+  Curve curve{method.name + (std::isnan(slope) ? "" : fmt::format(" (error^-{:.2f})", slope)), {}, {}};
+  for (const Mark& mark : hull) {
     curve.x.push_back(mark.at.error);
     curve.y.push_back(mark.at.seconds);
     curve.low.push_back(mark.at.low_quartile);
@@ -62,14 +68,15 @@ Curve marks_where(const char* title, Symbol symbol, const std::vector<MethodMark
   return curve;
 }
 
-/// They have no error: beside the worst one that is.
-Curve unstable_of(const std::vector<MethodMarks>& methods, const Extent& extent) {
-  Curve curve{"unstable (not run, or blew up)", {}, {}, true};
+/// They have no error: beside the worst one that is, below each other.
+Curve failures_of(const char* title, chart::Outcome outcome, const std::vector<MethodMarks>& methods,
+                  const Extent& extent, int& drawn) {
+  Curve curve{title, {}, {}, true};
   curve.symbol = Symbol::cross;
   for (const MethodMarks& method : methods) {
     for (const Mark& mark : method.marks) {
-      if (!mark.point->is_unstable || !(extent.worst > 0)) continue;
-      const double height = 0.1 * (1 + std::ssize(curve.x) % 8);
+      if (mark.point->outcome != outcome || !(extent.worst > 0)) continue;
+      const double height = 0.1 * (1 + drawn++ % 8);
       curve.x.push_back(10 * extent.worst);
       curve.y.push_back(extent.fastest * std::pow(extent.slowest / extent.fastest, height));
     }
@@ -88,6 +95,10 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
                    double tolerance) {
   LinePanel panel{text.title, text.x_label, text.y_label, true, true, {}, {}, true};
   const Extent extent = extent_of(methods);
+  panel.corner = text.machine;
+  if (extent.least_memory < extent.most_memory)
+    panel.corner +=
+        fmt::format("; marks by memory, {} to {}", human_bytes(extent.least_memory), human_bytes(extent.most_memory));
   const auto add = [&](Curve curve) {
     if (!curve.x.empty()) panel.curves.push_back(std::move(curve));
   };
@@ -97,12 +108,18 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
                   [](const MethodMarks&, const Mark& mark) { return mark.at.is_pareto; }));
   add(marks_where("below the error of the reference", Symbol::square, methods,
                   [&](const MethodMarks&, const Mark& mark) { return mark.at.error < uncertainty; }));
-  add(unstable_of(methods, extent));
+  int drawn = 0;
+  for (const auto& [outcome, title] : {std::pair{chart::Outcome::above_limit, "not run: above the largest stable step"},
+                                       {chart::Outcome::never_stable, "not run: unstable at every step"},
+                                       {chart::Outcome::blew_up, "blew up"},
+                                       {chart::Outcome::failed, "failed"}})
+    add(failures_of(title, outcome, methods, extent, drawn));
   const auto wall = [&](const char* title, double error) {
     Curve curve{title, {error, error}, {extent.fastest, extent.slowest}};
     curve.colour = "#999999";
     if (error > 0 && extent.slowest > 0) add(std::move(curve));
   };
+  panel.wall = uncertainty;
   wall("error of the reference", uncertainty);
   wall("tolerance", tolerance);
   return panel;

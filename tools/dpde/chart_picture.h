@@ -12,10 +12,11 @@ namespace dpde::tools {
 
 struct ChartText {
   std::string title, x_label, y_label;
+  std::string machine;  // "AMD EPYC, 2 cores"
 };
 
 /// A curve a method with quartiles as bars and marks as large as the memory that they take; what is beaten by its own
-/// method, what the reference does not resolve, what is unstable, what nothing beats; walls at the error of the
+/// method, what the reference does not resolve, what failed and how, what nothing beats; walls at the error of the
 /// reference and at the tolerance (each 0: none).
 LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& methods, double uncertainty,
                    double tolerance);

@@ -299,7 +299,7 @@ bool find_state_reference(Job& job, const ChartScene& scene, double most_cells, 
   std::optional<chart::Reference> found;
   if (finest > 0) found = chart::make_reference(job.source(), scene.options, problem, refinement(scene, finest), why);
   if (found) reference = std::move(*found);
-  if (!found)
+  if (!found && !interrupt_flag().load())
     job.sink().report("no-reference", place, {problem.scene, why},
                       scene.reference_cells > 0 ? "" : "give it an exact solution: exact u = ...");
   return found.has_value();
@@ -314,7 +314,7 @@ bool find_gradient_reference(Job& job, const ChartScene& scene, double most_cell
     found = chart::make_gradient_reference(job.source(), scene.options, scene.session->problem(),
                                            refinement(scene, finest), why);
   if (found) reference = std::move(*found);
-  if (!found)
+  if (!found && !interrupt_flag().load())
     job.sink().report("no-reference", scene.block ? scene.block->range : job.place(),
                       {scene.session->problem().scene, fmt::format("task {}: {}", scene.options.task, why)});
   return found.has_value();
@@ -322,15 +322,27 @@ bool find_gradient_reference(Job& job, const ChartScene& scene, double most_cell
 
 }  // namespace
 
-bool find_references(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
-                     chart::References& references) {
+namespace {
+
+bool find_both(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
+               chart::References& references) {
   progress.show("the reference", 0, 1);
   if (!scene.is_gradient_alone && !find_state_reference(job, scene, most_cells, references.states)) return false;
   if (!scene.options.task.empty()) {
     progress.show("the reference of the gradient", 0, 1);
     if (!interrupt_flag().load() && !find_gradient_reference(job, scene, most_cells, references.gradient)) return false;
   }
-  return !interrupt_flag().load();
+  return true;
+}
+
+}  // namespace
+
+bool find_references(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
+                     chart::References& references) {
+  const bool found = find_both(job, scene, most_cells, progress, references);
+  if (!interrupt_flag().load()) return found;
+  job.sink().report("run-failed", {}, {"stopped before there was anything to compare with"});
+  return false;
 }
 
 }  // namespace dpde::tools

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int panel_width = 640, panel_height = 440;  // pixels
+constexpr int name_height = 15, names_with_room = 4;  // of what stands below a picture
 
 /// A gnuplot string: single quotes take nothing but themselves specially.
 std::string quoted(const std::string& text) {
@@ -149,6 +150,13 @@ std::string plot_of(const LinePanel& panel, int index) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
     text += fmt::format("set yrange [{}:{}]\n", number(panel.range->low - room), number(panel.range->high + room));
   }
+  text += fmt::format("unset label\nset label {} at graph 0.99,0.96 right font ',8' tc rgb '#777777' noenhanced\n",
+                      quoted(panel.corner));
+  text += "unset object\n";
+  if (panel.wall > 0)
+    text += fmt::format(
+        "set object 1 rectangle from graph 0, graph 0 to first {}, graph 1 fc rgb '#eeeeee' fs solid noborder behind\n",
+        number(panel.wall));
   text += fmt::format("set grid lc rgb '#dddddd'\nset key {} noenhanced\nunset colorbox\nplot ",
                       panel.names_below ? "below left Left reverse maxcols 2" : "top right");
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
@@ -172,7 +180,9 @@ std::string plot_of(const MapPanel& panel, int index) {
   const bool is_signed = low < 0 && high > 0;
   const double bound = std::max(std::abs(low), std::abs(high));
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
-  text += "unset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format cb '%g'\n";
+  text +=
+      "unset label\nunset object\nunset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format "
+      "cb '%g'\n";
   text += is_signed ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
                     : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
   text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
@@ -206,6 +216,16 @@ std::string script_for(const std::vector<Panel>& given, const std::string& termi
   return text + "unset output\n";
 }
 
+/// Names below a picture take none of its own height.
+int height_of(const std::vector<Panel>& panels) {
+  std::size_t names = 0;
+  for (const Panel& panel : panels) {
+    const LinePanel* lines = std::get_if<LinePanel>(&panel);
+    if (lines != nullptr && lines->names_below) names = std::max(names, lines->curves.size());
+  }
+  return panel_height + name_height * std::max(0, static_cast<int>(names) - names_with_room);
+}
+
 }  // namespace
 
 std::optional<ValueRange> range_of(const std::vector<double>& values) {
@@ -232,11 +252,10 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
     sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
     return files;
   }
-  const int width = panel_width * static_cast<int>(panels.size());
+  const int width = panel_width * static_cast<int>(panels.size()), height = height_of(panels);
   const std::string svg =
-      fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, panel_height);
-  const std::string png =
-      fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, panel_height);
+      fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, height);
+  const std::string png = fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, height);
   for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
     if (formats == Formats::png && extension != std::string_view(".png")) continue;
     const fs::path drawn = folder.path() / (std::string("picture") + extension);

@@ -32,6 +32,8 @@ struct LinePanel {
   std::optional<ValueRange> range;  // none: what the values need
   std::vector<Curve> curves;
   bool names_below = false;  // the names of many curves, or long ones, below the picture
+  std::string corner;        // small, at the upper right
+  double wall = 0;           // what is left of it is grey; 0: nothing
 };
 /// Values of shape (ny, nx), x fastest.
 struct MapPanel {

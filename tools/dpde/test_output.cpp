@@ -192,7 +192,8 @@ void compare(Job& job, const OneTest& test, double error, Json& json) {
   std::vector<analysis::CostAndError> plain;
   for (std::size_t s = 0; s < test.beside->size(); ++s) {
     const TrajectoryTest& beside = (*test.beside)[s];
-    if (!beside.has_network) plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
+    if (!beside.has_network && !beside.made_data)
+      plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
   }
   if (plain.empty() || !std::isfinite(error)) return;
   using Found = analysis::Equal::Kind;
@@ -239,7 +240,8 @@ void report_beside(Job& job, const OneTest& test, bool is_chart, Json& json) {
     table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean,
                          whole.spread, cost);
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
-    job.say(fmt::format("  {}: {} on {}, {}\n", each.scene, text_of(whole), each.file, time));
+    const char* maker = each.made_data ? "; it made the data, and is left out of what follows" : "";
+    job.say(fmt::format("  {}: {} on {}, {}{}\n", each.scene, text_of(whole), each.file, time, maker));
     if (&each != &found && !is_chart) say_blow_up(job, each);
   };
   json["cost_s"] = json_number(test.costs[0]);
@@ -249,7 +251,10 @@ void report_beside(Job& job, const OneTest& test, bool is_chart, Json& json) {
     const TrajectoryTest& each = (*test.beside)[s];
     row(each, test.costs[s + 1]);
     Json beside = numbers_of(each);
-    beside.update({{"file", each.file}, {"network", each.has_network}, {"cost_s", json_number(test.costs[s + 1])}});
+    beside.update({{"file", each.file},
+                   {"network", each.has_network},
+                   {"made_data", each.made_data},
+                   {"cost_s", json_number(test.costs[s + 1])}});
     json["beside"][each.scene] = std::move(beside);
   }
   if (!job.options().out.empty()) save_text(job, found.name + "_beside.csv", table);

@@ -8,6 +8,7 @@
 
 #include "analysis/comparison.h"
 #include "chart_picture.h"
+#include "driver/machine_speed.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -21,28 +22,29 @@ using training::TrajectoryTest;
 struct Row {
   std::string title, curve;  // plain scenes of one method on several grids are one curve
   bool has_network = false;
-  chart::Point point;
+  chart::Point point = {};
+  bool made_data = false;  // its errors are rounding: drawn nowhere, compared with nothing
 };
 
 chart::Point point_of(const TrajectoryTest& test, double cost) {
   chart::Point point;
   point.error = mean_and_spread(test.means()).mean;
   if (std::isfinite(cost)) point.take({cost});
-  point.is_unstable = !std::isfinite(point.error);
-  if (point.is_unstable) point.failure = "blows up";
+  if (!std::isfinite(point.error)) point.fail(chart::Outcome::blew_up, "blows up");
   return point;
 }
 
-/// The first title of each scheme names its curve.
+/// The first scene of each scheme names its curve, whatever its step.
 class CurveNames {
  public:
-  std::string of(const std::string& title, model::Scheme scheme) {
+  std::string of(model::Test::Beside beside, model::Scheme scheme) {
     scheme.name.clear();
     for (const auto& [known, name] : known_) {
       if (known == scheme) return name;
     }
-    known_.emplace_back(std::move(scheme), title);
-    return title;
+    beside.method.erase("step");
+    known_.emplace_back(std::move(scheme), training::title_of(beside));
+    return known_.back().second;
   }
 
  private:
@@ -59,20 +61,27 @@ std::vector<Row> rows_of(const training::TestScenes& scenes, const TestResults& 
   CurveNames names;
   for (std::size_t s = 0; s < results.beside[i].size(); ++s) {
     const TrajectoryTest& test = results.beside[i][s];
-    const model::Scheme& scheme = scenes.beside->scene(scenes.tests[i].beside[s]).compiled->problem->scheme;
-    const std::string curve = test.has_network ? test.scene : names.of(test.scene, scheme);
-    rows.push_back({test.scene, curve, test.has_network, point_of(test, results.costs[i][s + 1])});
+    const model::Test::Beside& beside = scenes.tests[i].beside[s];
+    const model::Scheme& scheme = scenes.beside->scene(beside).compiled->problem->scheme;
+    const std::string curve = test.has_network ? test.scene : names.of(beside, scheme);
+    rows.push_back({test.scene, curve, test.has_network, point_of(test, results.costs[i][s + 1]), test.made_data});
   }
   std::vector<chart::Point> points;
-  for (const Row& row : rows) points.push_back(row.point);
+  for (const Row& row : rows) {
+    if (!row.made_data) points.push_back(row.point);
+  }
   chart::mark_pareto(points);
-  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].point = points[k];
+  auto marked = points.begin();
+  for (Row& row : rows) {
+    if (!row.made_data) row.point = *marked++;
+  }
   return rows;
 }
 
 std::vector<MethodMarks> marks_of(const std::vector<Row>& rows) {
   std::vector<MethodMarks> methods;
   for (const Row& row : rows) {
+    if (row.made_data) continue;
     auto known = std::ranges::find(methods, row.curve, &MethodMarks::name);
     if (known == methods.end()) known = methods.insert(methods.end(), {row.curve, {}});
     known->marks.push_back({row.point, chart::is_complete(row.point), &row.point});
@@ -88,7 +97,7 @@ struct BestPlain {
 BestPlain best_plain(const std::vector<Row>& rows, double error) {
   std::vector<analysis::CostAndError> plain;
   for (const Row& row : rows) {
-    if (!row.has_network) plain.push_back({row.title, row.point.seconds, row.point.error});
+    if (!row.has_network && !row.made_data) plain.push_back({row.title, row.point.seconds, row.point.error});
   }
   const std::vector<analysis::CostAndError> best = analysis::best_of(plain);
   BestPlain found{analysis::cost_of_equal_error(plain, error), {}};
@@ -167,9 +176,10 @@ Json json_of(const Row& row) {
   return {{"scene", row.title},
           {"method", row.curve},
           {"network", row.has_network},
+          {"made_data", row.made_data},
           {"error", json_number(row.point.error)},
           {"wall_s", json_number(row.point.seconds)},
-          {"stable", !row.point.is_unstable},
+          {"stable", !row.point.is_unstable()},
           {"pareto", row.point.is_pareto}};
 }
 
@@ -188,9 +198,9 @@ Json json_of(const BestPlain& plain, const Earned& even) {
 }
 
 std::string table_of(const std::vector<Row>& rows) {
-  std::string text = "scene,method,network,error,wall_s,pareto,failure\n";
+  std::string text = "scene,method,network,made_data,error,wall_s,pareto,failure\n";
   for (const Row& row : rows) {
-    text += fmt::format("\"{}\",\"{}\",{},", row.title, row.curve, row.has_network ? 1 : 0);
+    text += fmt::format("\"{}\",\"{}\",{},{},", row.title, row.curve, row.has_network ? 1 : 0, row.made_data ? 1 : 0);
     text += fmt::format("{},{},{},{}\n", row.point.error, row.point.seconds, row.point.is_pareto ? 1 : 0,
                         row.point.failure);
   }
@@ -227,8 +237,9 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
     if (job.options().out.empty()) continue;
     const std::vector<MethodMarks> methods = marks_of(rows);
     const std::string title = fmt::format("{}: speed against accuracy (1 thread)", results.start[i].scene);
-    const LinePanel speed = panel_of(
-        {title, fmt::format("{} on {}", name, results.start[i].file), "seconds per unit of time"}, methods, 0, 0);
+    const LinePanel speed = panel_of({title, fmt::format("{} on {}", name, results.start[i].file),
+                                      "seconds per unit of time", driver::machine_name()},
+                                     methods, 0, 0);
     save_picture(job, name + "_chart", {speed, total_panel(rows, plain, spent, length)});
     save_text(job, name + "_chart.csv", table_of(rows));
   }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/solve_tolerance.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "dpde/runtime/error.h"
 #include "driver/inverse.h"
+#include "model/print_model.h"
 
 namespace dpde::analysis {
 
@@ -52,9 +51,9 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
     ToleranceEffect effect{by.tolerance, own->is_by_steps};
     if (!own->is_by_steps) return effect;
     driver::CompileOptions loose = compiled->options;
-    loose.selection.overrides["solve"] =
-        fmt::format("{}({}, {}{})", name_of(by.method), std::min(how_much_larger * by.tolerance, 0.5),
-                    by.most_iterations, by.warns ? ", warn" : "");
+    SolveBy larger = by;
+    larger.tolerance = std::min(how_much_larger * by.tolerance, 0.5);
+    loose.selection.overrides["solve"] = model::print(larger);
     DiagnosticSink silent;
     std::optional<driver::Compiled> other = driver::compile(source, loose, silent);
     if (!other) return std::nullopt;

@@ -5,17 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <functional>
 
+#include "model/print_model.h"
 #include "stability/verdict.h"
 
 namespace dpde::chart {
 
 namespace {
 
-constexpr int most_parts = 64;                            // of a step, for the sake of finer cells
-constexpr int fewest_coarse = 4;                          // cells along an axis
-constexpr double least_order = 0.25, largest_order = 12;  // beyond them the differences are not those of a power
+constexpr int most_parts = 64;                              // of a step, for the sake of finer cells
+constexpr double smallest_tolerance = SolveBy{}.tolerance;  // of solves
+constexpr int fewest_coarse = 4;                            // cells along an axis
+constexpr double least_order = 0.25, largest_order = 12;    // beyond them the differences are not those of a power
 
 using Values = std::vector<double>;
 
@@ -56,14 +59,17 @@ class Companions {
     return point_.errors.empty() || point_.errors.contains(text_of(measure));
   }
 
-  std::unique_ptr<driver::Session> open_at(double cells, int parts, bool as_is) {
+  std::unique_ptr<driver::Session> open_at(double cells, int parts, bool to_tolerance = false) {
     Variant variant = variant_;
+    const auto solve = variant.resolution.extract("solve");
     variant.resolution.clear();
+    if (solve) variant.resolution[solve.key()] = solve.mapped();
+    if (!exacter_solves_.empty() && !to_tolerance) variant.resolution["solve"] = exacter_solves_;
     for (std::size_t a = 0; a < axis_names_.size(); ++a)
       variant.resolution["cells." + axis_names_[a]] =
           fmt::format("{}", std::lround(std::floor(point_.cells[a] * cells)));
     variant.resolution["step"] = fmt::format("{}", point_.step / parts);
-    if (is_single_ && !as_is) variant.method["real"] = "f64";
+    if (is_single_) variant.method["real"] = "f64";
     return open(source_, options_, variant, budget_.failure);
   }
 
@@ -76,9 +82,7 @@ class Companions {
     if (budget_.failure.empty()) states = final_states(*session);
     return budget_.failure.empty();
   }
-  bool run(double cells, int parts, FinalStates& states, bool as_is = false) {
-    return run(open_at(cells, parts, as_is).get(), states);
-  }
+  bool run(double cells, int parts, FinalStates& states) { return run(open_at(cells, parts).get(), states); }
 
   /// The smallest power of 2 whose part of the step is stable on cells half as large.
   int parts_for(driver::Session& finer) {
@@ -90,6 +94,16 @@ class Companions {
     return parts;
   }
 
+  /// Of a session that has run.
+  void find_exacter_solves(driver::Session& own) {
+    const std::deque<SolveNote>& notes = own.rollout().solve_notes();
+    const bool by_steps = std::ranges::any_of(
+        notes, [](const SolveNote& note) { return note.most_iterations > 0 && note.method != "newton"; });
+    SolveBy by = own.problem().scheme.solve;
+    by.tolerance = std::max(smallest_tolerance, by.tolerance / 100);
+    if (by_steps && by.tolerance < own.problem().scheme.solve.tolerance) exacter_solves_ = model::print(by);
+  }
+
   bool run_all() {
     const std::unique_ptr<driver::Session> own = open(source_, options_, variant_, budget_.failure);
     if (own == nullptr) return false;
@@ -99,9 +113,12 @@ class Companions {
       budget_.failure = "there are too few cells for a coarser run";
       return false;
     }
-    const std::unique_ptr<driver::Session> finer = open_at(2, 1, false);
-    const int parts = finer == nullptr ? 1 : parts_for(*finer);
-    if (finer == nullptr || (is_single_ && !run(own.get(), single_))) return false;
+    if (!run(own.get(), as_it_is_)) return false;
+    find_exacter_solves(*own);
+    const std::unique_ptr<driver::Session> finer = open_at(2, 1);
+    if (finer == nullptr) return false;
+    const int parts = parts_for(*finer);
+    if (!exacter_solves_.empty() && !run(open_at(1, 1, true).get(), to_tolerance_)) return false;
     if (!run(1, 1, base_) || !run(1, 2, half_) || !run(1, 4, quarter_) || !run(0.5, parts, coarse_)) return false;
     same_ = parts == 1 ? base_ : parts == 2 ? half_ : quarter_;
     if (parts > 4 && !run(1, parts, same_)) return false;
@@ -126,11 +143,14 @@ class Companions {
     const Values scaled = extrapolated(cells, before, size(cells), 2, now.space);
     now.space.error = size(scaled);
     std::ranges::transform(sum, scaled, sum.begin(), std::plus());
-    if (is_single_) {
-      const Values rounding = difference(single_.at(name).values, base.values);
-      now.rounding = size(rounding);
-      std::ranges::transform(sum, rounding, sum.begin(), std::plus());
-    }
+    const auto add_part = [&](const FinalStates& with, const FinalStates& without) {
+      const Values part = difference(with.at(name).values, without.at(name).values);
+      std::ranges::transform(sum, part, sum.begin(), std::plus());
+      return size(part);
+    };
+    const FinalStates& in_double = exacter_solves_.empty() ? base_ : to_tolerance_;
+    if (is_single_) now.rounding = add_part(as_it_is_, in_double);
+    if (!exacter_solves_.empty()) now.solves = add_part(to_tolerance_, base_);
     now.sum = size(sum);
     if (budget_.measure.empty() || now.sum > budget_.sum) budget_ = std::move(now);
   }
@@ -141,15 +161,19 @@ class Companions {
   Variant variant_;
   bool is_single_ = false;
   std::vector<std::string> axis_names_;
-  FinalStates single_, base_, half_, quarter_, same_, coarse_, fine_;  // all but the first in double precision
+  std::string exacter_solves_;                                // of a scheme; "": none are by steps
+  FinalStates as_it_is_;                                      // of the point itself
+  FinalStates to_tolerance_;                                  // in double precision
+  FinalStates base_, half_, quarter_, same_, coarse_, fine_;  // the same, with exacter solves
   Budget budget_;
 };
 
 }  // namespace
 
 std::string Budget::largest() const {
-  if (rounding.value_or(0) > std::max(space.error, time.error)) return "rounding";
-  return space.error >= time.error ? "space" : "time";
+  const std::pair<double, const char*> parts[] = {
+      {space.error, "space"}, {time.error, "time"}, {rounding.value_or(0), "rounding"}, {solves.value_or(0), "solves"}};
+  return std::ranges::max(parts, {}, &std::pair<double, const char*>::first).second;
 }
 
 Budget budget_of(const SourceFile& source, const PointOptions& options, const Point& point) {

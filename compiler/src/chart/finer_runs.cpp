@@ -131,7 +131,9 @@ std::optional<LastTwo<Result>> last_two(const SourceFile& source, const PointOpt
   if (scene.program.empty()) found = refine(source, options, scene, refinement, most_accurate(scene), finer, why);
   if (!found) {
     std::string again;
-    found = refine(source, options, scene, refinement, {{"real", "f64"}}, finer, again);
+    std::map<std::string, std::string> own = exact_solves(scene.scheme);
+    own["real"] = "f64";
+    found = refine(source, options, scene, refinement, own, finer, again);
     if (!again.empty()) why = again;
   }
   if (!found && why.empty()) why = "finer runs blow up";

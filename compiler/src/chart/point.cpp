@@ -108,18 +108,21 @@ bool is_allowed(Point& point, driver::Session& session) {
   const stability::Verdict verdict = stability::verdict_of(session);
   if (verdict.limit.kind == stability::StepLimit::Kind::limit) point.largest_step = verdict.limit.step;
   if (!verdict.ruins_run()) return true;
-  point.is_unstable = true;
-  point.failure = verdict.limit.kind == stability::StepLimit::Kind::never
-                      ? never_stable
-                      : fmt::format("the step is above {:.4g}, the largest stable one", verdict.limit.step);
+  if (verdict.limit.kind == stability::StepLimit::Kind::never) {
+    point.fail(Outcome::never_stable, never_stable);
+  } else {
+    point.fail(Outcome::above_limit,
+               fmt::format("the step is above {:.4g}, the largest stable one", verdict.limit.step));
+  }
   return false;
 }
 
 /// null where the variant does not fit: `point` says why.
 std::unique_ptr<driver::Session> open_for(Point& point, const SourceFile& source, const PointOptions& options,
                                           const Variant& variant) {
-  std::unique_ptr<driver::Session> session = open(source, options, variant, point.failure);
-  point.does_not_fit = session == nullptr;
+  std::string why;
+  std::unique_ptr<driver::Session> session = open(source, options, variant, why);
+  if (session == nullptr) point.fail(Outcome::does_not_fit, std::move(why));
   return session;
 }
 
@@ -131,8 +134,7 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   if (session == nullptr) return false;
   const stability::Verdict verdict = stability::verdict_of(*session);
   if (verdict.bounded_step() == 0) {
-    point.is_unstable = true;
-    point.failure = never_stable;
+    point.fail(Outcome::never_stable, never_stable);
     return false;
   }
   // Without a limit the scene's own step, which shrinks with the cells.
@@ -161,18 +163,18 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
   point.steps = session->steps();
   point.compile_seconds = session->compiled().seconds;
   point.memory_bytes = driver::peak_of_run(session->compiled());
+  point.cost = driver::cost_of(session->compiled().loop, session->compiled().step_name());
   const bool is_judged = is_chosen && entry.fraction <= 1 && point.largest_step > 0;
   if (!is_judged && !is_allowed(point, *session)) return point;
   const RunResult first = session->rollout().run();
   if (first.stopped) return point;
   if (first.blow_up) {
-    point.is_unstable = true;
-    point.failure = fmt::format("no longer finite after step {}", first.blow_up->step);
+    point.fail(Outcome::blew_up, fmt::format("no longer finite after step {}", first.blow_up->step));
     return point;
   }
   point.errors = references.states.errors(*session, options.measures);
   if (point.errors.empty() && !references.gradient.is_there()) {
-    point.failure = "nothing to compare with";
+    point.fail(Outcome::failed, "nothing to compare with");
     return point;
   }
   for (const auto& [name, error] : point.errors)
@@ -221,7 +223,7 @@ Point run_point(const SourceFile& source, const PointOptions& options, const mod
   try {
     point = run_or_throw(source, options, scene, entry, references);
   } catch (const std::exception& error) {
-    point.failure = error.what();
+    point.fail(Outcome::failed, error.what());
   }
   try {
     if (is_complete(point) && references.gradient.is_there())

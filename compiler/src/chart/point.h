@@ -11,6 +11,7 @@
 
 #include "chart/gradient.h"
 #include "chart/reference.h"
+#include "driver/cost.h"
 #include "driver/session.h"
 
 namespace dpde::chart {
@@ -21,7 +22,7 @@ inline constexpr const char* scheme_block = "scheme";
 /// A choice of what --set can override, and of a scheme block.
 struct Variant {
   std::map<std::string, std::string> method;      // scheme keys, precision, "scheme" of a block: one curve each
-  std::map<std::string, std::string> resolution;  // cells and the step
+  std::map<std::string, std::string> resolution;  // cells, the step, and solves with their tolerance
 };
 
 struct Entry {
@@ -41,10 +42,11 @@ struct Budget {
   std::string failure;  // "": it could be made
   Part space, time;
   std::optional<double> rounding;  // of single precision
+  std::optional<double> solves;    // of solves that come near their tolerance by steps
   double sum = 0;                  // of the parts with their signs, cell by cell
   std::string measure;             // of which, the worst one
 
-  /// "space", "time" or "rounding".
+  /// "space", "time", "rounding" or "solves".
   std::string largest() const;
 };
 
@@ -60,22 +62,35 @@ struct Measured {
   void take(std::vector<double> timings);
 };
 
+/// What became of a variant: it makes no sense for this model; by the verdict its step is above the largest stable one,
+/// or all steps are, and it was not run; it is no longer finite as it ran; anything else, as a solve that does not end.
+enum class Outcome { ran, does_not_fit, above_limit, never_stable, blew_up, failed };
+
 struct Point : Measured {  // its error is the largest of `errors`
   Variant variant;
-  std::string failure;        // "": it ran; else why it did not, or what became of it
-  bool is_unstable = false;   // by the verdict (and was not run), or as it ran
-  bool does_not_fit = false;  // the variant makes no sense for this model
+  Outcome outcome = Outcome::ran;
+  std::string failure;  // "" of one that ran; else why not
   std::vector<int> cells;
   double step = 0;
   int steps = 0;
   double largest_step = 0;               // by the verdict; 0: not known or none
   std::map<std::string, double> errors;  // by measure, over the root mean square of the reference
   double compile_seconds = 0;
+  driver::Cost cost;  // of a step, a cell
   /// Of the task's loss by its unknowns, where one is asked for: its error is the largest of `gradient_errors`.
   std::optional<Measured> gradient;
   std::map<std::string, double> gradient_errors;  // by unknown, over the root mean square of the reference's
   std::string gradient_failure;                   // why it has none
   std::optional<Budget> budget;                   // where one is asked for
+
+  void fail(Outcome how, std::string why) {
+    outcome = how;
+    failure = std::move(why);
+  }
+  bool is_unstable() const {
+    return outcome == Outcome::above_limit || outcome == Outcome::never_stable || outcome == Outcome::blew_up;
+  }
+  bool does_not_fit() const { return outcome == Outcome::does_not_fit; }
 };
 
 struct PointOptions {

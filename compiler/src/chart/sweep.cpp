@@ -8,6 +8,7 @@
 
 #include "model/build.h"
 #include "model/from_ast.h"
+#include "model/print_model.h"
 
 namespace dpde::chart {
 
@@ -117,6 +118,36 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
   return methods;
 }
 
+namespace {
+
+Entry entry_of(const Method& method, const Method& resolution, double fraction) {
+  Entry entry{{method, resolution}, fraction};
+  const auto solve = entry.variant.method.find("solve");
+  if (solve == entry.variant.method.end() || solve->second.find('(') == std::string::npos) return entry;
+  entry.variant.resolution["solve"] = solve->second;
+  solve->second.resize(solve->second.find('('));
+  return entry;
+}
+
+void add_entries(const Method& method, const Wishes& wishes, const Method& cells, std::vector<Entry>& entries) {
+  std::vector<double> fractions = wishes.fractions;
+  if (fractions.empty()) fractions.assign(std::begin(chosen_fractions), std::end(chosen_fractions));
+  for (std::size_t f = 0; wishes.steps.empty() && f < fractions.size(); ++f)
+    entries.push_back(entry_of(method, cells, fractions[f]));
+  for (const double step : wishes.steps) {
+    entries.push_back(entry_of(method, cells, 0));
+    entries.back().variant.resolution["step"] = fmt::format("{}", step);
+  }
+}
+
+}  // namespace
+
+std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishes, const Method& cells) {
+  std::vector<Entry> entries;
+  for (const Method& method : methods_for(problem, wishes)) add_entries(method, wishes, cells, entries);
+  return entries;
+}
+
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes) {
   std::vector<Method> cells;
   for (const int count : wishes.cells) cells.push_back({{"cells", fmt::format("{}", count)}});
@@ -125,19 +156,9 @@ std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishe
         problem.axes, [&](const model::Axis& axis) { return axis.cells * factor < fewest_cells && factor < 1; });
     if (wishes.cells.empty() && !is_coarse) cells.push_back(cells_of(problem, factor));
   }
-  std::vector<double> fractions = wishes.fractions;
-  if (fractions.empty()) fractions.assign(std::begin(chosen_fractions), std::end(chosen_fractions));
   std::vector<Entry> entries;
   for (const Method& method : methods_for(problem, wishes)) {
-    for (const Method& count : cells) {
-      if (wishes.steps.empty()) {
-        for (const double fraction : fractions) entries.push_back({{method, count}, fraction});
-      }
-      for (const double step : wishes.steps) {
-        entries.push_back({{method, count}, 0});
-        entries.back().variant.resolution["step"] = fmt::format("{}", step);
-      }
-    }
+    for (const Method& count : cells) add_entries(method, wishes, count, entries);
   }
   return entries;
 }
@@ -155,12 +176,19 @@ double finest_of(const model::Problem& scene, const std::vector<Entry>& entries)
   return most;
 }
 
+Method exact_solves(const model::Scheme& scheme) {
+  SolveBy by = scheme.solve;
+  by.tolerance = SolveBy{}.tolerance;
+  return scheme.solve.tolerance > by.tolerance ? Method{{"solve", model::print(by)}} : Method{};
+}
+
 /// Fourier series where the scene has them: no difference resolves as much.
 Method most_accurate(const model::Problem& problem) {
   const Uses uses = uses_of(problem);
   Method method = is_of_waves(uses, problem.scheme) ? Method{} : central(uses, "6");
   method["time"] = model::is_exponential(problem.scheme.time) && method.empty() ? "etdrk4" : "rk4";
   method["real"] = "f64";
+  method.merge(exact_solves(problem.scheme));
   return method;
 }
 

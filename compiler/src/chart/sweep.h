@@ -25,7 +25,11 @@ struct Wishes {
 /// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most, none twice.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
-/// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
+/// Each of the methods with each of the steps, on these cells (keys of --set). Tolerances of solves, as of
+/// solve=cg(1e-4), are resolutions as cells and steps are: the method is solve=cg.
+std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishes,
+                              const std::map<std::string, std::string>& cells);
+/// On all cells: the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
 
 /// So many times the scene's cells along each axis, as --set has them.
@@ -33,7 +37,9 @@ std::map<std::string, std::string> cells_of(const model::Problem& problem, doubl
 /// The most cells of an entry along an axis, in units of the scene's; 1 at least.
 double finest_of(const model::Problem& scene, const std::vector<Entry>& entries);
 
-/// Central differences of order 6 and rk4, in double precision.
+/// The scene's solves, to the tolerance of a reference: {} where theirs is as small.
+std::map<std::string, std::string> exact_solves(const model::Scheme& scheme);
+/// Central differences of order 6 and rk4, in double precision, and solves to the smallest tolerance.
 std::map<std::string, std::string> most_accurate(const model::Problem& problem);
 
 }  // namespace dpde::chart

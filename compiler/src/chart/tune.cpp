@@ -70,7 +70,7 @@ class Tuner {
     Point point = run_point(source_, options, scene_, entry, references_);
     if (point.steps > 0) ++result_.tried;
     if (options_.of_gradient && point.failure.empty()) {
-      if (!point.gradient) point.failure = point.gradient_failure;
+      if (!point.gradient) point.fail(Outcome::failed, point.gradient_failure);
       static_cast<Measured&>(point) = point.gradient.value_or(Measured{});
     }
     if (is_complete(point)) point.seconds = options_.cost ? options_.cost(point) : point.samples.front();
@@ -115,7 +115,7 @@ class Tuner {
       const Point& point = explore_at(candidate, rung);
       if (!point.failure.empty()) {
         why = point.failure;
-        if (!point.is_unstable) break;
+        if (!point.is_unstable()) break;
         continue;
       }
       why.clear();

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <fstream>
 #include <limits>
 #include <sstream>
 #include <string_view>
@@ -76,6 +77,19 @@ MachineSpeed measure(double size, int threads) {
 }
 
 }  // namespace
+
+std::string machine_name() {
+  std::ifstream file("/proc/cpuinfo");
+  std::string line, name = "unknown processor";
+  while (std::getline(file, line)) {
+    const std::size_t colon = line.find(": ");
+    if (!line.starts_with("model name") || colon == std::string::npos) continue;
+    name = line.substr(colon + 2);
+    break;
+  }
+  const unsigned cores = std::thread::hardware_concurrency();
+  return fmt::format("{}, {} core{}", name, cores, cores == 1 ? "" : "s");
+}
 
 double MachineSpeed::points(double bytes, double operations) const {
   const double most = std::numeric_limits<double>::infinity();

@@ -25,6 +25,9 @@ struct MachineSpeed {
 /// is better in an undisturbed moment stays. `anew` forgets all. The cache may be null.
 MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int threads, bool anew = false);
 
+/// "AMD EPYC, 2 cores": the processor's name, where the system tells it, and how many cores there are.
+std::string machine_name();
+
 /// The best of several short trials on so many threads: chains of products and sums that stay in registers.
 double measure_flops(int threads);
 

@@ -15,6 +15,8 @@ std::string print(const Expr& expr);
 std::string print(const Source& source);
 /// As a scheme block has it.
 std::string print(TimeScheme time);
+/// cg(1e-12, 200, warn), without what is not said otherwise.
+std::string print(const SolveBy& by);
 /// A scheme block with all its keys, on a line of its own.
 std::string print(const Scheme& scheme);
 /// F = sin(t) every 0.5, where a step takes `step`.

@@ -44,13 +44,6 @@ std::string split_text(const Split& split) {
   return fmt::format("{}({})", split.kind == Split::Kind::lie ? "lie" : "strang", fmt::join(parts, ", "));
 }
 
-std::string solve_text(const SolveBy& by) {
-  const std::string warning = by.warns ? ", warn" : "", name(name_of(by.method));
-  if (warning.empty() && by.most_iterations == SolveBy{}.most_iterations)
-    return by.tolerance == SolveBy{}.tolerance ? name : fmt::format("{}({})", name, by.tolerance);
-  return fmt::format("{}({}, {}{})", name, by.tolerance, by.most_iterations, warning);
-}
-
 }  // namespace
 
 std::string print(TimeScheme time) {
@@ -76,12 +69,19 @@ std::string print(TimeScheme time) {
   unreachable("time scheme");
 }
 
+std::string print(const SolveBy& by) {
+  const std::string warning = by.warns ? ", warn" : "", name(name_of(by.method));
+  if (warning.empty() && by.most_iterations == SolveBy{}.most_iterations)
+    return by.tolerance == SolveBy{}.tolerance ? name : fmt::format("{}({})", name, by.tolerance);
+  return fmt::format("{}({}, {}{})", name, by.tolerance, by.most_iterations, warning);
+}
+
 std::string print(const Scheme& s) {
   const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
   if (s.is_split()) others += "; split = " + split_text(s.split);
   if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
-  if (s.solve != SolveBy{}) others += "; solve = " + solve_text(s.solve);
+  if (s.solve != SolveBy{}) others += "; solve = " + print(s.solve);
   if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", s.guess == Guess::last ? "last" : "none");
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));

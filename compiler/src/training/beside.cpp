@@ -46,8 +46,10 @@ driver::CompileOptions options_beside(const driver::Compiled& own, const std::st
 
 std::string title_of(const model::Test::Beside& beside) {
   std::string title = beside.scene;
-  for (const auto& [key, value] : beside.method)
-    title += fmt::format("{}{}={}", title == beside.scene ? " by " : " ", key, value);
+  for (const auto& [key, value] : beside.method) {
+    const std::string text = key == "step" ? fmt::format("{:.4g}", std::stod(value)) : value;
+    title += fmt::format("{}{}={}", title == beside.scene ? " by " : " ", key, text);
+  }
   return title;
 }
 

@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
+#include "chart/common_steps.h"
 #include "chart/sweep.h"
 #include "training/beside.h"
 
@@ -12,16 +15,22 @@ namespace dpde::training {
 
 namespace {
 
+constexpr double alike = 1e-9;  // steps that are the same but for rounding
+
 struct Known {
   std::string on;
   model::Scheme scheme;
-  bool operator==(const Known&) const = default;
+  double step;
+
+  bool is(const Known& other) const {
+    return on == other.on && scheme == other.scheme && std::abs(step - other.step) <= alike * step;
+  }
 };
 
 /// The name of a block is none of its method.
-Known known_as(const std::string& on, model::Scheme scheme) {
+Known known_as(const std::string& on, model::Scheme scheme, double step) {
   scheme.name.clear();
-  return {on, std::move(scheme)};
+  return {on, std::move(scheme), step};
 }
 
 class Finder {
@@ -35,15 +44,20 @@ class Finder {
     for (const model::Test::Beside& beside : test.beside) {
       const auto scene = compile(beside);
       if (!scene || !scene->problem->networks.empty()) continue;
-      known.push_back(known_as(beside.on, scene->problem->scheme));
+      known.push_back(known_as(beside.on, scene->problem->scheme, scene->problem->step));
       plain.emplace_back(beside, &*scene->problem);
     }
     for (const auto& [beside, problem] : plain) {
-      for (const auto& method : chart::methods_for(*problem, {})) {
-        const Known next = known_as(beside.on, model::with_settings(problem->scheme, method));
-        if (std::ranges::find(known, next) != known.end()) continue;
-        known.push_back(next);
-        add(test, {beside.scene, beside.on, beside.origin, method});
+      for (const chart::Entry& entry : with_steps(beside, *problem)) {
+        model::Test::Beside next{beside.scene, beside.on, beside.origin, entry.variant.method};
+        next.method.insert(entry.variant.resolution.begin(), entry.variant.resolution.end());
+        const bool has_step = entry.variant.resolution.contains("step");
+        const double step = has_step ? std::stod(entry.variant.resolution.at("step")) : problem->step;
+        const Known method = known_as(beside.on, model::with_settings(problem->scheme, entry.variant.method), step);
+        if (std::ranges::any_of(known, [&](const Known& other) { return method.is(other); })) continue;
+        known.push_back(method);
+        if (has_step && std::abs(step - problem->step) <= alike * step) next.method.erase("step");
+        add(test, std::move(next));
       }
     }
     return test;
@@ -55,13 +69,43 @@ class Finder {
     kept_.push_back(compile_beside(*own_.compiled, beside, source_, silent));
     return kept_.back();
   }
+
+  /// The methods with their steps; what has none is left out.
+  std::vector<chart::Entry> with_steps(const model::Test::Beside& beside, const model::Problem& problem) {
+    DiagnosticSink silent;
+    const auto on = files::load_trajectories(problem, beside.on, source_, beside.origin.range, silent);
+    if (!on) return {};
+    chart::PointOptions options;
+    options.compile = options_beside(*own_.compiled, beside.scene);
+    options.compile.selection.name = beside.scene;
+    options.compile.selection.beside.clear();
+    options.compile.without_task = true;
+    options.common_steps = std::gcd(on->every, chart::common_steps(problem));
+    std::vector<chart::Entry> entries = chart::entries_on(problem, {}, {});
+    std::erase_if(entries, [&](chart::Entry& entry) {
+      chart::Point point;
+      if (!chart::choose_step(source_, options, problem, entry, point)) {
+        leave_out({beside.scene, beside.on, beside.origin, entry.variant.method}, point.failure);
+        return true;
+      }
+      if (!(point.largest_step > 0)) entry.variant.resolution.clear();
+      return false;
+    });
+    return entries;
+  }
+
   void add(model::Test& test, model::Test::Beside beside) {
     DiagnosticSink why;
     if (compile_beside(*own_.compiled, beside, source_, why)) {
       test.beside.push_back(std::move(beside));
     } else {
-      found_.left_out.push_back(fmt::format("{}: {}", title_of(beside), why.all().front().message));
+      leave_out(beside, why.all().front().message);
     }
+  }
+
+  void leave_out(const model::Test::Beside& beside, const std::string& why) {
+    std::string text = fmt::format("{}: {}", title_of(beside), why);
+    if (std::ranges::find(found_.left_out, text) == found_.left_out.end()) found_.left_out.push_back(std::move(text));
   }
 
   const TrainingScene& own_;

@@ -99,6 +99,21 @@ std::vector<double> TrajectoryEvaluator::look_at_data(const model::Test& test, i
   return over_frames(test, std::move(values), frames_of(test));
 }
 
+bool TrajectoryEvaluator::makes_data(int run) {
+  const double rounding = scene_.compiled->real() == Precision::f32 ? 1e-5 : 1e-13;  // of a few steps, relative
+  begin(run);
+  return go_on(on_.every) && std::ranges::all_of(on_.states, [&](const std::string& state) {
+           const std::vector<double> found = simulation_->state(state);
+           const std::span<const double> data = on_.frames(run, state, 1);
+           double difference = 0, size = 0;
+           for (std::size_t i = 0; i < data.size(); ++i) {
+             difference = std::max(difference, std::abs(found[i] - data[i]));
+             size = std::max(size, std::abs(data[i]));
+           }
+           return difference <= rounding * size;
+         });
+}
+
 double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
   const int steps = frames_of(test) * on_.every;
   double seconds = 0, time = 0;

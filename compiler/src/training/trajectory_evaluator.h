@@ -33,6 +33,8 @@ class TrajectoryEvaluator {
   std::vector<double> roll(const model::Test& test, int run);
   /// The same of the states of the data.
   std::vector<double> look_at_data(const model::Test& test, int run);
+  /// Whether every state comes to the next frame but for rounding: it is this scene that made the data.
+  bool makes_data(int run);
   /// Seconds that a processor works for a unit of time, on one thread, over the steps of the test from the first frame
   /// of the first run on, again and again until `at_least` seconds are measured. Not a number where the run blows up.
   double cost(const model::Test& test, double at_least);

@@ -18,6 +18,14 @@ namespace {
 using Runs = std::vector<std::vector<double>>;
 using Visit = std::function<std::vector<double>(TrajectoryEvaluator&, int run)>;
 
+/// Whether the scene made the runs of its file. One run may stand still, which any scheme does.
+bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const BatchOptions& options) {
+  TrajectoryEvaluator evaluator(scene, scene.trajectories, values, options);
+  bool made = true;
+  for (int run = 0; made && run < std::ssize(scene.trajectories.runs); ++run) made = evaluator.makes_data(run);
+  return made;
+}
+
 /// `visit` of every run, on all threads.
 Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& x,
                const BatchOptions& options, const Visit& visit) {
@@ -217,6 +225,7 @@ std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, 
       const TrainingScene& scene = scenes.beside->scene(beside);
       all.push_back(roll_out(test, scene, beside.on, scene.trajectories, values, options));
       all.back().scene = title_of(beside);
+      all.back().made_data = made_data_of(scene, values, options);
     }
   }
   return results;

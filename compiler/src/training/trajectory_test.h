@@ -20,6 +20,7 @@ struct TrajectoryTest {
       runs;  // the quantity of each run at each of these times; infinite from where a run has blown up
   std::vector<std::vector<double>> data;  // of a statistic: the quantity of the data themselves
   bool has_network = false;               // the scene
+  bool made_data = false;                 // the scene made the data of `file`: what errors are against, no competitor
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
   std::size_t last_resolved = 0;  // shell
   double unit = 0, noise = 0;     // wave number of shell 1; see distance()
