@@ -75,6 +75,7 @@ bool FieldSolve::fits(SolverMethod method) {
     SolveOptions options = options_;
     options.method = method;
     solver_ = shelf_->solver_of(matrix_, options);
+    reason_ = solver_->reason();
     return true;
   } catch (const Error& error) {
     why_not_ = error.what();
@@ -82,11 +83,13 @@ bool FieldSolve::fits(SolverMethod method) {
   }
 }
 
-/// Where the method that was chosen does not come near enough: by sparse factors, from now on.
+/// Where the method that was chosen does not come near enough: by sparse factors, until the operator changes.
 SolveReport FieldSolve::solve_again(const SolveReport& first) {
   const bool may = options_.method == SolverMethod::automatic && first.iterations > 0 &&
                    matrix_.size() <= most_of_second_try && fits(SolverMethod::direct);
   if (!may) return first;
+  reason_ =
+      fmt::format("{} had not converged after {} iterations: sparse factors", name_of(first.method), first.iterations);
   std::ranges::fill(solution_, 0.0);
   return solver_->solve(right_, solution_);
 }
@@ -120,9 +123,9 @@ void FieldSolve::begin(void* const* fields) {
 
 void FieldSolve::note(const SolveReport& report) {
   ++note_->solves;
-  if (note_->reason != solver_->reason()) {
+  if (note_->reason != reason_) {
     note_->method = name_of(solver_->method());
-    note_->reason = solver_->reason();
+    note_->reason = reason_;
   }
   note_->iterations += report.iterations;
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);

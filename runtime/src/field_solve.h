@@ -51,6 +51,7 @@ class FieldSolve {
   std::shared_ptr<SolverShelf> shelf_;
   SolveNote* note_ = nullptr;  // on the shelf
   std::shared_ptr<LinearSolver> solver_;
+  std::string reason_;  // why it is this one
 };
 
 }  // namespace dpde

@@ -2,10 +2,12 @@
 // Multigrid in half rows against the matrix it was made of, on grids with several levels.
 #include "solve/multigrid.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "solve/linear_solver.h"
@@ -84,7 +86,25 @@ TEST(Multigrid, MultipliesAsItsMatrixOnEverySmallExtent) {
   EXPECT_GT(checked, 500);
 }
 
-/// To precondition conjugate gradients: <c, M*b> = <b, M*c>, around odd rings too.
+std::vector<double> of_cycle(Multigrid& multigrid, const std::vector<double>& right) {
+  Numbers packed_right(multigrid.size()), x(multigrid.size());
+  multigrid.pack_right(right, packed_right);
+  multigrid.cycle(packed_right, x);
+  std::vector<double> result(right.size());
+  multigrid.unpack(x, result);
+  return result;
+}
+
+/// <c, M*b> = <b, M*c>
+void expect_symmetric_cycle(Multigrid& multigrid, const std::vector<double>& b, const std::vector<double>& c,
+                            const std::string& what) {
+  const std::vector<double> of_b = of_cycle(multigrid, b), of_c = of_cycle(multigrid, c);
+  const double forth = std::inner_product(c.begin(), c.end(), of_b.begin(), 0.0);
+  const double back = std::inner_product(b.begin(), b.end(), of_c.begin(), 0.0);
+  EXPECT_NEAR(forth, back, 1e-12 * std::abs(forth) + 1e-13) << what;
+}
+
+/// To precondition conjugate gradients, around odd rings too.
 TEST(Multigrid, SymmetricCyclesAreSymmetric) {
   int checked = 0;
   for_each_wall([&](const Walls& walls) {
@@ -95,22 +115,28 @@ TEST(Multigrid, SymmetricCyclesAreSymmetric) {
       if (!multigrid) continue;
       ASSERT_GT(multigrid->levels(), 1);
       const std::vector<double> b = arbitrary_values(matrix.size(), 6), c = arbitrary_values(matrix.size(), 7);
-      const auto of_cycle = [&](const std::vector<double>& right) {
-        Numbers packed_right(multigrid->size()), x(multigrid->size());
-        multigrid->pack_right(right, packed_right);
-        multigrid->cycle(packed_right, x);
-        std::vector<double> result(right.size());
-        multigrid->unpack(x, result);
-        return result;
-      };
-      const std::vector<double> of_b = of_cycle(b), of_c = of_cycle(c);
-      const double forth = std::inner_product(c.begin(), c.end(), of_b.begin(), 0.0);
-      const double back = std::inner_product(b.begin(), b.end(), of_c.begin(), 0.0);
-      EXPECT_NEAR(forth, back, 1e-12 * std::abs(forth) + 1e-13) << cells[0] << " " << cells[1] << " " << cells[2];
+      expect_symmetric_cycle(*multigrid, b, c, fmt::format("{} {} {}", cells[0], cells[1], cells[2]));
       ++checked;
     }
   });
   EXPECT_GT(checked, 150);
+}
+
+/// Coarse cells that an obstacle takes lie beside fine ones that it does not: neither way goes through them.
+TEST(Multigrid, SymmetricCyclesAreSymmetricAroundObstacles) {
+  for (const std::int64_t n : {48, 64, 101, 128, 200}) {
+    for (const auto& wall : all_walls) {
+      const StencilMatrix matrix =
+          with_cylinder(diffusion({n, n, 1}, {wall, all_walls[2], all_walls[0]}, 0, constant_one));
+      std::optional<Multigrid> multigrid = multigrid_of(matrix, true);
+      ASSERT_TRUE(multigrid);
+      std::vector<double> b = arbitrary_values(matrix.size(), 6), c = arbitrary_values(matrix.size(), 7);
+      const NullSpace null_space(matrix, 0x1p-52);
+      null_space.remove(b);
+      null_space.remove(c);
+      expect_symmetric_cycle(*multigrid, b, c, fmt::format("{}", n));
+    }
+  }
 }
 
 /// Each cycle takes off at least half of what is left, by the matrix's own product.

@@ -58,6 +58,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_waves(draft);
   if (draft.model) check_split(draft);
   check_implicit(draft);
+  if (draft.model) check_guess(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_uniform_coordinates(std::move(draft.problem));

@@ -62,10 +62,11 @@ bool is_of_waves(const Solve& solve, const Scheme& scheme) {
 }
 
 bool begins_with_last(const Problem& problem) {
-  if (problem.scheme.guess != Guess::automatic) return problem.scheme.guess == Guess::last;
+  const Guess guess = problem.scheme.guess;
+  if (guess == Guess::none) return false;
   const auto is_held = [](const State& state) { return state.held.has_value(); };
   switch (problem.scheme.solve.method) {
-    case SolveMethod::automatic: return std::ranges::any_of(problem.states, is_held);
+    case SolveMethod::automatic: return guess == Guess::last || std::ranges::any_of(problem.states, is_held);
     case SolveMethod::direct:
     case SolveMethod::tridiagonal:
     case SolveMethod::fourier: return false;

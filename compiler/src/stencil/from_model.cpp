@@ -197,6 +197,25 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
+bool is_guess(const model::Problem& problem, const model::State& state) {
+  return !state.history_of.empty() && problem.find_state(state.history_of) == nullptr;
+}
+
+/// The last stage that solves for what `guess` is of stores the solution for the next step.
+void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& name) {
+  for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
+    for (auto before = stage->before.rbegin(); before != stage->before.rend() && !stage->block; ++before) {
+      const auto* solve = std::get_if<PreparedSolve>(&*before);
+      if (solve == nullptr || solve->guess != guess.state) continue;
+      stage->kernel.stores.push_back({guess.into, false, access(solve->unknown), guess.origin});
+      return;
+    }
+  }
+  Kernel kernel = lowering.kernel(name + "_" + guess.state);
+  kernel.stores.push_back({guess.into, false, access(guess.state), guess.origin});
+  stages.push_back(Lowering::stage(std::move(kernel), lowering.discretiser()));
+}
+
 /// `with_estimate`: of the error, by an embedded pair.
 void add_step(Module& module, Lowering& lowering, const std::string& name, bool with_estimate) {
   const model::Problem& problem = lowering.problem();
@@ -206,14 +225,16 @@ void add_step(Module& module, Lowering& lowering, const std::string& name, bool 
 
   std::vector<std::string> next;
   for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
-  std::vector<Advance> advances;
+  std::vector<Advance> advances, guesses;
   for (std::size_t i = 0; i < problem.states.size(); ++i) {
     const model::State& state = problem.states[i];
-    advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
+    (is_guess(problem, state) ? guesses : advances)
+        .push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
   }
   std::vector<Stage> stages = with_estimate ? stages_with_estimate(lowering, advances, name, problem.scene)
                                             : step_stages(lowering, advances, name);
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
+  for (const Advance& guess : guesses) keep_solution(lowering, stages, guess, name);
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   add_events(lowering, stages, ends);

@@ -90,7 +90,7 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads&
   const Written written{solve.state.name, solve.kernel.stores.front().origin.range};
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
   Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
-  made.guess = solve.guess;
+  if (state_of_.contains(solve.guess)) made.guess = solve.guess;  // problems without memories are looked at too
   program.body.push_back(std::move(made));
 }
 

@@ -128,7 +128,8 @@ void add_cell(const MultigridLevel& fine, MultigridLevel& coarse, const std::arr
 
 }  // namespace
 
-/// Coarse cells without an equation, inside obstacles, have no correction: it is that of the others alone.
+/// Coarse cells without an equation, inside obstacles, have no correction: it is that of the others alone. Nor do fine
+/// ones take any, so that what is restricted of them, the transpose, is nothing too.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
   fine.share.assign(fine.size(), 1.0);
   for_each_cell(fine.cells, [&](std::size_t number, const GridPlace& cell) {
@@ -146,7 +147,11 @@ void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
       all += weight;
       if (coarse.diagonal[number_of(coarse.cells, place)] > 0) found += weight;
     }
-    if (found > 0) fine.share[number] = all / found;
+    if (fine.diagonal[number] == 0) {
+      fine.share[number] = 0;
+    } else if (found > 0) {
+      fine.share[number] = all / found;
+    }
   });
 }
 

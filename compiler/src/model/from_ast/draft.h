@@ -104,6 +104,7 @@ struct Draft {
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
   std::set<std::string> solved;              // what the model solves for: lets with a boundary
+  std::vector<State> guesses;                // what these begin with in the next step: states, but not yet among them
   std::set<std::string> multipliers;         // fields that constraints give
   std::map<std::string, MaskForce> forces;   // of fields that are held
   std::map<std::string, Expr> moving_masks;  // those that hold t or controls: 1 inside, else 0

@@ -56,6 +56,7 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
         "take lap = spectral and no dx of it, or dx, lap and advect = central(2), ... in the scheme");
     return;
   }
+  solved.guess = add_guess(draft, solved, {range});
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 

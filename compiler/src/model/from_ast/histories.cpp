@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time schemes with a memory: ab2 keeps the rate u_rate of the step before, ab3 that and u_rate_old, what u_rate was a
 // step before; leapfrog keeps the value u_old. All are states that begin at 0: the first steps do not use them. An
-// equation of second order needs none with leapfrog, which keeps its velocity.
+// equation of second order needs none with leapfrog, which keeps its velocity. What solves begin with is a memory too.
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print_model.h"
@@ -38,25 +38,26 @@ void check_velocity(Draft& draft, const State& velocity) {
   for (const Test& test : problem.task->tests) check(is_free(test.quantity.value), test.quantity.origin);
 }
 
-/// u_rate of u, or u_rate_2 where something of the file is called so.
-std::string history_name(const Draft& draft, const State& state, const std::string& suffix) {
+}  // namespace
+
+std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix) {
   const auto is_taken = [&](const std::string& name) {
+    const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
     return draft.scope.find(name) != nullptr ||
-           (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr);
+           (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr) ||
+           std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let);
   };
-  std::string name = name_beside(state.name, suffix);
-  for (int n = 2; is_taken(name); ++n) name = name_beside(state.name, suffix + "_" + std::to_string(n));
+  std::string name = name_beside(of, suffix);
+  for (int n = 2; is_taken(name); ++n) name = name_beside(of, suffix + "_" + std::to_string(n));
   return name;
 }
-
-}  // namespace
 
 void add_histories(Draft& draft) {
   const TimeScheme time = draft.problem.scheme.time;
   std::vector<State> histories;
   const auto add = [&](const State& of, const std::string& suffix, const Origin& origin) {
     State history;
-    history.name = history_name(draft, of, suffix);
+    history.name = name_of_memory(draft, of.name, suffix);
     history.history_of = of.name;
     history.boundary = of.boundary;
     history.placement = of.placement;
@@ -70,6 +71,9 @@ void add_histories(Draft& draft) {
     if (time == TimeScheme::ab3) add(history, "_old", state.origin);
   }
   draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
+  for (State& guess : draft.guesses) {
+    if (declare(draft, {guess.name, guess.origin.range}, Role::state)) draft.problem.states.push_back(std::move(guess));
+  }
 }
 
 void check_histories(Draft& draft) {

@@ -190,7 +190,13 @@ bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std
 
 // histories.cpp: what time schemes that remember need, and cannot do
 void add_histories(Draft& draft);
+/// u_rate of u, or u_rate_2 where something of the file is called so.
+std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix);
 void check_histories(Draft& draft);
+// guesses.cpp: where solves begin with the last solution, the name of a state that keeps it, added by add_histories;
+// else ""
+std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin);
+void check_guess(Draft& draft);
 
 // usage.cpp: drops what nobody reads, and says so
 void drop_unused(Draft& draft);

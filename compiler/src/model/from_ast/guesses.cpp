@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is solved for is kept as a state, with which solves of the next step begin.
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+#include "model/print_model.h"
+#include "model/solves.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// The range of the row that says guess = last, else that of the scene's name.
+SourceRange place_of_guess(const Draft& draft) {
+  const auto* scheme = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
+  if (scheme == nullptr) return draft.scene->name.range;
+  for (const auto& [row, range] : items_of<ast::ValueItem>(scheme->items)) {
+    if (row.name.name == "guess") return range;
+  }
+  return draft.scene->name.range;
+}
+
+}  // namespace
+
+std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
+  const bool is_in_passes = !items_of<ast::SubcycleItem>(draft.scene->items).empty();  // which keep nothing of it
+  if (!begins_with_last(draft.problem) || is_in_passes || is_of_waves(solved, draft.problem.scheme)) return "";
+  State guess;
+  guess.name = name_of_memory(draft, solved.name, "_last");
+  guess.history_of = solved.name;
+  guess.boundary = solved.boundary;
+  guess.initial.formula = 0.0;
+  guess.origin = origin;
+  draft.guesses.push_back(guess);
+  return guess.name;
+}
+
+void check_guess(Draft& draft) {
+  const Problem& problem = draft.problem;
+  if (problem.scheme.guess != Guess::last || !begins_with_last(problem)) return;
+  const std::vector<const Solve*> solves = solves_of(problem);
+  if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guess.empty(); })) return;
+  const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
+  if (!subcycles.empty() && !solves.empty()) {
+    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with guess = last"},
+                      "make all steps shorter, or take guess = none");
+  } else if (is_implicit(problem.scheme.time)) {
+    draft.sink.report("schemes-do-not-fit", place_of_guess(draft), {print(problem.scheme.time), "guess = last"},
+                      "implicit stages solve for what a step adds, which is not like that of the step before: take "
+                      "guess = none, or an explicit scheme as time = rk2");
+  }
+}
+
+}  // namespace dpde::model
