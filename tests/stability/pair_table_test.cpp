@@ -37,15 +37,14 @@ struct Difference {
     return sum;
   }
 };
-const std::map<std::string, Difference> slopes{
-    {"upwind(1)", {-1, {-1, 1}, 1}},
-    {"upwind(3)", {-2, {1, -6, 3, 2}, 6}},
-    {"upwind(5)", {-3, {-2, 15, -60, 20, 30, -3}, 60}},
-    {"upwind(7)", {-4, {3, -28, 126, -420, 105, 252, -42, 4}, 420}},
-    {"central(2)", {-1, {-1, 0, 1}, 2}},
-    {"central(4)", {-2, {1, -8, 0, 8, -1}, 12}},
-    {"central(6)", {-3, {-1, 9, -45, 0, 45, -9, 1}, 60}},
-    {"central(8)", {-4, {3, -32, 168, -672, 0, 672, -168, 32, -3}, 840}}};
+const std::map<std::string, Difference> slopes{{"upwind(1)", {-1, {-1, 1}, 1}},
+                                               {"upwind(3)", {-2, {1, -6, 3, 2}, 6}},
+                                               {"upwind(5)", {-3, {-2, 15, -60, 20, 30, -3}, 60}},
+                                               {"upwind(7)", {-4, {3, -28, 126, -420, 105, 252, -42, 4}, 420}},
+                                               {"central(2)", {-1, {-1, 0, 1}, 2}},
+                                               {"central(4)", {-2, {1, -8, 0, 8, -1}, 12}},
+                                               {"central(6)", {-3, {-1, 9, -45, 0, 45, -9, 1}, 60}},
+                                               {"central(8)", {-4, {3, -32, 168, -672, 0, 672, -168, 32, -3}, 840}}};
 const std::map<std::string, Difference> curvatures{
     {"central(2)", {-1, {1, -2, 1}, 1}},
     {"central(4)", {-2, {-1, 16, -30, 16, -1}, 12}},
@@ -90,9 +89,17 @@ const std::map<std::string, std::function<double(Complex)>> factors{
     {"bs32", [](Complex z) { return polynomial(z, 3); }},
     {"rk4", [](Complex z) { return polynomial(z, 4); }},
     {"dopri5", [](Complex z) { return polynomial(z, 5, 1.0 / 600); }},
-    {"ab2", [](Complex z) { return largest_root<2>({z / 2.0, -1.0 - 1.5 * z}); }},
-    {"ab3", [](Complex z) { return largest_root<3>({-5.0 / 12 * z, 16.0 / 12 * z, -1.0 - 23.0 / 12 * z}); }},
-    {"leapfrog", [](Complex z) { return largest_root<2>({-1, -2.0 * z}); }}};
+    {"ab2",
+     [](Complex z) {
+       return largest_root<2>({z / 2.0, -1.0 - 1.5 * z});
+     }},
+    {"ab3",
+     [](Complex z) {
+       return largest_root<3>({-5.0 / 12 * z, 16.0 / 12 * z, -1.0 - 23.0 / 12 * z});
+     }},
+    {"leapfrog", [](Complex z) {
+       return largest_root<2>({-1, -2.0 * z});
+     }}};
 
 struct Pair {
   std::string operation, space, time;
