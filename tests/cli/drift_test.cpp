@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums that steps conserve, over a run.
+#include <cmath>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -28,6 +30,30 @@ TEST_F(Drift, OfWhatIsConservedIsRounding) {
               drift[name]["end"].get<double>() - drift[name]["begin"].get<double>());
   }
   EXPECT_NE(dpde("run s.dpde").out.find("drift a unit of time: integral(u) "), std::string::npos);
+}
+
+/// Central differences keep the energy of what they carry, and RK4 takes from the wave of 8 cells in each step
+/// 1 - |g|^2 = y^6/72 - y^8/576, y = step*sin(pi/4).
+TEST_F(Drift, OfAnEnergyIsWhatStepsInTimeLose) {
+  const auto text = [](const std::string& advect) {
+    return "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = " + advect +
+           "; time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n"
+           "  initial u = sin(pi/4*x)\n  time 0 .. 100, step 1\n}\n";
+  };
+  write("s.dpde", text("central(2)"));
+  const Outcome run = dpde("run s.dpde --json");
+  EXPECT_TRUE(run.codes().empty()) << run.err;
+  const Json energy = run.json()["drift"]["integral(u^2)"];
+  const double y = std::sqrt(0.5), left = 1 - std::pow(y, 6) / 72 + std::pow(y, 8) / 576;
+  EXPECT_NEAR(energy["begin"].get<double>(), 16, 1e-12);
+  EXPECT_NEAR(energy["per_time"].get<double>(), 16 * (std::pow(left, 100) - 1) / 100, 1e-10);
+  EXPECT_TRUE(energy["but_for_steps"].get<bool>());
+  EXPECT_NE(dpde("run s.dpde").out.find("integral(u^2) -0.024"), std::string::npos);
+  const Json check = dpde("check s.dpde --json").json();
+  EXPECT_EQ(check["conserved"], Json{"integral(u)"});
+  EXPECT_EQ(check["conserved_but_for_steps"], Json{"integral(u^2)"});
+  write("s.dpde", text("upwind(3)"));  // the difference itself loses energy
+  EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_but_for_steps"], Json::array());
 }
 
 /// Nothing is conserved: nothing is said.

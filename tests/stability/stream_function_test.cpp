@@ -119,6 +119,22 @@ TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
   }
 }
 
+/// Fast in a few spots, which waves leave before they have grown: told, and refused where there is no doubt.
+TEST(StreamFunction, OfNarrowPeaksIsRefusedFarBeyondTheLimit) {
+  const auto verdict_at = [](double step) {
+    return verdict_of(*session_of(
+        fmt::format("model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi))\n"
+                    "  dt(w) = -advect(v, w) + 0.01*lap(w) }}\nscheme c {{ time = rk4 }}\nscene s : m with c {{\n"
+                    "  grid x = 0 .. 2*pi, cells 64, periodic\n  grid y = 0 .. 2*pi, cells 64, periodic\n"
+                    "  initial w = 2*sin(x)*sin(y)\n  time 0 .. {}, step {}\n}}\n",
+                    200 * step, step)));
+  };
+  const double limit = verdict_at(0.1).limit.step;
+  EXPECT_TRUE(verdict_at(1.2 * limit).is_above());
+  EXPECT_FALSE(verdict_at(1.2 * limit).ruins_run());
+  EXPECT_TRUE(verdict_at(1.6 * limit).ruins_run());
+}
+
 /// Rossby's waves turn by b*kx/(kx^2 + ky^2), by these differences by b*sin(a)/(4*sin(a/2)^2) where ky is 0: most the
 /// wave of 32 cells. Those that are longer than the grid would be faster yet.
 TEST(StreamFunction, WavesLongerThanTheGridDoNotCount) {

@@ -205,11 +205,16 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
   const std::optional<std::vector<analysis::ConservedSum>> sums =
       analysis::conserved_sums(job.source(), session.shared_compiled());
   if (!sums) return "";
-  std::vector<std::string> names;
-  for (const analysis::ConservedSum& sum : *sums) names.push_back(sum.name);
+  std::vector<std::string> names, but_for_steps;
+  for (const analysis::ConservedSum& sum : *sums) (sum.but_for_steps ? but_for_steps : names).push_back(sum.name);
   result["conserved"] = names;
-  return fmt::format("conserved: {}\n", names.empty() ? "no integral of a field or its square, and no observable"
-                                                      : fmt::format("{}", fmt::join(names, ", ")));
+  result["conserved_but_for_steps"] = but_for_steps;
+  std::string text =
+      fmt::format("conserved: {}\n", names.empty() ? "no integral of a field or its square, and no observable"
+                                                   : fmt::format("{}", fmt::join(names, ", ")));
+  if (!but_for_steps.empty())
+    text += fmt::format("  and but for what steps in time lose: {}\n", fmt::join(but_for_steps, ", "));
+  return text;
 }
 
 /// `session`: the scene as a run would begin; null where its initial state cannot be made.

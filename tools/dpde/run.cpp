@@ -216,10 +216,11 @@ void Run::report_drifts(Json& result) {
     drifts[drift.name] = {{"begin", json_number(drift.begin)},
                           {"end", json_number(drift.end)},
                           {"per_time", json_number(drift.per_time)},
-                          {"relative", json_number(drift.largest)}};
+                          {"relative", json_number(drift.largest)},
+                          {"but_for_steps", drift.but_for_steps}};
     text +=
         fmt::format("{} {} {:.3g}", text.empty() ? "drift a unit of time:" : ",", drift.name, shown(drift.per_time));
-    if (drift.exceeds_rounding && !is_forced && !outcome_.blow_up)
+    if (drift.exceeds_rounding && !drift.but_for_steps && !is_forced && !outcome_.blow_up)
       job_.sink().report("sum-drifts", problem.time_origin.range, {drift.name, fmt::format("{:.3g}", drift.largest)},
                          "single steps from random states keep it: rounding alone would be smaller");
   }

@@ -18,6 +18,9 @@ namespace dpde::analysis {
 namespace {
 
 constexpr int steps = 3;
+constexpr int shorter = 8;            // times, in as many more steps
+constexpr double first_order = 0.75;  // what is lost by steps in time goes down by their number to this power, or more
+constexpr double most_of_steps = 0.05;                        // relative drift by steps so short
 constexpr double tolerance = 1e-12, single_tolerance = 1e-5;  // relative drift that rounding may make
 constexpr std::uint64_t seed = 20261124;
 
@@ -66,15 +69,16 @@ class Candidates {
     for (const auto& [name, value] : session_.observe(t, fields)) add_number(of({name, {}, false}), value);
   }
 
-  std::vector<ConservedSum> conserved(double largest_drift) const {
-    std::vector<ConservedSum> found;
+  /// Relative, by name; of what has a magnitude.
+  std::map<std::string, double> drifts() const {
+    std::map<std::string, double> drifts;
     for (const auto& [name, candidate] : candidates_) {
-      const auto& [sum, values] = candidate;
-      if (values.magnitude > 0 && std::isfinite(values.magnitude) && values.relative_drift() <= largest_drift)
-        found.push_back(sum);
+      const Integrals& values = candidate.second;
+      if (values.magnitude > 0 && std::isfinite(values.magnitude)) drifts[name] = values.relative_drift();
     }
-    return found;
+    return drifts;
   }
+  const ConservedSum& sum(const std::string& name) const { return candidates_.at(name).first; }
 
  private:
   Integrals& of(const ConservedSum& sum) {
@@ -90,6 +94,45 @@ class Candidates {
   std::map<std::string, std::pair<ConservedSum, Integrals>> candidates_;  // by name
 };
 
+/// Sums before and behind so many steps from the same random states; nullopt where they cannot be made.
+std::optional<Candidates> sums_of_run(driver::Session& session, double step, int count) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> noise(0.7, 1.3);
+  RolloutSetup setup = session.engine().setup();
+  setup.steps = count;
+  setup.trial = nullptr;
+  setup.dt = step;
+  Rollout rollout(std::move(setup));
+  session.engine().begin_other(rollout);
+  std::vector<std::vector<double>> states;
+  std::vector<void*> fields;
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    std::vector<double> values(session.workspace().cell_count());
+    for (double& v : values) v = noise(random);
+    rollout.initial(s).copy_in(values);
+    states.push_back(std::move(values));
+    fields.push_back(rollout.initial(s).base());
+  }
+  Candidates sums(session);
+  sums.look(session.problem().t_begin, states, fields);
+  try {
+    const RunResult done = rollout.run();
+    if (done.blow_up || done.stopped) return std::nullopt;
+  } catch (const NoSolution&) {  // for values that are made up
+    return std::nullopt;
+  }
+  for (std::size_t s = 0; s < states.size(); ++s)
+    copy_out(session.workspace().layout(), rollout.final_states()[s], states[s]);
+  sums.look(session.problem().t_begin + count * step, states, rollout.final_states());
+  return sums;
+}
+
+/// Whether a drift is of the steps in time alone: eight times as many leave an eighth of it or less, twice.
+bool is_of_steps(double drift, double by_shorter, double by_shortest) {
+  const double less = std::pow(shorter, -first_order);
+  return by_shorter <= most_of_steps && by_shorter <= less * drift && by_shortest <= less * by_shorter;
+}
+
 }  // namespace
 
 std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source,
@@ -102,39 +145,26 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   DiagnosticSink sink;
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, compiled, options, sink);
   if (session == nullptr) return std::nullopt;
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> noise(0.7, 1.3);
-  RolloutSetup setup = session->engine().setup();
-  setup.steps = steps;
-  setup.trial = nullptr;
-  setup.dt = step_of(*compiled->problem, options.cells);
-  const double step = setup.dt;
-  Rollout rollout(std::move(setup));
-  session->engine().begin_other(rollout);
-  std::vector<std::vector<double>> states;
-  std::vector<void*> fields;
-  for (int s = 0; s < rollout.state_count(); ++s) {
-    std::vector<double> values(session->workspace().cell_count());
-    for (double& v : values) v = noise(random);
-    rollout.initial(s).copy_in(values);
-    states.push_back(std::move(values));
-    fields.push_back(rollout.initial(s).base());
-  }
-  Candidates sums(*session);
-  sums.look(session->problem().t_begin, states, fields);
-  const auto has_run = [&] {
-    try {
-      const RunResult done = rollout.run();
-      return !done.blow_up && !done.stopped;
-    } catch (const NoSolution&) {  // for values that are made up
-      return false;
-    }
+  const double step = step_of(*compiled->problem, options.cells);
+  const std::optional<Candidates> sums = sums_of_run(*session, step, steps);
+  if (!sums) return std::nullopt;
+  const double rounding = compiled->real() == Precision::f64 ? tolerance : single_tolerance;
+  const auto drifts = [&](int times) {
+    const std::optional<Candidates> run = sums_of_run(*session, step / times, steps * times);
+    return run ? run->drifts() : std::map<std::string, double>{};
   };
-  if (!has_run()) return std::nullopt;
-  for (std::size_t s = 0; s < states.size(); ++s)
-    copy_out(session->workspace().layout(), rollout.final_states()[s], states[s]);
-  sums.look(session->problem().t_begin + steps * step, states, rollout.final_states());
-  return sums.conserved(compiled->real() == Precision::f64 ? tolerance : single_tolerance);
+  const std::map<std::string, double> by_shorter = drifts(shorter), by_shortest = drifts(shorter * shorter);
+  std::vector<ConservedSum> found;
+  for (const auto& [name, drift] : sums->drifts()) {
+    const bool is_kept = drift <= rounding;
+    const bool is_known = by_shorter.contains(name) && by_shortest.contains(name);
+    if (!is_kept &&
+        !(is_known && is_of_steps(drift, by_shorter.at(name), std::max(0.0, by_shortest.at(name) - rounding))))
+      continue;
+    found.push_back(sums->sum(name));
+    found.back().but_for_steps = !is_kept;
+  }
+  return found;
 }
 
 }  // namespace dpde::analysis

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which sums a step leaves as they are: integrals of fields and of their squares, and a person's observables, as runs
-// of the compiled step from random states on a few cells have them; and what becomes of these in a long run.
+// of the compiled step from random states on a few cells have them, and those that only the steps in time change; and
+// what becomes of all these in a long run.
 #pragma once
 
 #include <array>
@@ -17,6 +18,7 @@ struct ConservedSum {
   std::string name;                 // "integral(u)", "integral(u^2)", "integral(u^2 + v^2)", or of the observable
   std::vector<std::string> fields;  // whose integrals it adds up; none: an observable
   bool of_squares = false;
+  bool but_for_steps = false;  // the differences keep it, and steps lose the less the shorter they are: energies
 };
 /// nullopt where no run could be made.
 std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source,
@@ -32,6 +34,7 @@ struct SumDrift {
   double begin = 0, end = 0;
   double per_time = 0;  // (end - begin)/time
   double largest = 0;   // distance from the first value at the times that were looked at, over the magnitude
+  bool but_for_steps = false;
   bool exceeds_rounding = false;
 };
 class SumMonitor {

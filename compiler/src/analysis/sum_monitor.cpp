@@ -106,6 +106,7 @@ std::vector<SumDrift> SumMonitor::drifts() const {
       distance = std::max(distance, std::abs(value.sum - drift.begin));
     }
     drift.largest = magnitude > 0 ? distance / magnitude : 0;
+    drift.but_for_steps = sums_[i].but_for_steps;
     drift.exceeds_rounding = !(drift.largest <= allowed);
     result.push_back(std::move(drift));
   }

@@ -42,7 +42,7 @@ struct Verdict {
   bool is_held_by_limiter() const { return step <= limiter_step; }
   /// Up to which a run is bounded; 0: none, infinite: all are.
   double bounded_step() const;
-  /// Beyond the limit by so much that the run's errors grow a hundredfold.
+  /// Beyond the limit by so much that the run's errors grow a hundredfold; where a wind is solved for, also by half.
   bool ruins_run() const;
   /// Steps in which errors grow a hundredfold; infinite where they do not.
   double hundredfold() const;
