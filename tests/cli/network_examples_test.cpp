@@ -62,12 +62,15 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
       << "linear interpolation takes energy away";
   EXPECT_NEAR(rate["beside"]["plain"]["mean"].get<double>(), rate["start"]["mean"].get<double>(), 1e-4);
   // The chart of the same training: beside the schemes that the task names, seven more on each grid.
-  const Json chart = dpde("chart f.dpde through --out out --json").json(), points = chart["points"];
+  const Json chart = dpde("chart f.dpde through --out out --json --samples 1 --sample-seconds 0").json(),
+             points = chart["points"];
   EXPECT_EQ(points.size(), 2U + 4 + 2 * 7);
   EXPECT_EQ(points[0]["error"], error["trials"]["each"][0]["mean"]);
   EXPECT_EQ(std::ranges::count_if(points, [](const Json& point) { return point["stable"] == false; }), 8)
       << "central differences and upwind5 at this step";
-  EXPECT_EQ(chart["best_plain"]["error"]["most_accurate"]["scene"], "plain_64") << "what made the data";
+  const auto maker = std::ranges::find_if(points, [](const Json& point) { return point["scene"] == "plain_64"; });
+  EXPECT_TRUE(maker != points.end() && maker->at("made_data"));
+  EXPECT_NE(chart["best_plain"]["error"]["most_accurate"]["scene"], "plain_64") << "what made the data";
 }
 
 const std::string corrected = R"(

@@ -48,6 +48,7 @@ std::string learn(const std::string& beside, const std::string& epochs = "4") {
          "mean((u - r)^2) over 4 steps\n  using adam(rate = 3e-3), batch 8, seed 3, epochs " + epochs +
          "\n  test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps" + beside + " }\n";
 }
+const std::string quick = " --samples 1 --sample-seconds 0";
 const std::string both = " beside coarse, middle on trajectories(\"unseen_32.nc\")";
 
 class TrainingChart : public Command {
@@ -68,7 +69,7 @@ class TrainingChart : public Command {
 };
 
 TEST_F(TrainingChart, HasPlainMethodsThatNobodyNamed) {
-  const Outcome outcome = dpde("chart f.dpde learn --out o --json");
+  const Outcome outcome = dpde("chart f.dpde learn --out o --json" + quick);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json chart = outcome.json();
   std::set<std::string> methods;
@@ -112,7 +113,7 @@ TEST_F(TrainingChart, GivesPlainMethodsStepsThatTheyBear) {
             "  minimise mean((u - r)^2) over 1 steps\n  using adam(rate = 1e-3), batch 2, epochs 1\n"
             "  test err = mean(abs(u - r)) on trajectories(\"some.nc\") for 4 steps beside plain\n}\n");
   ASSERT_EQ(dpde("run w.dpde some --out . --json").status, 0);
-  const Outcome outcome = dpde("chart w.dpde learn --json");
+  const Outcome outcome = dpde("chart w.dpde learn --json" + quick);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json chart = outcome.json();
   EXPECT_EQ(chart["points"].size(), 1U + 1 + 7 * 2) << "each of seven methods with two steps";
@@ -134,7 +135,7 @@ TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
               " file \"unseen_64.nc\" }\n");
   write("g.dpde", text);
   ASSERT_EQ(dpde("run g.dpde unseen_64 --out . --json").status, 0);
-  const Json chart = dpde("chart g.dpde learn --json").json();
+  const Json chart = dpde("chart g.dpde learn --json" + quick).json();
   EXPECT_TRUE(point(chart, "fine")["made_data"].get<bool>());
   EXPECT_LT(point(chart, "fine")["error"].get<double>(), 1e-12);
   EXPECT_FALSE(point(chart, "fine")["pareto"].get<bool>());
@@ -152,13 +153,18 @@ TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
 
 /// Data and training over what a run saves; and never where a plain method has the error in less time.
 TEST_F(TrainingChart, CountsDataAndTraining) {
-  const Json chart = dpde("chart f.dpde learn --out o --json").json(), even = chart["test"]["err"]["break_even"];
+  const Json chart = dpde("chart f.dpde learn --out o --json --sample-seconds 0.01").json(),
+             even = chart["test"]["err"]["break_even"];
   EXPECT_GT(even["data_s"].get<double>(), 0);
   EXPECT_GT(even["training_s"].get<double>(), 0);
   const Json at_error = chart["best_plain"]["err"]["at_equal_error"];
   ASSERT_FALSE(at_error.is_null());
   const double saved = at_error["wall_s"].get<double>() - point(chart, "hybrid")["wall_s"].get<double>();
   EXPECT_EQ(even["never"], saved <= 0);
+  for (const Json& each : chart["points"]) {
+    ASSERT_EQ(each["wall_s_samples"].size(), 5u);
+    EXPECT_EQ(each["wall_s"], each["wall_s_samples"][2]) << "the median";
+  }
   EXPECT_EQ(chart["best_plain"]["err"]["break_even"]["at_most"], false);
   EXPECT_EQ(chart["best_plain"]["err"]["break_even"]["runs"], even["runs"]);
   if (saved > 0) {
@@ -169,7 +175,7 @@ TEST_F(TrainingChart, CountsDataAndTraining) {
 
 TEST_F(TrainingChart, TakesTheTrainingThatIsThere) {
   const Json trained = dpde("optimize f.dpde learn --out o --json").json(),
-             chart = dpde("chart f.dpde learn --out o --json").json();
+             chart = dpde("chart f.dpde learn --out o --json" + quick).json();
   EXPECT_EQ(chart["resumed_iterations"], trained["iterations"]);
   EXPECT_EQ(point(chart, "hybrid")["error"], trained["test"]["err"]["mean"]);
 }

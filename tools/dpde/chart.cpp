@@ -82,7 +82,7 @@ Json chart_training(Job& job, const ChartOptions& options) {
   }
   OptimizeOptions training;
   static_cast<CommonOptions&>(training) = options;
-  training.charts = true;
+  training.chart = {wishes.timing.samples, wishes.timing.seconds};
   training.resume = !options.out.empty();
   return train(job, training);
 }

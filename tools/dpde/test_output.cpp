@@ -376,7 +376,9 @@ void report_tests(Job& job, const TestResults& results, Json& json) {
   json["test"] = Json::object();
   if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
   for (std::size_t i = 0; i < results.start.size(); ++i) {
-    OneTest test{{}, results.best, &results.start[i], &results.beside[i], results.costs[i], &results.spent};
+    OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent};
+    for (const training::TestCost& cost : results.costs[i])  // as points of a chart are; else what disturbs least
+      test.costs.push_back(results.is_chart ? cost.median() : cost.least());
     for (const std::vector<TrajectoryTest>& trial : results.trials) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);
     }

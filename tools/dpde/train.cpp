@@ -264,7 +264,7 @@ double mean_cost(const training::Trials& trials) {
 
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
 void test(Job& job, const training::Trials& trials, const training::TestScenes& scenes,
-          const training::BatchOptions& options, bool is_chart, Json& json) {
+          const training::BatchOptions& options, const std::optional<training::CostTiming>& chart, Json& json) {
   const auto values = [&](std::size_t trial, bool at_start) {
     const training::Trainer& trainer = *trials.all()[trial].trainer;
     return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
@@ -282,12 +282,13 @@ void test(Job& job, const training::Trials& trials, const training::TestScenes& 
   tests.beside = training::tests_beside(scenes, found, options);
   growths.start = training::growths_on_trajectories(scenes, start, options, job.sink());
   growths.beside = training::growths_beside(scenes, found, options);
-  if (!interrupt_flag().load()) tests.costs = training::costs_of_tests(scenes, found, options, job.sink());
+  if (!interrupt_flag().load())
+    tests.costs = training::costs_of_tests(scenes, found, options, chart.value_or(training::CostTiming{}), job.sink());
   if (interrupt_flag().load()) return;
-  tests.is_chart = is_chart;
+  tests.is_chart = chart.has_value();
   report_tests(job, tests, json);
   report_growths(job, growths, json);
-  if (is_chart) write_training_chart(job, scenes, tests, json);
+  if (chart) write_training_chart(job, scenes, tests, json);
 }
 
 /// As the scene begins; networks change no step that is refused.
@@ -343,7 +344,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::unique_ptr<training::TrainingScene> scene =
       training::TrainingScene::open(job.source(), run.compiled, job.sink());
   if (scene && !is_step_stable(job, options, run)) return json;
-  const std::unique_ptr<training::TestScenes> tests = scene ? open_tests(job, *scene, options.charts) : nullptr;
+  const std::unique_ptr<training::TestScenes> tests =
+      scene ? open_tests(job, *scene, options.chart.has_value()) : nullptr;
   if (!tests) return json;
   training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
@@ -362,7 +364,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();
-  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, options.charts, json);
+  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, options.chart, json);
   json["files"] = job.files();
   return json;
 }

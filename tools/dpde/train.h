@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "task_run.h"
 #include "training/trajectory_test.h"
@@ -15,7 +16,7 @@ struct OptimizeOptions : TaskOptions {
   int epochs = 0;      // 0: the task's; of training alone, as checkpoint_every
   bool resume = false;
   std::string checkpoint_every;
-  bool charts = false;  // beside all plain methods, as a chart
+  std::optional<training::CostTiming> chart = {};  // beside all plain methods, timed so, as a chart
 };
 
 /// The job's source is loaded. False too when the source is wrong: whoever compiles it says so.
@@ -33,7 +34,7 @@ struct TestResults {
   std::vector<std::vector<training::TrajectoryTest>> trials = {};
   std::vector<training::TrajectoryTest> start = {};
   std::vector<std::vector<training::TrajectoryTest>> beside = {};
-  std::vector<std::vector<double>> costs = {};
+  std::vector<std::vector<training::TestCost>> costs = {};
   Investment spent = {};
   bool is_chart = false;  // of many plain methods: without their courses over time
 };

@@ -26,10 +26,10 @@ struct Row {
   bool made_data = false;  // its errors are rounding: drawn nowhere, compared with nothing
 };
 
-chart::Point point_of(const TrajectoryTest& test, double cost) {
+chart::Point point_of(const TrajectoryTest& test, const training::TestCost& cost) {
   chart::Point point;
   point.error = mean_and_spread(test.means()).mean;
-  if (std::isfinite(cost)) point.take({cost});
+  if (std::isfinite(cost.median())) point.take(cost.samples);
   if (!std::isfinite(point.error)) point.fail(chart::Outcome::blew_up, "blows up");
   return point;
 }
@@ -179,6 +179,7 @@ Json json_of(const Row& row) {
           {"made_data", row.made_data},
           {"error", json_number(row.point.error)},
           {"wall_s", json_number(row.point.seconds)},
+          {"wall_s_samples", row.point.samples},
           {"stable", !row.point.is_unstable()},
           {"pareto", row.point.is_pareto}};
 }
@@ -240,7 +241,10 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
     const LinePanel speed = panel_of({title, fmt::format("{} on {}", name, results.start[i].file),
                                       "seconds per unit of time", driver::machine_name()},
                                      methods, 0, 0);
-    save_picture(job, name + "_chart", {speed, total_panel(rows, plain, spent, length)});
+    std::vector<Panel> panels;
+    if (!speed.curves.empty()) panels.emplace_back(speed);
+    if (is_complete(rows.front().point)) panels.emplace_back(total_panel(rows, plain, spent, length));
+    if (!panels.empty()) save_picture(job, name + "_chart", panels);
     save_text(job, name + "_chart.csv", table_of(rows));
   }
 }

@@ -119,14 +119,14 @@ double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
   double seconds = 0, time = 0;
   begin(0);
   if (!go_on(std::min(steps, 4))) return std::nan("");  // memory and caches are there afterwards
-  while (seconds < at_least) {
+  do {
     begin(0);
     const double from = simulation_->time();
     const double start = driver::thread_cpu_seconds();
     if (!go_on(steps)) return std::nan("");
     seconds += driver::thread_cpu_seconds() - start;
     time += simulation_->time() - from;
-  }
+  } while (seconds < at_least);
   return seconds / time;
 }
 

@@ -146,13 +146,6 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
 
 namespace {
 
-/// Not a number where one is none.
-double least(const std::vector<double>& values) {
-  double least = values.front();
-  for (const double value : values) least = std::isnan(value) || value < least ? value : least;
-  return least;
-}
-
 double interval_of(const TrainingScene& scene, const files::Trajectories& on) {
   return on.every * scene.compiled->problem->step;
 }
@@ -231,13 +224,25 @@ std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, 
   return results;
 }
 
-std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
-                                                const BatchOptions& options, DiagnosticSink& sink) {
-  constexpr int repeats = 5;
-  constexpr double at_least = 0.02;  // seconds of one measurement
-  std::vector<std::vector<double>> costs;
+double TestCost::least() const {
+  double least = samples.front();
+  for (const double value : samples) least = std::isnan(value) || value < least ? value : least;
+  return least;
+}
+
+double TestCost::median() const {
+  if (std::ranges::any_of(samples, [](double value) { return std::isnan(value); })) return std::nan("");
+  std::vector<double> sorted = samples;
+  std::ranges::sort(sorted);
+  return sorted[sorted.size() / 2];
+}
+
+std::vector<std::vector<TestCost>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, const CostTiming& timing,
+                                                  DiagnosticSink& sink) {
+  std::vector<std::vector<TestCost>> costs;
   for (const model::Test& test : scenes.tests) {
-    std::vector<double>& all = costs.emplace_back();
+    std::vector<TestCost>& all = costs.emplace_back();
     if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
     const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
     if (!on) return {};
@@ -247,11 +252,11 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
       const TrainingScene& scene = scenes.beside->scene(beside);
       evaluators.emplace_back(scene, scene.trajectories, values, options);
     }
-    std::vector<std::vector<double>> measured(evaluators.size());
-    for (int r = 0; r < repeats; ++r) {  // in turn: what slows the machine down for a while slows all of them
-      for (std::size_t s = 0; s < evaluators.size(); ++s) measured[s].push_back(evaluators[s].cost(test, at_least));
+    all.resize(evaluators.size());
+    for (int r = 0; r < timing.samples; ++r) {
+      for (std::size_t s = 0; s < evaluators.size(); ++s)
+        all[s].samples.push_back(evaluators[s].cost(test, timing.seconds));
     }
-    for (const std::vector<double>& each : measured) all.push_back(least(each));
   }
   return costs;
 }

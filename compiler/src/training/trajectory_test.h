@@ -66,10 +66,21 @@ std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, cons
 /// Of the scenes beside: by test, in the order of its line.
 std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
                                                       const BatchOptions& options);
-/// Seconds that a processor works for a unit of time, of the task's scene and then of those beside, one thread each:
-/// the least of several measurements in turn. By test, empty of a test with nothing beside it.
-std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
-                                                const BatchOptions& options, DiagnosticSink& sink);
+/// Seconds that a processor works for a unit of time, as measured several times; not numbers where a run blows up.
+struct TestCost {
+  std::vector<double> samples;
+  double least() const;
+  double median() const;
+};
+struct CostTiming {
+  int samples = 5;
+  double seconds = 0.02;  // that each takes at least
+};
+/// Of the task's scene and then of those beside, one thread each, in turn: what slows the machine down for a while
+/// slows all of them. By test, empty of a test with nothing beside it.
+std::vector<std::vector<TestCost>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, const CostTiming& timing,
+                                                  DiagnosticSink& sink);
 
 std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                 const BatchOptions& options, DiagnosticSink& sink);
