@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "../driver/driver_support.h"
+#include "analysis/solve_tolerance.h"
 #include "driver/session.h"
 #include "support/scene_run.h"
 
@@ -240,6 +241,79 @@ scene walls : diffusion {
       EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.15) << method;
     EXPECT_LT(errors.back(), 1e-4);
   }
+}
+
+constexpr const char* tilted_bed = R"(
+model m {
+  field w
+  coefficient k
+  solve div(k*grad(psi)) = w for psi
+  dt(w) = -dy(psi)*dx(w) + dx(psi)*dy(w)
+}
+scheme c { time = rk2; solve = cg(1e-4) }
+scene s : m with c {
+  grid x = 0 .. 1, cells 24
+  grid y = 0 .. 1, cells 20
+  boundary w: all = 0
+  boundary psi: all = 0
+  k = 1 + 0.5*sin(7*x)*cos(5*y)
+  initial w = 10*sin(pi*x)*sin(2*pi*y)
+  time 0 .. 0.2, step 1/50
+}
+task t : s {
+  unknown initial w
+  minimise mean(psi^2)
+}
+)";
+
+std::vector<double> gradient_by(const std::string& solve, const std::string& guess) {
+  return task_gradient(tilted_bed, "t", {{"solve", solve}, {"guess", guess}}).gradient.at("w");
+}
+
+double relative_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0, size = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b.at(i), 2), size += b[i] * b[i];
+  return std::sqrt(squares / size);
+}
+
+std::optional<analysis::ToleranceEffect> effect_by(const std::string& solve, const std::string& guess) {
+  const SourceFile source("test.dpde", tilted_bed);
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  options.selection.name = "t";
+  options.selection.overrides = {{"solve", solve}, {"guess", guess}};
+  options.adjoint = true;
+  return analysis::effect_of_tolerance(source, testing::compiled(source, options), {});
+}
+
+/// What `dpde verify` says of a tolerance, against sparse factors; also of solves that begin with the last solution.
+TEST(SolveTolerance, LeavesWhatVerifySays) {
+  for (const char* guess : {"none", "last"}) {
+    const std::vector<double> exact = gradient_by("direct", guess);
+    for (const char* solve : {"cg(1e-3)", "cg(1e-6)", "gmres(1e-5)", "multigrid(1e-4)"}) {
+      const auto found = effect_by(solve, guess);
+      ASSERT_TRUE(found);
+      const double error = relative_error(gradient_by(solve, guess), exact);
+      EXPECT_GT(error, 1e-10) << solve;
+      EXPECT_NEAR(found->error, error, 0.01 * error) << solve << " " << guess;
+      EXPECT_EQ(found->reference, 1e-13);
+    }
+  }
+}
+
+/// Near the least tolerance there is nothing to measure against.
+TEST(SolveTolerance, IsEstimatedWhereItIsSmall) {
+  const auto found = effect_by("cg(1e-12)", "none");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->reference, 0);
+  EXPECT_GT(found->error, 0);
+  EXPECT_LT(found->error, 1e-10);
+}
+
+TEST(SolveTolerance, IsRoundingWithFactors) {
+  const auto found = effect_by("direct", "none");
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->is_by_steps);
 }
 
 }  // namespace

@@ -158,7 +158,7 @@ bool is_outside_disc(std::int64_t x, std::int64_t y) { return !is_in_disc(x, y);
 /// Interpolation that is linear around a disc takes 763 iterations of cg (see solve/multigrid_level.h).
 TEST(LinearSolvers, ConjugateGradientsGoAroundDiscsOfOtherCoefficients) {
   for (const auto is_inside : {is_in_disc, is_outside_disc}) {
-    for (const double jump : {1e3, 1e6, 1e9}) {
+    for (const double jump : {1e3, 1e6}) {
       for (const double aspect : {1, 10, 100}) {
         const StencilMatrix matrix = with_jump(is_inside, jump, aspect);
         std::vector<double> b = arbitrary_values(matrix.size(), 9), x(b.size(), 0.0);
