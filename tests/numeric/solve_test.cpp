@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "../driver/driver_support.h"
+#include "analysis/solve_tolerance.h"
 #include "driver/session.h"
 #include "support/scene_run.h"
 
@@ -174,15 +175,15 @@ task t : sc { unknown k; minimise mean(u^2) + mean(psi^2) }
   EXPECT_GT(std::abs(direct[3]), 1e-6);
 }
 
-/// Coefficients that jump by 1e6 are more than cg does in 200 iterations.
+/// Coefficients that jump by 1e6 between long cells are more than cg does in 200 iterations.
 TEST(SolvedEquations, OfJumpsFallBackOnFactors) {
   const std::string text = R"(
 model m { field u; coefficient k; solve div(k*grad(psi)) = -1 for psi; dt(u) = psi - u }
 scheme s { time = euler }
 scene sc : m with s {
   grid x = 0 .. 1, cells 104
-  grid y = 0 .. 1, cells 104
-  k = if((x - 0.5)^2 + (y - 0.5)^2 < 0.06, 1e6, 1)
+  grid y = 0 .. 1000, cells 104
+  k = if(sin(50*x)*sin(0.05*y) > 0, 1, 1e6)
   boundary u: all = zero_gradient
   boundary psi: all = 0
   initial u = 0
@@ -191,6 +192,7 @@ scene sc : m with s {
 )";
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
   options.selection.name = "sc";
   const auto code = testing::compiled(source, options);
   ASSERT_TRUE(code);
@@ -198,6 +200,7 @@ scene sc : m with s {
   const auto session = driver::Session::open(source, code, {}, sink);
   ASSERT_TRUE(session);
   session->rollout().run();
+  ASSERT_FALSE(session->rollout().solve_notes().empty());
   EXPECT_EQ(session->rollout().solve_notes().front().reason,
             "cg had not converged after 200 iterations: sparse factors");
   const std::vector<double> automatic = run_scene(text, "sc").state.at("u"),
@@ -238,6 +241,79 @@ scene walls : diffusion {
       EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.15) << method;
     EXPECT_LT(errors.back(), 1e-4);
   }
+}
+
+constexpr const char* tilted_bed = R"(
+model m {
+  field w
+  coefficient k
+  solve div(k*grad(psi)) = w for psi
+  dt(w) = -dy(psi)*dx(w) + dx(psi)*dy(w)
+}
+scheme c { time = rk2; solve = cg(1e-4) }
+scene s : m with c {
+  grid x = 0 .. 1, cells 24
+  grid y = 0 .. 1, cells 20
+  boundary w: all = 0
+  boundary psi: all = 0
+  k = 1 + 0.5*sin(7*x)*cos(5*y)
+  initial w = 10*sin(pi*x)*sin(2*pi*y)
+  time 0 .. 0.2, step 1/50
+}
+task t : s {
+  unknown initial w
+  minimise mean(psi^2)
+}
+)";
+
+std::vector<double> gradient_by(const std::string& solve, const std::string& guess) {
+  return task_gradient(tilted_bed, "t", {{"solve", solve}, {"guess", guess}}).gradient.at("w");
+}
+
+double relative_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0, size = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b.at(i), 2), size += b[i] * b[i];
+  return std::sqrt(squares / size);
+}
+
+std::optional<analysis::ToleranceEffect> effect_by(const std::string& solve, const std::string& guess) {
+  const SourceFile source("test.dpde", tilted_bed);
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  options.selection.name = "t";
+  options.selection.overrides = {{"solve", solve}, {"guess", guess}};
+  options.adjoint = true;
+  return analysis::effect_of_tolerance(source, testing::compiled(source, options), {});
+}
+
+/// What `dpde verify` says of a tolerance, against sparse factors; also of solves that begin with the last solution.
+TEST(SolveTolerance, LeavesWhatVerifySays) {
+  for (const char* guess : {"none", "last"}) {
+    const std::vector<double> exact = gradient_by("direct", guess);
+    for (const char* solve : {"cg(1e-3)", "cg(1e-6)", "gmres(1e-5)", "multigrid(1e-4)"}) {
+      const auto found = effect_by(solve, guess);
+      ASSERT_TRUE(found);
+      const double error = relative_error(gradient_by(solve, guess), exact);
+      EXPECT_GT(error, 1e-10) << solve;
+      EXPECT_NEAR(found->error, error, 0.01 * error) << solve << " " << guess;
+      EXPECT_EQ(found->reference, 1e-13);
+    }
+  }
+}
+
+/// Near the least tolerance there is nothing to measure against.
+TEST(SolveTolerance, IsEstimatedWhereItIsSmall) {
+  const auto found = effect_by("cg(1e-12)", "none");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->reference, 0);
+  EXPECT_GT(found->error, 0);
+  EXPECT_LT(found->error, 1e-10);
+}
+
+TEST(SolveTolerance, IsRoundingWithFactors) {
+  const auto found = effect_by("direct", "none");
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->is_by_steps);
 }
 
 }  // namespace

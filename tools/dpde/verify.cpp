@@ -161,11 +161,15 @@ Json to_json(const analysis::Certificate& certificate) {
 /// What the tolerance of solves leaves in the gradient.
 void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& effect, Json& result) {
   if (!effect) return;
-  result["solves"] = {{"tolerance", effect->tolerance}, {"gradient_error", nullptr}};
+  const Json reference = effect->reference > 0 ? Json(effect->reference) : Json(nullptr);
+  result["solves"] = {{"tolerance", effect->tolerance}, {"gradient_error", nullptr}, {"measured_against", reference}};
   if (!effect->is_by_steps) return job.say("solves: by factors or transforms, to rounding\n");
   result["solves"]["gradient_error"] = json_number(effect->error);
-  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of about {:.1e} in the gradient\n",
-                      effect->tolerance, effect->error));
+  const std::string how = effect->reference > 0 ? fmt::format("{:.1e} (measured against solves to {:.0e})",
+                                                              effect->error, effect->reference)
+                                                : fmt::format("about {:.1e} (an estimate)", effect->error);
+  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of {} in the gradient\n",
+                      effect->tolerance, how));
 }
 
 Json verify(Job& job) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/solve_tolerance.h"
 
-#include <algorithm>
-
 #include "dpde/runtime/error.h"
 #include "driver/inverse.h"
 #include "model/print_model.h"
@@ -11,7 +9,7 @@ namespace dpde::analysis {
 
 namespace {
 
-constexpr double how_much_larger = 100;
+constexpr double how_much_larger = 100, tightest = 1e-13;
 
 struct Found {
   Eigen::VectorXd gradient;
@@ -35,6 +33,21 @@ std::optional<Found> gradient_of(const SourceFile& source, const std::shared_ptr
   return found.gradient.allFinite() ? std::optional(found) : std::nullopt;
 }
 
+/// The same with another tolerance; a solve that rounding keeps from it is no error.
+std::optional<Found> gradient_with(const SourceFile& source, const driver::Compiled& compiled, double tolerance,
+                                   const driver::SessionOptions& session) {
+  driver::CompileOptions options = compiled.options;
+  SolveBy by = compiled.problem->scheme.solve;
+  by.tolerance = tolerance;
+  by.most_iterations *= 2;
+  by.warns = true;
+  options.selection.overrides["solve"] = model::print(by);
+  DiagnosticSink silent;
+  std::optional<driver::Compiled> other = driver::compile(source, options, silent);
+  if (!other) return std::nullopt;
+  return gradient_of(source, std::make_shared<driver::Compiled>(std::move(*other)), session);
+}
+
 }  // namespace
 
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
@@ -50,18 +63,13 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
     if (!own || !own->solves) return std::nullopt;
     ToleranceEffect effect{by.tolerance, own->is_by_steps};
     if (!own->is_by_steps) return effect;
-    driver::CompileOptions loose = compiled->options;
-    SolveBy larger = by;
-    larger.tolerance = std::min(how_much_larger * by.tolerance, 0.5);
-    loose.selection.overrides["solve"] = model::print(larger);
-    DiagnosticSink silent;
-    std::optional<driver::Compiled> other = driver::compile(source, loose, silent);
+    const bool is_measured = by.tolerance > how_much_larger * tightest;
+    const double tolerance = is_measured ? tightest : how_much_larger * by.tolerance;
+    const std::optional<Found> other = gradient_with(source, *compiled, tolerance, session);
     if (!other) return std::nullopt;
-    const std::optional<Found> changed =
-        gradient_of(source, std::make_shared<driver::Compiled>(std::move(*other)), session);
-    if (!changed) return std::nullopt;
-    const double size = own->gradient.norm();
-    effect.error = size == 0 ? 0 : (changed->gradient - own->gradient).norm() / (how_much_larger * size);
+    if (is_measured) effect.reference = tolerance;
+    const double size = is_measured ? other->gradient.norm() : how_much_larger * own->gradient.norm();
+    effect.error = size == 0 ? 0 : (other->gradient - own->gradient).norm() / size;
     return effect;
   } catch (const Error&) {  // the certificate says what does not run
     return std::nullopt;

@@ -13,11 +13,13 @@ struct ToleranceEffect {
   double tolerance = 0;
   bool is_by_steps = false;  // a solve comes near step by step; of others all that is left is rounding
   double error = 0;          // of the gradient, relative
+  double reference = 0;      // the tolerance of the gradient that it was measured against; 0: it is an estimate
 };
 
-/// Where the task's steps solve equations. By how much the gradient at the start changes where the tolerance is a
-/// hundred times larger, over a hundred: what is left of each solve is at most its tolerance, and the gradient's error
-/// is linear in that. nullopt where nothing is solved, or where that compares nothing.
+/// Where the task's steps solve equations. By how much the gradient at the start differs from that with all solves, of
+/// states and adjoints, to 1e-13. Where the tolerance is not well above that: by how much it changes with a tolerance a
+/// hundred times larger, over a hundred, as its error is linear in what is left of the solves. nullopt where nothing is
+/// solved, or where that compares nothing.
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
                                                    const std::shared_ptr<const driver::Compiled>& compiled,
                                                    const CertifyOptions& options);

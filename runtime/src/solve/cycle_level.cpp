@@ -270,20 +270,16 @@ void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, 
   if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
   for (const int half : {0, 1}) {
     if (is_chequered_ && half != half_of(row, colour)) continue;
-    double* to = values + rows_.begin(half);
-    const std::int64_t count = rows_.count(half);
-    if (from_[0].is_halved) {
-      const auto h = static_cast<std::size_t>(half);
-      kernels_.add_interpolated({.count = count,
-                                 .near = near_[h].data(),
-                                 .far = far_[h].data(),
-                                 .share = share_.row(row.number) + rows_.begin(half),
-                                 .at_near = line,
-                                 .at_far = line + (half == 0 ? -1 : 1)},
-                                to);
-    } else {
-      kernels_.sum({.count = count, .terms = 2, .values = {to, halves + rows_.begin(half)}, .weights = {1, 1}}, to);
-    }
+    const auto h = static_cast<std::size_t>(half);
+    const bool is_halved = from_[0].is_halved;  // else each cell has one of its own above it, of weight 1
+    const double* at_near = is_halved ? line : halves + rows_.begin(half);
+    kernels_.add_interpolated({.count = rows_.count(half),
+                               .near = near_[h].data(),
+                               .far = far_[h].data(),
+                               .share = share_.row(row.number) + rows_.begin(half),
+                               .at_near = at_near,
+                               .at_far = is_halved ? line + (half == 0 ? -1 : 1) : at_near},
+                              values + rows_.begin(half));
   }
   rows_.close_ring(values);
 }

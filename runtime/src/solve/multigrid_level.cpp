@@ -10,6 +10,7 @@ namespace dpde {
 namespace {
 
 constexpr double least_coupling = 0.25;  // of the strongest axis
+constexpr double largest_change = 10;    // between couplings that follow one another
 
 /// Walls with a value leave more of the rows beside them than of those farther inside.
 void find_walls(MultigridLevel& level) {
@@ -47,10 +48,26 @@ std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
   return halved;
 }
 
+/// Whether couplings change from one cell to the next by more than a straight line between coarse cells can follow.
+bool has_jumps(const MultigridLevel& level) {
+  bool found = false;
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
+      if (before < 0) continue;
+      const auto [less, more] =
+          std::minmax(level.coupling[axis][number], level.coupling[axis][static_cast<std::size_t>(before)]);
+      found = found || (less > 0 && more > largest_change * less);
+    }
+  });
+  return found;
+}
+
 /// The fine cell is t beside the centre of the coarse one it belongs to. Where there is no second cell on that side the
-/// image of the first takes its part: that of a wall with a value has the other sign.
+/// image of the first takes its part: that of a wall with a value has the other sign. What is not linear is what the
+/// cell it belongs to has.
 AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis,
-                                   bool is_symmetric) {
+                                   bool is_symmetric, bool is_linear) {
   AxisInterpolation result;
   result.is_halved = true;
   const std::vector<double>&width = fine.width[axis], &coarse_width = coarse.width[axis];
@@ -69,7 +86,9 @@ AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLe
     std::int64_t far = near + (i % 2 == 0 ? -1 : 1);
     double near_weight = 1, far_weight = 0;
     if (fine.periodic[axis]) far = (far + half) % half;
-    if (far < 0 || far >= half) {
+    if (!is_linear) {
+      far = near;
+    } else if (far < 0 || far >= half) {
       near_weight = fine.has_value[axis][far < 0 ? 0 : 1] ? 1 - 2 * t / whole : 1;
       far = near;
     } else {
@@ -177,14 +196,15 @@ bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetri
   coarse.cells = fine.cells;
   coarse.periodic = fine.periodic;
   coarse.width = fine.width;
+  const bool is_linear = !is_symmetric || !has_jumps(fine);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (halved[axis]) {
       coarse.cells[axis] = (fine.cells[axis] + 1) / 2;
       coarse.width[axis].assign(static_cast<std::size_t>(coarse.cells[axis]), 0.0);
       for (std::size_t i = 0; i < fine.width[axis].size(); ++i) coarse.width[axis][i / 2] += fine.width[axis][i];
     }
-    fine.from[axis] =
-        halved[axis] ? interpolation_of(fine, coarse, axis, is_symmetric) : no_interpolation(fine.cells[axis]);
+    fine.from[axis] = halved[axis] ? interpolation_of(fine, coarse, axis, is_symmetric, is_linear)
+                                   : no_interpolation(fine.cells[axis]);
   }
   const auto size = static_cast<std::size_t>(coarse.cells[0] * coarse.cells[1] * coarse.cells[2]);
   for (auto& coupling : coarse.coupling) coupling.assign(size, 0.0);

@@ -5,7 +5,11 @@
 // (A*x)_i = e_i*x_i + sum_j w_ij*(x_i - x_j). Levels are made of each other: two cells along an axis become one, whose
 // equation is the sum of theirs, and the last one of an odd number stays by itself, around a ring too; a coupling
 // between coarse cells is the sum of those that cross, over how much longer the way is (half of it, mostly).
-// Axes along which cells are coupled less than a quarter as strongly as along the strongest are not made coarser.
+// What is interpolated is linear between coarse cells. The transpose of that, as symmetric cycles take it, carries
+// residuals over jumps of the coefficient to where they are large beside all that is there: with conjugate gradients
+// 763 cycles to 1e-6 around a disc of 1e6. Where couplings jump it is constant then, and 13 cycles are enough
+// (Wesseling 1988 has piecewise constant ones for such coefficients). Axes along which cells are coupled less than a
+// quarter as strongly as along the strongest are not made coarser.
 #pragma once
 
 #include <array>
