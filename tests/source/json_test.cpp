@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace dpde {
 namespace {
@@ -23,7 +24,9 @@ TEST(Json, IsReadAsItWasWritten) {
   ASSERT_TRUE(json);
   EXPECT_EQ(json->dump(), text);
   EXPECT_EQ((*json)["b"][0]["y"].get<double>(), 0.1);
-  EXPECT_EQ(parse_json("18446744073709551615")->get<double>(), std::ldexp(1, 64));
+  EXPECT_EQ(parse_json("18446744073709551615")->get<std::uint64_t>(), std::numeric_limits<std::uint64_t>::max());
+  EXPECT_EQ(Json(std::numeric_limits<std::uint64_t>::max()).dump(), "18446744073709551615");
+  EXPECT_FALSE(parse_json(std::string(100000, '[') + std::string(100000, ']'))) << "and no stack overflows";
   EXPECT_FALSE(parse_json("{\"a\":"));
   EXPECT_FALSE(parse_json(""));
 }
@@ -37,6 +40,8 @@ TEST(Json, ComparesValuesAndNotTheirKinds) {
   EXPECT_NE(Json(NAN), Json(NAN));
   EXPECT_EQ(Json({{"a", 1}, {"b", 2}}), Json({{"b", 2}, {"a", 1}}));
   EXPECT_NE(Json({{"a", 1}}), Json({{"b", 1}}));
+  EXPECT_EQ(Json({1, 2}), Json({1.0, 2}));
+  EXPECT_FALSE(Json({1}) < Json({2}));
 }
 
 TEST(Json, SaysWhatIsNotThere) {
@@ -47,6 +52,8 @@ TEST(Json, SaysWhatIsNotThere) {
   EXPECT_THROW(json["a"].get<double>(), JsonError);
   EXPECT_THROW(json["a"][0].get<std::string>(), JsonError);
   EXPECT_THROW(json["a"][0].get<bool>(), JsonError);
+  EXPECT_THROW(Json(1e300).get<int>(), JsonError);
+  EXPECT_THROW(Json(-1).get<std::uint64_t>(), JsonError);
   EXPECT_EQ(json.value("b", 3), 3);
   EXPECT_EQ(json["a"].get<std::vector<int>>(), std::vector<int>{1});
 }

@@ -96,12 +96,12 @@ constexpr std::pair<chart::Outcome, const char*> outcomes[] = {
 const char* word_of(chart::Outcome outcome) {
   return std::ranges::find(outcomes, outcome, &std::pair<chart::Outcome, const char*>::first)->second;
 }
-/// @throws std::runtime_error of another word.
+/// @throws JsonError of another word.
 chart::Outcome outcome_from(const std::string& word) {
   for (const auto& [outcome, known] : outcomes) {
     if (word == known) return outcome;
   }
-  throw std::runtime_error("no outcome " + word);
+  throw JsonError("no outcome " + word);
 }
 
 Point point_from(const Json& json) {

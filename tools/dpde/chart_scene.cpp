@@ -320,10 +320,6 @@ bool find_gradient_reference(Job& job, const ChartScene& scene, double most_cell
   return found.has_value();
 }
 
-}  // namespace
-
-namespace {
-
 bool find_both(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
                chart::References& references) {
   progress.show("the reference", 0, 1);

@@ -29,8 +29,7 @@ double rounded_footprint(double bytes) {
 }
 
 std::string key_of(double footprint, int threads) {
-  return fmt::format("speed of the machine\n{} cores, {} threads\n{} bytes", std::thread::hardware_concurrency(),
-                     threads, footprint);
+  return fmt::format("speed of the machine\n{}\n{} threads\n{} bytes", machine_name(), threads, footprint);
 }
 
 std::string date_of_now() {
@@ -71,6 +70,7 @@ MachineSpeed measure(double size, int threads) {
     best.flops = std::max(best.flops, measure_flops(threads));
     best.is_busy = rate.is_busy;
     best.load = rate.load;
+    if (rate.load > 1) break;  // of the last minute: no window of the next milliseconds is quiet
   }
   best.date = date_of_now();
   return best;

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/match.h"
@@ -13,17 +16,33 @@ using namespace stencil;
 
 namespace {
 
+/// How many cells of a field in a row a formula reads.
 struct Reach {
-  int cells = 0;
+  int cells = 1;
   SourceRange where;
 };
 using Reaches = std::array<Reach, max_rank>;
+struct Offsets {
+  Offset least{}, most{};
+};
 
 void look_at(const Kernel& kernel, Reaches& farthest) {
   const SourceRange where = kernel.stores.empty() ? SourceRange{} : kernel.stores.front().origin.range;
-  for (const Signature::Read& read : signature(kernel).reads) {
+  std::map<std::string, Offsets> reads;
+  const auto note = [&](const Expr& part) {
+    const auto* access = std::get_if<Access>(&part->kind);
+    if (access == nullptr) return;
+    Offsets& of_field = reads[access->field];
     for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
-      if (read.halo[axis] > farthest[axis].cells) farthest[axis] = {read.halo[axis], where};
+      of_field.least[axis] = std::min(of_field.least[axis], access->offset[axis]);
+      of_field.most[axis] = std::max(of_field.most[axis], access->offset[axis]);
+    }
+  };
+  map_kernel(kernel, [&](const Expr& value) { return visit(value, note), value; });
+  for (const auto& [field, offsets] : reads) {
+    for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
+      const int cells = offsets.most[axis] - offsets.least[axis] + 1;
+      if (cells > farthest[axis].cells) farthest[axis] = {cells, where};
     }
   }
 }
@@ -46,7 +65,7 @@ void tell_wide_formulas(const Module& module, const Program& program, const mode
   look_at(module, program.body, farthest);
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];
-    const int points = 2 * farthest[a].cells + 1;
+    const int points = farthest[a].cells;
     const bool is_periodic = axis.topology == Topology::periodic;
     if (points <= 3 || points <= axis.cells || (is_periodic && axis.cells == 1)) continue;
     sink.report(

@@ -2,6 +2,7 @@
 #include "support/json.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -10,6 +11,8 @@ namespace dpde {
 namespace {
 
 using Library = nlohmann::ordered_json;
+
+constexpr int most_levels = 1000;
 
 Library to_library(const Json& json) {
   if (json.is_object()) {
@@ -24,30 +27,28 @@ Library to_library(const Json& json) {
   }
   if (json.is_null()) return nullptr;
   if (json.is_string()) return json.get<std::string>();
-  if (json.is_whole_number()) return json.get<std::int64_t>();
+  if (json.is_whole_number() && json < 0) return json.get<std::int64_t>();
+  if (json.is_whole_number()) return json.get<std::uint64_t>();
   if (json.is_number()) return json.get<double>();
   return json.get<bool>();
 }
 
-Json from_library(const Library& from) {
+Json from_library(const Library& from, int level) {
+  if (level > most_levels) throw JsonError("too deep");
   switch (from.type()) {
     case Library::value_t::boolean: return from.get<bool>();
     case Library::value_t::number_integer: return from.get<std::int64_t>();
-    case Library::value_t::number_unsigned: {
-      const std::uint64_t value = from.get<std::uint64_t>();
-      if (std::in_range<std::int64_t>(value)) return static_cast<std::int64_t>(value);
-      return static_cast<double>(value);
-    }
+    case Library::value_t::number_unsigned: return from.get<std::uint64_t>();
     case Library::value_t::number_float: return from.get<double>();
     case Library::value_t::string: return from.get<std::string>();
     case Library::value_t::array: {
       Json result = Json::array();
-      for (const Library& value : from) result.push_back(from_library(value));
+      for (const Library& value : from) result.push_back(from_library(value, level + 1));
       return result;
     }
     case Library::value_t::object: {
       Json result = Json::object();
-      for (const auto& [key, value] : from.items()) result[key] = from_library(value);
+      for (const auto& [key, value] : from.items()) result[key] = from_library(value, level + 1);
       return result;
     }
     case Library::value_t::null:
@@ -61,6 +62,13 @@ Json from_library(const Library& from) {
 
 Json::Json() : value_(nullptr) {}
 Json::Json(std::nullptr_t) : value_(nullptr) {}
+void Json::set(std::uint64_t value) {
+  if (std::in_range<std::int64_t>(value)) {
+    value_ = static_cast<std::int64_t>(value);
+  } else {
+    value_ = value;
+  }
+}
 Json::Json(double value) : value_(value) {}
 Json::Json(const char* text) : value_(std::string(text)) {}
 Json::Json(std::string text) : value_(std::move(text)) {}
@@ -96,7 +104,9 @@ Json Json::object() {
 
 bool Json::is_null() const { return std::holds_alternative<std::nullptr_t>(value_); }
 bool Json::is_number() const { return is_whole_number() || std::holds_alternative<double>(value_); }
-bool Json::is_whole_number() const { return std::holds_alternative<std::int64_t>(value_); }
+bool Json::is_whole_number() const {
+  return std::holds_alternative<std::int64_t>(value_) || std::holds_alternative<std::uint64_t>(value_);
+}
 bool Json::is_string() const { return std::holds_alternative<std::string>(value_); }
 bool Json::is_array() const { return std::holds_alternative<std::vector<Json>>(value_); }
 bool Json::is_object() const { return std::holds_alternative<Object>(value_); }
@@ -109,13 +119,22 @@ bool Json::truth() const {
 
 double Json::number() const {
   if (const double* value = std::get_if<double>(&value_)) return *value;
+  if (const std::uint64_t* value = std::get_if<std::uint64_t>(&value_)) return static_cast<double>(*value);
   return static_cast<double>(whole_number());
 }
 
 std::int64_t Json::whole_number() const {
   if (const std::int64_t* value = std::get_if<std::int64_t>(&value_)) return *value;
-  if (const double* value = std::get_if<double>(&value_)) return static_cast<std::int64_t>(*value);
-  throw JsonError(dump() + " is no number");
+  const double* value = std::get_if<double>(&value_);
+  if (value != nullptr && std::abs(*value) < 0x1p63) return static_cast<std::int64_t>(*value);
+  throw JsonError(dump() + (is_number() ? " is too large" : " is no number"));
+}
+
+std::uint64_t Json::unsigned_number() const {
+  if (const std::uint64_t* value = std::get_if<std::uint64_t>(&value_)) return *value;
+  const std::int64_t value = whole_number();
+  if (value < 0) throw JsonError(dump() + " is negative");
+  return static_cast<std::uint64_t>(value);
 }
 
 const std::string& Json::text() const {
@@ -208,14 +227,16 @@ bool operator==(const Json& a, const Json& b) {
 
 std::partial_ordering operator<=>(const Json& a, const Json& b) {
   if (a.is_number() && b.is_number()) {
-    if (a.is_whole_number() && b.is_whole_number()) return a.whole_number() <=> b.whole_number();
+    const bool are_small =
+        std::holds_alternative<std::int64_t>(a.value_) && std::holds_alternative<std::int64_t>(b.value_);
+    if (are_small) return a.whole_number() <=> b.whole_number();
     return a.number() <=> b.number();
   }
   if (a.is_string() && b.is_string()) return a.text() <=> b.text();
   if (a.value_.index() != b.value_.index()) return std::partial_ordering::unordered;
   if (a.is_null()) return std::partial_ordering::equivalent;
   if (const bool* truth = std::get_if<bool>(&a.value_)) return *truth <=> b.truth();
-  return a.dump() <=> b.dump();
+  return std::partial_ordering::unordered;
 }
 
 std::string Json::dump(int indent) const {
@@ -225,7 +246,11 @@ std::string Json::dump(int indent) const {
 std::optional<Json> parse_json(const std::string& text) {
   const Library parsed = Library::parse(text, nullptr, false);
   if (parsed.is_discarded()) return std::nullopt;
-  return from_library(parsed);
+  try {
+    return from_library(parsed, 0);
+  } catch (const JsonError&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace dpde

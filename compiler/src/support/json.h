@@ -30,8 +30,10 @@ class Json {
   Json(std::nullptr_t);
   template <std::same_as<bool> T>
   Json(T value) : value_(value) {}
-  template <std::integral T>
-  requires(!std::same_as<T, bool>) Json(T value) : value_(static_cast<std::int64_t>(value)) {}
+  template <std::signed_integral T>
+  Json(T value) : value_(static_cast<std::int64_t>(value)) {}
+  template <std::unsigned_integral T>
+  requires(!std::same_as<T, bool>) Json(T value) { set(value); }
   Json(double value);
   Json(const char* text);
   Json(std::string text);
@@ -61,11 +63,13 @@ class Json {
   bool is_array() const;
   bool is_object() const;
 
-  /// bool, a number, std::string, or a vector of these. Whole numbers are what a cast makes of them.
+  /// bool, a number, std::string, or a vector of these. A number in place of a whole one is cut off behind the point.
   template <class T>
   T get() const {
     if constexpr (std::same_as<T, bool>) {
       return truth();
+    } else if constexpr (std::same_as<T, std::uint64_t>) {
+      return unsigned_number();
     } else if constexpr (std::integral<T>) {
       return static_cast<T>(whole_number());
     } else if constexpr (std::floating_point<T>) {
@@ -123,7 +127,7 @@ class Json {
   /// One line, or indented by so many places a level. Bytes that are no UTF-8 are replaced.
   std::string dump(int indent = -1) const;
 
-  /// Objects are equal in any order of their keys; numbers compare by their values.
+  /// Objects are equal in any order of their keys; numbers compare by their values, arrays and objects in no order.
   friend bool operator==(const Json& a, const Json& b);
   friend std::partial_ordering operator<=>(const Json& a, const Json& b);
   template <class T>
@@ -139,17 +143,20 @@ class Json {
     std::vector<std::string> keys;
     std::vector<Json> values;
   };
+  void set(std::uint64_t value);
   bool truth() const;
   double number() const;
   std::int64_t whole_number() const;
+  std::uint64_t unsigned_number() const;
   const std::string& text() const;
   const std::vector<Json>& elements() const;
   const Object& members() const;
 
-  std::variant<std::nullptr_t, bool, std::int64_t, double, std::string, std::vector<Json>, Object> value_;
+  std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, std::vector<Json>, Object>
+      value_;  // std::uint64_t: what std::int64_t does not hold
 };
 
-/// What a text says; nothing where it is no JSON.
+/// What a text says; nothing where it is no JSON, or deeper than a thousand levels.
 std::optional<Json> parse_json(const std::string& text);
 
 }  // namespace dpde
