@@ -173,8 +173,8 @@ TEST_F(GivenVectorCommand, AWrongOneStopsWhateverMakesAGradient) {
     for (const char* command : {"gradient wrong.dpde t --no-certify", "verify wrong.dpde t"}) {
       const Outcome outcome = dpde(std::string(command) + " --json");
       EXPECT_NE(outcome.status, 0) << wrong;
-      ASSERT_FALSE(outcome.codes().empty()) << wrong;
-      EXPECT_EQ(outcome.codes()[0], "E0606") << wrong << outcome.err;
+      const std::vector<std::string> codes = outcome.codes();
+      EXPECT_NE(std::ranges::find(codes, "E0606"), codes.end()) << wrong << outcome.err;
     }
     EXPECT_EQ(dpde("run wrong.dpde s").status, 0) << "no gradient, no adjoint";
   }

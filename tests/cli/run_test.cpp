@@ -228,9 +228,9 @@ TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
   const Outcome good = dpde("check m.dpde --json");
   ASSERT_EQ(good.status, 0) << good.err;
   EXPECT_EQ(good.json()["order"]["space"], 2);
-  EXPECT_EQ(
-      good.json()["operators"].dump(),
-      R"([{"measured":2,"name":"slope","note":null,"stated":2},{"measured":null,"name":"drift","note":"not measured: it holds a reduction","stated":4}])");
+  EXPECT_EQ(good.json()["operators"].dump(),
+            R"([{"name":"slope","stated":2,"measured":2,"note":null},)"
+            R"({"name":"drift","stated":4,"measured":null,"note":"not measured: it holds a reduction"}])");
   EXPECT_NE(dpde("check m.dpde")
                 .out.find("operator slope: order 2 as stated and measured\noperator drift: order 4 as stated, not "
                           "measured: it holds a reduction\n"),

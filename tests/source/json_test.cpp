@@ -44,6 +44,13 @@ TEST(Json, ComparesValuesAndNotTheirKinds) {
   EXPECT_FALSE(Json({1}) < Json({2}));
 }
 
+TEST(Json, WhatIsTakenOutOfAValueThatGoesAwayStays) {
+  const auto made = [] { return Json({{"a", {std::string(100, 'x'), std::string(100, 'y')}}}); };
+  std::string all;
+  for (const Json& text : made()["a"]) all += text.get<std::string>();
+  EXPECT_EQ(all, std::string(100, 'x') + std::string(100, 'y'));
+}
+
 TEST(Json, SaysWhatIsNotThere) {
   const Json json = {{"a", {1}}};
   EXPECT_THROW(json["b"], JsonError);

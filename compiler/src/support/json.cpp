@@ -154,7 +154,7 @@ const Json::Object& Json::members() const {
   return *object;
 }
 
-Json& Json::operator[](const std::string& key) {
+Json& Json::operator[](const std::string& key) & {
   if (is_null()) value_ = Object();
   Object* object = std::get_if<Object>(&value_);
   if (object == nullptr) throw JsonError(dump() + " is no object");
@@ -167,7 +167,7 @@ Json& Json::operator[](const std::string& key) {
   return object->values[static_cast<std::size_t>(index)];
 }
 
-const Json& Json::at(const std::string& key) const {
+const Json& Json::at(const std::string& key) const& {
   const Object& object = members();
   const auto found = std::ranges::find(object.keys, key);
   if (found == object.keys.end()) throw JsonError(dump() + " has no key " + key);
@@ -179,11 +179,11 @@ bool Json::contains(const std::string& key) const {
   return object != nullptr && std::ranges::find(object->keys, key) != object->keys.end();
 }
 
-const Json& Json::operator[](std::size_t index) const {
+const Json& Json::operator[](std::size_t index) const& {
   if (index >= elements().size()) throw JsonError(dump() + " has too few elements");
   return elements()[index];
 }
-Json& Json::operator[](std::size_t index) { return const_cast<Json&>(std::as_const(*this)[index]); }
+Json& Json::operator[](std::size_t index) & { return const_cast<Json&>(std::as_const(*this)[index]); }
 
 void Json::update(const Json& other) {
   for (const auto& [key, value] : other.items()) (*this)[key] = value;
@@ -201,14 +201,14 @@ std::size_t Json::size() const { return is_array() || is_object() ? elements().s
 std::vector<Json>::iterator Json::begin() { return const_cast<std::vector<Json>&>(elements()).begin(); }
 std::vector<Json>::iterator Json::end() { return const_cast<std::vector<Json>&>(elements()).end(); }
 
-std::vector<Json::Item<const Json>> Json::items() const {
+std::vector<Json::Item<const Json>> Json::items() const& {
   std::vector<Item<const Json>> result;
   const Object& object = members();
   for (std::size_t i = 0; i < object.keys.size(); ++i) result.push_back({object.keys[i], object.values[i]});
   return result;
 }
 
-std::vector<Json::Item<Json>> Json::items() {
+std::vector<Json::Item<Json>> Json::items() & {
   std::vector<Item<Json>> result;
   Object& object = const_cast<Object&>(members());
   for (std::size_t i = 0; i < object.keys.size(); ++i) result.push_back({object.keys[i], object.values[i]});

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -88,15 +89,20 @@ class Json {
   }
 
   /// Elements of an array, values of an object; a null becomes an array by push_back, an object by a key.
-  Json& operator[](const std::string& key);
-  const Json& operator[](const std::string& key) const { return at(key); }
-  Json& operator[](const char* key) { return (*this)[std::string(key)]; }
-  const Json& operator[](const char* key) const { return at(key); }
-  Json& operator[](std::size_t index);
-  const Json& operator[](std::size_t index) const;
-  Json& operator[](int index) { return (*this)[static_cast<std::size_t>(index)]; }
-  const Json& operator[](int index) const { return (*this)[static_cast<std::size_t>(index)]; }
-  const Json& at(const std::string& key) const;
+  /// What is taken out of a value that goes away is a copy.
+  Json& operator[](const std::string& key) &;
+  const Json& operator[](const std::string& key) const& { return at(key); }
+  Json operator[](const std::string& key) && { return std::move((*this)[key]); }
+  Json& operator[](const char* key) & { return (*this)[std::string(key)]; }
+  const Json& operator[](const char* key) const& { return at(key); }
+  Json operator[](const char* key) && { return std::move((*this)[key]); }
+  Json& operator[](std::size_t index) &;
+  const Json& operator[](std::size_t index) const&;
+  Json operator[](std::size_t index) && { return std::move((*this)[index]); }
+  Json& operator[](int index) & { return (*this)[static_cast<std::size_t>(index)]; }
+  const Json& operator[](int index) const& { return (*this)[static_cast<std::size_t>(index)]; }
+  Json operator[](int index) && { return std::move((*this)[index]); }
+  const Json& at(const std::string& key) const&;
   bool contains(const std::string& key) const;
   template <class T>
   T value(const std::string& key, T otherwise) const {
@@ -107,9 +113,11 @@ class Json {
   void push_back(Json value);
   std::size_t size() const;
   bool empty() const { return size() == 0; }
-  const Json& front() const { return (*this)[0]; }
-  const Json& back() const { return (*this)[size() - 1]; }
-  Json& back() { return (*this)[size() - 1]; }
+  const Json& front() const& { return (*this)[0]; }
+  Json front() && { return std::move((*this)[0]); }
+  const Json& back() const& { return (*this)[size() - 1]; }
+  Json& back() & { return (*this)[size() - 1]; }
+  Json back() && { return std::move((*this)[size() - 1]); }
   std::vector<Json>::iterator begin();
   std::vector<Json>::iterator end();
   std::vector<Json>::const_iterator begin() const { return elements().begin(); }
@@ -121,8 +129,9 @@ class Json {
     Value& value;
   };
   /// The keys and values of an object.
-  std::vector<Item<Json>> items();
-  std::vector<Item<const Json>> items() const;
+  std::vector<Item<Json>> items() &;
+  std::vector<Item<const Json>> items() const&;
+  void items() && = delete;
 
   /// One line, or indented by so many places a level. Bytes that are no UTF-8 are replaced.
   std::string dump(int indent = -1) const;
