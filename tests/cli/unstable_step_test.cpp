@@ -109,6 +109,7 @@ TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
   const Outcome forced = dpde("run s.dpde d --out . --json --force");
   EXPECT_EQ(forced.status, 0) << forced.err;
   EXPECT_TRUE(fs::exists(path("d.nc")));
+  EXPECT_EQ(forced.codes(), std::vector<std::string>{"W0802"}) << "told once: " << forced.err;
 }
 
 /// What is learned from stable data may be learned by a step that is not.

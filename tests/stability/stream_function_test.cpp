@@ -52,6 +52,44 @@ TEST(StreamFunction, LimitsAreThoseOfItsWind) {
   }
 }
 
+/// The longer a wave the faster it falls, by 1/q^2: between walls the longest is twice the rod. 2/q^2 is what the
+/// difference makes of it on cells of h.
+TEST(StreamFunction, WavesBetweenWallsMayBeTwiceAsLongAsTheRod) {
+  const auto session = session_of(
+      "model m { field u; solve lap(psi) = u for psi; dt(u) = psi }\nscheme c { time = euler }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1, cells 128\n  boundary psi: x = 0\n  boundary u: x = 0\n  initial u = sin(pi*x)\n"
+      "  time 0 .. 1, step 0.1\n}\n");
+  const Verdict verdict = verdict_of(*session);
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
+  const double rate = std::pow(2 * 128 * std::sin(std::numbers::pi / 256), 2);
+  EXPECT_NEAR(verdict.limit.step, 2 * rate, 2e-3 * 2 * rate);
+}
+
+/// An operator that is divided by dt has no solution where that is 0.
+TEST(StreamFunction, WhatIsNotKnownWithoutAStepIsNotAnalysed) {
+  const auto session = session_of(R"(
+kernel right(u: field halo 1, k, hx: param, out b: field) on 1 axes { b = k*(u[-1] - 2*u + u[+1])/hx^2 }
+kernel image(v: field halo 1, k, hx, dt: param, out r: field) on 1 axes { r = v/dt - k*(v[-1] - 2*v + v[+1])/hx^2 }
+kernel add(u: field, v: field, out u_next: field) on 1 axes { u_next = u + v }
+program step {
+  fill u periodic
+  run right
+  solve r = b for v {
+    fill v periodic
+    run image
+  }
+  run add
+  swap u, u_next
+}
+scene s : step { grid x = 0 .. 1, cells 16, periodic; k = 1; initial u = sin(2*pi*x); time 0 .. 1, step 0.1 }
+)");
+  const Verdict verdict = verdict_of(*session);
+  EXPECT_FALSE(verdict.is_analysed());
+  EXPECT_EQ(verdict.why, "what the step solves for is not known at the initial state");
+  EXPECT_EQ(session->workspace().params().at("dt"), 0.1);
+  EXPECT_FALSE(session->rollout().run().blow_up);
+}
+
 /// The same wind in a program: the step by hand, of Euler's method and upwind(1).
 TEST(StreamFunction, OfAProgramIsKnownToo) {
   const auto session = session_of(R"(

@@ -101,6 +101,8 @@ class Companions {
         notes, [](const SolveNote& note) { return note.most_iterations > 0 && note.method != "newton"; });
     SolveBy by = own.problem().scheme.solve;
     by.tolerance = std::max(smallest_tolerance, by.tolerance / 100);
+    by.most_iterations = std::max(by.most_iterations, SolveBy{}.most_iterations);
+    by.warns = false;
     if (by_steps && by.tolerance < own.problem().scheme.solve.tolerance) exacter_solves_ = model::print(by);
   }
 

@@ -110,6 +110,7 @@ class Sampler {
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
       const model::Axis& axis = session_.axes()[a];
       result.point.cells[a] = axis.cells;
+      result.point.longest_wave[a] = (axis.topology == Topology::periodic ? 1.0 : 2.0) * axis.cells;
       result.point.place[a] = axis.low + (static_cast<double>(place[a]) + 0.5) * axis.spacing();
     }
     if (varies_in_space()) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dpde/runtime/error.h"
 #include "model/solves.h"
 
 namespace dpde::stability {
@@ -48,10 +49,14 @@ std::map<std::string, std::vector<double>> solved_fields(driver::Session& sessio
     bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
   const double dt = workspace.params().at("dt");
   workspace.set_param("dt", 0);
-  workspace.execute(step, problem.t_begin, bound);
-  workspace.set_param("dt", dt);
   std::map<std::string, std::vector<double>> result;
-  for (const auto& [key, field] : names) result[key] = workspace.dense(field);
+  try {
+    workspace.execute(step, problem.t_begin, bound);
+    for (const auto& [key, field] : names) result[key] = workspace.dense(field);
+  } catch (const Error&) {
+    result.clear();  // as of an operator that is divided by dt
+  }
+  workspace.set_param("dt", dt);
   workspace.release(step);
   return result;
 }

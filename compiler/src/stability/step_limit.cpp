@@ -45,7 +45,8 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
   const auto is_longer_than_grid = [&](const Angles& angles) {
     for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
       const double angle = std::abs(std::remainder(angles[axis], 2 * std::numbers::pi));
-      if (angle > 0 && angle < rounded_down * 2 * std::numbers::pi / std::max(point.cells[axis], 2.0)) return true;
+      if (angle > 0 && angle < rounded_down * 2 * std::numbers::pi / std::max(point.longest_wave[axis], 2.0))
+        return true;
     }
     return false;
   };

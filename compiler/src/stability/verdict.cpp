@@ -164,7 +164,8 @@ class Examination {
       if (places.size() < most_places_between_walls && std::ranges::none_of(places, is_it)) places.push_back(point);
     };
     for (const auto& [name, value] : worst_.point.fields) {
-      if (rank_ == 3) break;
+      const auto is_finite = [&](const ScenePoint& p) { return std::isfinite(p.point.fields.at(name).value); };
+      if (rank_ == 3 || !std::ranges::all_of(points, is_finite)) continue;
       const auto value_at = [&](const ScenePoint& p) { return p.point.fields.at(name).value; };
       const auto [low, high] = std::ranges::minmax_element(points, {}, value_at);
       add(*low);
@@ -276,7 +277,8 @@ Verdict examine(driver::Session& session) {
     return verdict;
   }
   if (!Examination(session, *linear, verdict).run()) {
-    verdict.why = linear->solves() ? "a solve is in it" : "the step's tangent is not finite at the initial state";
+    verdict.why = linear->solves() ? "what the step solves for is not known at the initial state"
+                                   : "the step's tangent is not finite at the initial state";
     return verdict;
   }
   const model::Scheme& scheme = session.problem().scheme;

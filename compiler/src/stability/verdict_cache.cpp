@@ -75,10 +75,11 @@ FrozenPoint read_point(Reader& reader) {
   FrozenPoint point;
   for (double& place : point.place) place = reader.number();
   for (double& cells : point.cells) cells = reader.number();
-  const double counts[] = {reader.number(), reader.number()}, params = reader.number();
-  for (const int kind : {0, 1}) {
-    for (int i = 0; i < counts[kind] && reader.is_good(); ++i) {
-      FrozenValue& field = (kind == 0 ? point.fields : point.solved)[reader.word()];
+  for (double& wave : point.longest_wave) wave = reader.number();
+  const double field_count = reader.number(), solved_count = reader.number(), params = reader.number();
+  for (const auto& [fields, count] : {std::pair{&point.fields, field_count}, {&point.solved, solved_count}}) {
+    for (int i = 0; i < count && reader.is_good(); ++i) {
+      FrozenValue& field = (*fields)[reader.word()];
       field.value = reader.number();
       for (double& slope : field.slope) slope = reader.number();
     }
@@ -94,6 +95,7 @@ std::string text_of(const FrozenPoint& point) {
   std::string text;
   for (const double place : point.place) text += fmt::format("{} ", place);
   for (const double cells : point.cells) text += fmt::format("{} ", cells);
+  for (const double wave : point.longest_wave) text += fmt::format("{} ", wave);
   text += fmt::format("{} {} {}\n", point.fields.size(), point.solved.size(), point.params.size());
   for (const auto* fields : {&point.fields, &point.solved}) {
     for (const auto& [name, field] : *fields)

@@ -197,10 +197,6 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
-bool is_guess(const model::Problem& problem, const model::State& state) {
-  return !state.history_of.empty() && problem.find_state(state.history_of) == nullptr;
-}
-
 /// The last stage that solves for what `guess` is of stores the solution for the next step.
 void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& name) {
   for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
@@ -228,8 +224,7 @@ void add_step(Module& module, Lowering& lowering, const std::string& name, bool 
   std::vector<Advance> advances, guesses;
   for (std::size_t i = 0; i < problem.states.size(); ++i) {
     const model::State& state = problem.states[i];
-    (is_guess(problem, state) ? guesses : advances)
-        .push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
+    (state.is_guess ? guesses : advances).push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
   }
   std::vector<Stage> stages = with_estimate ? stages_with_estimate(lowering, advances, name, problem.scene)
                                             : step_stages(lowering, advances, name);

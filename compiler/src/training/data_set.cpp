@@ -230,8 +230,9 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
 struct DataSetMaker::Making {
   const Take* take;
   int first_failed;  // all runs before it are made, so that the message is of the same run for any number of threads
-  std::vector<Diagnostic> why = {};  // of that run
-  std::mutex mutex = {};             // of all of this, and of compiling
+  std::vector<Diagnostic> why = {};       // of that run
+  std::vector<Diagnostic> warnings = {};  // the first of each kind
+  std::mutex mutex = {};                  // of all of this, and of compiling
 };
 
 bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
@@ -243,6 +244,7 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
   Team(options_.threads).run(static_cast<std::int64_t>(wanted.size()), [&](std::int64_t i, int) {
     make_run(wanted[static_cast<std::size_t>(i)], all);
   });
+  for (const Diagnostic& each : all.warnings) sink.add(each);
   for (const Diagnostic& each : all.why) {
     if (each.kind->severity == Severity::error)
       sink.report("run-failed", each.range,
@@ -284,6 +286,10 @@ void DataSetMaker::make_run(int run, Making& all) const {
   }
   const std::lock_guard lock(all.mutex);
   session.reset();  // what it has found out goes to the cache
+  for (const Diagnostic& each : own.all()) {
+    const bool is_new = std::ranges::find(all.warnings, each.kind, &Diagnostic::kind) == all.warnings.end();
+    if (each.kind->severity == Severity::warning && is_new) all.warnings.push_back(each);
+  }
   if (goes_on && !done && run < all.first_failed) {
     all.first_failed = run;
     all.why = own.all();

@@ -19,7 +19,8 @@ namespace {
 bool has_histories(const model::Problem& problem, const files::Trajectories& trajectories, SourceRange where,
                    DiagnosticSink& sink) {
   for (const model::State& state : problem.states) {
-    if (state.history_of.empty() || std::ranges::find(trajectories.states, state.name) != trajectories.states.end())
+    if (state.history_of.empty() || state.is_guess ||
+        std::ranges::find(trajectories.states, state.name) != trajectories.states.end())
       continue;
     sink.report(
         "bad-array-file", where,

@@ -29,6 +29,7 @@ std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
   State guess;
   guess.name = name_of_memory(draft, solved.name, "_last");
   guess.history_of = solved.name;
+  guess.is_guess = true;
   guess.boundary = solved.boundary;
   guess.initial.formula = 0.0;
   guess.origin = origin;

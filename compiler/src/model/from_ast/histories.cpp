@@ -45,7 +45,9 @@ std::string name_of_memory(const Draft& draft, const std::string& of, const std:
     const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
     return draft.scope.find(name) != nullptr ||
            (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr) ||
-           std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let);
+           std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let) ||
+           std::ranges::any_of(items_of<ast::SolvedItem>(draft.model->items),
+                               [&](const auto& solved) { return solved.kind.unknown.name == name; });
   };
   std::string name = name_beside(of, suffix);
   for (int n = 2; is_taken(name); ++n) name = name_beside(of, suffix + "_" + std::to_string(n));
