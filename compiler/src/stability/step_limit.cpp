@@ -38,8 +38,23 @@ Response sum(const Response& a, const Response& b, double factor) {
   return result;
 }
 
+/// The longest waves of the grid: along each axis, and along several.
+std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
+  std::vector<Angles> waves;
+  for (int direction = 1; direction < (1 << rank); ++direction) {
+    Angles angles{};
+    for (int axis = 0; axis < rank; ++axis) {
+      const double length = std::max(point.longest_wave[static_cast<std::size_t>(axis)], 2.0);
+      if ((direction >> axis) % 2 != 0) angles[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / length;
+    }
+    waves.push_back(angles);
+  }
+  return waves;
+}
+
 /// With that of no angle, the mean, where the step knows it. What is solved for may be faster the longer waves are
-/// (those of Rossby): without those that are longer than the grid then.
+/// (those of Rossby): without those that are longer than the grid then, and with the longest that it has, which may
+/// stand alone.
 Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
                            const std::function<double(const Angles&)>& f) {
   const auto is_longer_than_grid = [&](const Angles& angles) {
@@ -53,6 +68,11 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
   Largest largest = stability::largest_over_waves(rank, [&](const Angles& angles) {
     return linear.solves() && is_longer_than_grid(angles) ? -infinite : f(angles);
   });
+  if (linear.solves()) {
+    for (const Angles& angles : longest_waves(point, rank)) {
+      if (const double value = f(angles); value > largest.value) largest = {angles, value};
+    }
+  }
   const double of_mean = linear.reduces() ? f({}) : -infinite;
   return of_mean > largest.value ? Largest{{}, of_mean} : largest;
 }
