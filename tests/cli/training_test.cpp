@@ -403,6 +403,32 @@ TEST_F(Training, GradientAndVerify) {
   EXPECT_EQ(dpde("check t.dpde learn --json").status, 0);
 }
 
+/// What solves begin with is no state that anybody declared: it is in no report, and data without it will do.
+TEST_F(Training, GuessesOfSolvesNeedNotBeInTheData) {
+  const auto text = [](const std::string& solve) {
+    return "model m { field u; param k; param a; solve lap(psi) - psi = u for psi; dt(u) = k*psi }\n"
+           "scheme c { time = rk2; solve = " +
+           solve +
+           "; guess = last }\nscene s : m with c {\n  grid x = 0 .. 1, cells 16, periodic\n"
+           "  grid y = 0 .. 1, cells 16, periodic\n  k = 0.5\n  a = 1\n  initial u = a*(2 + sin(2*pi*(x + y)))\n"
+           "  time 0 .. 1, step 0.1\n}\n"
+           "dataset d : s { runs 2; seed 1; vary a in 1 .. 2; frames every 0.1; file \"d.nc\" }\n"
+           "task t : s { data r = trajectories(\"d.nc\", u); unknown k from 0.2; minimise mean((u - r)^2) over 4 steps;"
+           " using adam(rate = 0.05), batch 2, epochs 40 }\n";
+  };
+  write("cg.dpde", text("cg(1e-10)"));
+  const Outcome kept = dpde("run cg.dpde d --out . --json");
+  ASSERT_EQ(kept.status, 0) << kept.err;
+  EXPECT_TRUE(kept.json()["conservation"].contains("u"));
+  EXPECT_FALSE(kept.json()["conservation"].contains("psi_last"));
+  fs::remove(path("d.nc"));
+  write("direct.dpde", text("direct"));
+  ASSERT_EQ(dpde("run direct.dpde d --out . --json").status, 0);
+  const Outcome learnt = dpde("optimize cg.dpde t --json");
+  ASSERT_EQ(learnt.status, 0) << learnt.err;
+  EXPECT_NEAR(learnt.json()["unknowns"]["k"]["value"].get<double>(), 0.5, 0.02);
+}
+
 TEST_F(Training, DataSetsAreMadeAgainOnceTheyAreNotThere) {
   const std::string first = content(path("train.nc"));
   EXPECT_EQ(dpde("run data.dpde train --out again --threads 1 --json").status, 0);

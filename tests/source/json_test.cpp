@@ -51,6 +51,14 @@ TEST(Json, WhatIsTakenOutOfAValueThatGoesAwayStays) {
   EXPECT_EQ(all, std::string(100, 'x') + std::string(100, 'y'));
 }
 
+TEST(Json, PartsMayBeCopiedWithinIt) {
+  Json json = Json::object();
+  json["m"] = json["k"] = std::string(100, 'x');
+  for (const std::string key : {"a", "b", "c", "d", "e", "f", "g", "h"}) json[key] = json["k"];
+  for (const auto& [key, value] : json.items()) EXPECT_EQ(value, std::string(100, 'x')) << key;
+  EXPECT_EQ(json.size(), 10u);
+}
+
 TEST(Json, SaysWhatIsNotThere) {
   const Json json = {{"a", {1}}};
   EXPECT_THROW(json["b"], JsonError);

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "stability/equations.h"
 #include "stability/trial.h"
 #include "stability/verdict.h"
+#include "stability/wall_spectrum.h"
 
 namespace dpde::stability {
 namespace {
@@ -87,6 +89,62 @@ scene s : step { grid x = 0 .. 1, cells 16, periodic; k = 1; initial u = sin(2*p
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << "the implicit method of Euler: " << verdict.why;
   EXPECT_EQ(session->workspace().params().at("dt"), 0.1);
   EXPECT_FALSE(session->rollout().run().blow_up);
+}
+
+/// Where dt is 0 what is solved for is not known: nobody is stopped by that, and dt is what it was.
+void expect_not_analysed(const std::string& text, double step) {
+  const auto session = session_of(text);
+  EXPECT_EQ(verdict_of(*session).why, "what the step solves for is not known at the initial state") << text;
+  EXPECT_EQ(session->workspace().params().at("dt"), step);
+  DiagnosticSink sink;
+  EXPECT_TRUE(check_step(*session, false, sink));
+  EXPECT_TRUE(sink.all().empty());
+}
+
+/// The stage of imex_euler is the identity then, whose cells are not coupled: multigrid refuses more than 20 000.
+TEST(StreamFunction, OfAMethodThatRefusesAStepOfZeroIsNotAnalysed) {
+  expect_not_analysed(
+      "model m { field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi))\n"
+      "  dt(w) = -advect(v, w) + 0.01*lap(w) }\nscheme c { time = imex_euler; solve = multigrid }\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 160\n  grid y = 0 .. 1, cells 160\n"
+      "  boundary psi: x = 0, y = 0\n  boundary w: x = 0, y = 0\n  initial w = sin(pi*x)*sin(pi*y)\n"
+      "  time 0 .. 0.1, step 0.01\n}\n",
+      0.01);
+}
+
+/// As of projections by hand: the right side is divided by dt.
+TEST(StreamFunction, OfRightSidesDividedByTheStepIsNotAnalysed) {
+  expect_not_analysed(R"(
+kernel right(u: field halo 1, out b: field, dt: param) on 1 axes { b = (u[+1] - u[-1])/dt }
+kernel image(p: field halo 1, out r: field) on 1 axes { r = 4*p - p[-1] - p[+1] }
+kernel carry(u: field, p: field, out u_next: field, dt: param) on 1 axes { u_next = u - dt^2*p*u }
+program step {
+  axes x periodic
+  fill u periodic
+  run right
+  solve r = b for p {
+    fill p periodic
+    run image
+  }
+  run carry
+  swap u, u_next
+}
+scene s : step { grid x = 0 .. 1, cells 16, periodic; initial u = sin(2*pi*x); time 0 .. 1, step 0.1 }
+)",
+                      0.1);
+}
+
+/// What drives psi varies, but its values are not in the response: the worst place is the only one between walls.
+TEST(StreamFunction, PlacesBetweenWallsAreThoseOfFieldsThatMatter) {
+  const Verdict verdict = verdict_of(
+      *session_of("model m { field q; coefficient a; solve lap(psi) = -a for psi; let v = (dy(psi), -dx(psi))\n"
+                  "  dt(q) = -advect(v, q) }\nscheme c { advect = upwind(1); time = euler }\nscene s : m with c {\n"
+                  "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 16\n  boundary psi: y = 0\n"
+                  "  boundary q: y = zero_gradient\n  a = sin(pi*y/16)\n  initial q = 0\n  time 0 .. 1, step 0.001\n"
+                  "}\n"));
+  ASSERT_TRUE(verdict.is_analysed()) << verdict.why;
+  EXPECT_GT(verdict.places, 1);
+  EXPECT_EQ(verdict.places_between_walls, 1);
 }
 
 /// The same wind in a program: the step by hand, of Euler's method and upwind(1).

@@ -13,19 +13,33 @@
 namespace dpde::stability {
 namespace {
 
+/// No number in it is there twice: one that is read in the place of another is seen.
 Verdict any_verdict() {
   Verdict v;
-  v.limit = {StepLimit::Kind::limit, 0.1, 2.5, {1, -2, 1e-300}, 3};
+  v.limit = {StepLimit::Kind::limit, 0.1, 2.5, {1.5, -2, 1e-300}, 3};
+  v.wave = {0.7, -0.8, 0.9};
   v.is_of_walls = true;
+  v.limiter_step = 0.2;
   v.step = 1.0 / 3;
   v.parts = 4;
+  v.places = 5;
+  v.places_between_walls = 6;
   v.growth = std::numeric_limits<double>::infinity();
+  v.beyond = 0.11;
+  v.growth_rate = 0.12;
+  v.end_growth = 0.13;
+  v.largest_step = 0.14;
   v.place = "x = 0.1, y = 2";
   v.field = "u.x";
   v.worst.fields["u.x"].value = std::numeric_limits<double>::quiet_NaN();
-  v.worst.fields["u.x"].slope = {1, 2, 3};
-  v.worst.solved["psi"].slope = {0.5, -4, 0};
-  v.worst.params["cells.x"] = 16;
+  v.worst.fields["u.x"].slope = {21, 22, 23};
+  v.worst.solved["psi"].value = 24;
+  v.worst.solved["psi"].slope = {25, -26, 27};
+  v.worst.solved["phi"].value = 28;
+  v.worst.params = {{"cells.x", 16}, {"k", 29}, {"nu", 30}};
+  v.worst.place = {31, 32, 33};
+  v.worst.cells = {34, 35, 36};
+  v.worst.longest_wave = {37, 38, 39};
   v.courant = 0.5;
   return v;
 }
@@ -40,6 +54,19 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
   EXPECT_EQ(back->worst.params.at("cells.x"), 16);
   EXPECT_EQ(back->worst.solved, any_verdict().worst.solved);
   EXPECT_FALSE(verdict_from(text_of(Verdict{.why = "a network is in it"}))->is_analysed());
+}
+
+TEST(VerdictCache, TellsItsFlagsAndKindsApart) {
+  for (bool Verdict::*const flag : {&Verdict::is_exact, &Verdict::is_of_walls, &Verdict::is_of_networks}) {
+    Verdict v;
+    v.*flag = true;
+    EXPECT_EQ(text_of(verdict_from(text_of(v)).value()), text_of(v));
+  }
+  for (const StepLimit::Kind kind : {StepLimit::Kind::limit, StepLimit::Kind::none, StepLimit::Kind::never}) {
+    Verdict v;
+    v.limit.kind = kind;
+    EXPECT_EQ(verdict_from(text_of(v)).value().limit.kind, kind);
+  }
 }
 
 TEST(VerdictCache, TakesNothingThatIsNotWhole) {

@@ -210,9 +210,17 @@ std::unique_ptr<training::DataSetMaker> open(Job& job) {
   return training::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
 
-void report_estimates(Job& job, const std::vector<training::OrderEstimate>& estimates, Told& told) {
+/// What a time scheme or a solve keeps of the last step: nobody declared it.
+bool is_memory(training::DataSetMaker& maker, const std::string& name) {
+  const model::State* state = maker.session().problem().find_state(name);
+  return state != nullptr && !state->history_of.empty();
+}
+
+void report_estimates(Job& job, training::DataSetMaker& maker, const std::vector<training::OrderEstimate>& estimates,
+                      Told& told) {
   Json all = Json::object();
   for (const training::OrderEstimate& each : estimates) {
+    if (is_memory(maker, each.state)) continue;
     all[each.state] = {{"order", json_number(each.order)},
                        {"difference", json_number(each.difference)},
                        {"error", json_number(each.error())}};
@@ -228,6 +236,7 @@ void report_drifts(Job& job, training::DataSetMaker& maker, const std::vector<tr
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
+    if (is_memory(maker, name)) continue;
     const auto drift = [s](const training::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
     const auto most = std::ranges::max_element(runs, {}, drift);
     const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
@@ -243,6 +252,7 @@ void report_residuals(Job& job, training::DataSetMaker& maker, const std::vector
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
+    if (is_memory(maker, name)) continue;
     const auto residual = [s](const training::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
     if (std::ranges::any_of(runs, [&](const training::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
@@ -287,7 +297,7 @@ Told report(Job& job, training::DataSetMaker& maker, const std::vector<training:
                             set.runs, set.scene, maker.times().size(), maker.times().front(), maker.times().back(),
                             fmt::join(maker.cells(), " x ")));
   told.json = {{"runs", set.runs}, {"frames", maker.times().size()}, {"cells", maker.cells()}};
-  report_estimates(job, estimates, told);
+  report_estimates(job, maker, estimates, told);
   report_drifts(job, maker, runs, told);
   report_residuals(job, maker, runs, told);
   return told;

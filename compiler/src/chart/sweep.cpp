@@ -178,10 +178,10 @@ double finest_of(const model::Problem& scene, const std::vector<Entry>& entries)
 
 Method exact_solves(const model::Scheme& scheme) {
   SolveBy by = scheme.solve;
-  by.tolerance = SolveBy{}.tolerance;
+  by.tolerance = std::min(by.tolerance, SolveBy{}.tolerance);
   by.most_iterations = std::max(by.most_iterations, SolveBy{}.most_iterations);
   by.warns = false;
-  return scheme.solve.tolerance > by.tolerance ? Method{{"solve", model::print(by)}} : Method{};
+  return scheme.solve == by ? Method{} : Method{{"solve", model::print(by)}};
 }
 
 /// Fourier series where the scene has them: no difference resolves as much.

@@ -68,9 +68,7 @@ class Sampler {
     const double step = session.problem().step;
     const FrozenPoint point = at(session.workspace().cell_count() / 2, time_within(session, 0.5)).point;
     reads_places_ = depends_on(linear, point, step, [](FrozenPoint& p) { p.place.fill(not_a_number); });
-    for (const auto& [name, values] : fields_) {
-      if (depends_on(linear, point, step, [&](FrozenPoint& p) { p.fields[name] = unknown(); })) varied_.insert(name);
-    }
+    varied_ = fields_of_response(linear, point, step);
     std::erase_if(solved_, [&](const auto& entry) {
       return !depends_on(linear, point, step, [&](FrozenPoint& p) { p.solved[entry.first] = unknown(); });
     });
@@ -270,6 +268,14 @@ std::vector<ScenePoint> heaviest_points(const driver::Session& session, const Li
 }
 
 }  // namespace
+
+std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenPoint& point, double step) {
+  std::set<std::string> result;
+  for (const auto& [name, value] : point.fields) {
+    if (depends_on(linear, point, step, [&](FrozenPoint& p) { p.fields[name] = unknown(); })) result.insert(name);
+  }
+  return result;
+}
 
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear) {
   const Sampler sampler(session, linear);

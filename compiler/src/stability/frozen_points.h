@@ -2,6 +2,7 @@
 // Points of a scene at which its coefficients and its initial state are frozen for an analysis of waves.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct ScenePoint {
 /// Where the fields that the tangent reads are smallest and largest, some places between, and where cells are smallest;
 /// at other times too where that matters. Each different one once, one where nothing varies.
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
+
+/// Fields of the point without which there is no response.
+std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenPoint& point, double step);
 
 /// Whether a step from all places, states and times has this response: the analysis of one holds for all.
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);

@@ -2,9 +2,11 @@
 #include "stability/solved_fields.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dpde/runtime/error.h"
 #include "model/solves.h"
+#include "support/match.h"
 
 namespace dpde::stability {
 
@@ -17,19 +19,39 @@ using Names = std::map<std::string, std::string>;  // fields of the step, by wha
 /// `unknowns`: of the model; null in programs.
 void collect(const std::vector<Statement>& body, const std::vector<const model::Solve*>* unknowns, Names& found) {
   for (const Statement& statement : body) {
-    if (const Repeat* repeat = std::get_if<Repeat>(&statement)) {
-      collect(repeat->body, unknowns, found);
-    } else if (const Transform* transform = std::get_if<Transform>(&statement)) {
-      const auto solves = [](const Transform::Term& t) { return t.by.function.kind == WaveFunction::Kind::inverse; };
-      if (std::ranges::any_of(transform->terms, solves)) found.emplace(transform->result, transform->result);
-    } else if (const Solve* solve = std::get_if<Solve>(&statement)) {
-      const std::string& field = solve->unknowns.front();
-      const auto is_it = [&](const model::Solve* unknown) { return unknown->name == solve->written.field; };
-      if (unknowns == nullptr) found.emplace(field, field);
-      if (unknowns != nullptr && std::ranges::any_of(*unknowns, is_it)) found.emplace(solve->written.field, field);
-    }
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+        [](const Run&) {},
+        [&](const Transform& transform) {
+          const auto solves = [](const Transform::Term& t) {
+            return t.by.function.kind == WaveFunction::Kind::inverse;
+          };
+          if (std::ranges::any_of(transform.terms, solves)) found.emplace(transform.result, transform.result);
+        },
+        [&](const Solve& solve) {
+          const std::string& field = solve.unknowns.front();
+          const auto is_it = [&](const model::Solve* unknown) { return unknown->name == solve.written.field; };
+          if (unknowns == nullptr) found.emplace(field, field);
+          if (unknowns != nullptr && std::ranges::any_of(*unknowns, is_it)) found.emplace(solve.written.field, field);
+        },
+        [&](const Repeat& repeat) { collect(repeat.body, unknowns, found); });
   }
 }
+
+/// While it lives dt is 0, whatever is thrown.
+class WithoutStep {
+ public:
+  explicit WithoutStep(Workspace& workspace) : workspace_(workspace), dt_(workspace.params().at("dt")) {
+    workspace_.set_param("dt", 0);
+  }
+  ~WithoutStep() { workspace_.set_param("dt", dt_); }
+  WithoutStep(const WithoutStep&) = delete;
+  WithoutStep& operator=(const WithoutStep&) = delete;
+
+ private:
+  Workspace& workspace_;
+  double dt_;
+};
 
 }  // namespace
 
@@ -47,16 +69,17 @@ std::map<std::string, std::vector<double>> solved_fields(driver::Session& sessio
   Workspace::Bound bound;
   for (int s = 0; s < session.rollout().state_count(); ++s)
     bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
-  const double dt = workspace.params().at("dt");
-  workspace.set_param("dt", 0);
   std::map<std::string, std::vector<double>> result;
   try {
+    const WithoutStep without_step(workspace);
     workspace.execute(step, problem.t_begin, bound);
     for (const auto& [key, field] : names) result[key] = workspace.dense(field);
   } catch (const Error&) {
     result.clear();  // as of an operator that is divided by dt
   }
-  workspace.set_param("dt", dt);
+  // As of a right side that is divided by dt.
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  std::erase_if(result, [&](const auto& entry) { return !std::ranges::all_of(entry.second, is_finite); });
   workspace.release(step);
   return result;
 }

@@ -155,7 +155,8 @@ class Examination {
     is_any_ = true;
   }
 
-  /// The worst of waves, and where a field is smallest or largest: what flows in at one place flows out at another.
+  /// The worst of waves, and where a field that the response depends on is smallest or largest: what flows in at one
+  /// place flows out at another.
   /// Three dimensions take a second a place: there the worst alone.
   std::vector<ScenePoint> places_between_walls(const std::vector<ScenePoint>& points) const {
     std::vector<ScenePoint> places{worst_};
@@ -163,9 +164,10 @@ class Examination {
       const auto is_it = [&](const ScenePoint& other) { return other.place == point.place; };
       if (places.size() < most_places_between_walls && std::ranges::none_of(places, is_it)) places.push_back(point);
     };
-    for (const auto& [name, value] : worst_.point.fields) {
+    if (rank_ == 3) return places;
+    for (const std::string& name : fields_of_response(linear_, worst_.point, verdict_.step)) {
       const auto is_finite = [&](const ScenePoint& p) { return std::isfinite(p.point.fields.at(name).value); };
-      if (rank_ == 3 || !std::ranges::all_of(points, is_finite)) continue;
+      if (!std::ranges::all_of(points, is_finite)) continue;
       const auto value_at = [&](const ScenePoint& p) { return p.point.fields.at(name).value; };
       const auto [low, high] = std::ranges::minmax_element(points, {}, value_at);
       add(*low);

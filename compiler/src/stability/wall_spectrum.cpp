@@ -8,6 +8,7 @@
 #include "stability/eigenvalues.h"
 #include "stencil/build.h"
 #include "stencil/interpret.h"
+#include "support/match.h"
 
 namespace dpde::stability {
 
@@ -19,25 +20,38 @@ int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_ne
   return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
 }
 
-/// Without solves whose solution is known, and what fills its halo: by their names in `body` what `solved` calls them.
-std::map<std::string, std::string> take_out_solves(std::vector<stencil::Statement>& body, const LinearStep& linear,
-                                                   const std::map<std::string, FrozenValue>& solved) {
-  std::map<std::string, std::string> found;
-  for (stencil::Statement& statement : body) {
-    if (stencil::Repeat* repeat = std::get_if<stencil::Repeat>(&statement))
-      found.merge(take_out_solves(repeat->body, linear, solved));
-    const stencil::Solve* solve = std::get_if<stencil::Solve>(&statement);
-    if (solve == nullptr || linear.is_perturbation(solve->unknowns.front())) continue;
-    for (const std::string& name : {solve->unknowns.front(), solve->written.field})
-      if (solved.contains(name)) found.emplace(solve->unknowns.front(), name);
+using Names = std::map<std::string, std::string>;  // fields of a program, and what `solved` calls them
+
+/// Fields in `body` that solves make, and whose solution is known.
+void find_known(const std::vector<stencil::Statement>& body, const LinearStep& linear,
+                const std::map<std::string, FrozenValue>& solved, Names& found) {
+  for (const stencil::Statement& statement : body) {
+    match(
+        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {}, [](const stencil::Reduce&) {},
+        [](const stencil::NetworkCall&) {}, [](const stencil::Transform&) {}, [](const stencil::Run&) {},
+        [&](const stencil::Solve& solve) {
+          const std::string& field = solve.unknowns.front();
+          if (linear.is_perturbation(field)) return;
+          for (const std::string& name : {field, solve.written.field})
+            if (solved.contains(name)) found.emplace(field, name);
+        },
+        [&](const stencil::Repeat& repeat) { find_known(repeat.body, linear, solved, found); });
   }
+}
+
+/// Without solves for these fields, and what fills their halos: in repeats those of fields from outside, too.
+void take_out(std::vector<stencil::Statement>& body, const Names& known) {
+  for (stencil::Statement& statement : body)
+    if (auto* repeat = std::get_if<stencil::Repeat>(&statement)) take_out(repeat->body, known);
   std::erase_if(body, [&](const stencil::Statement& statement) {
-    const stencil::Solve* solve = std::get_if<stencil::Solve>(&statement);
-    const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
-    return (solve != nullptr && found.contains(solve->unknowns.front())) ||
-           (fill != nullptr && found.contains(fill->field));
+    return match(
+        statement, [&](const stencil::Fill& fill) { return known.contains(fill.field); },
+        [](const stencil::Fold&) { return false; }, [](const stencil::Reduce&) { return false; },
+        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
+        [](const stencil::Run&) { return false; },
+        [&](const stencil::Solve& solve) { return known.contains(solve.unknowns.front()); },
+        [](const stencil::Repeat&) { return false; });
   });
-  return found;
 }
 
 class SmallGrid {
@@ -50,7 +64,8 @@ class SmallGrid {
     for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
       halo_ = std::max(halo_, *std::ranges::max_element(widths));
     params_["dt"] = step;
-    solved_ = take_out_solves(program_.body, linear, point.solved);
+    find_known(program_.body, linear, point.solved, solved_);
+    take_out(program_.body, solved_);
   }
 
   Eigen::MatrixXd tangent() const {
@@ -116,8 +131,8 @@ class SmallGrid {
   }
 
   const LinearStep& linear_;
-  stencil::Program program_;                   // of the tangent, without what is known of the point
-  std::map<std::string, std::string> solved_;  // fields of that
+  stencil::Program program_;  // of the tangent, without what is known of the point
+  Names solved_;
   const FrozenPoint& point_;
   stencil::Params params_;
   const std::map<std::string, stencil::Weights>& weights_;

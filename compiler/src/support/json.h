@@ -41,8 +41,8 @@ class Json {
   Json(std::string_view text);
   Json(const Json& other);
   Json(Json&& other) noexcept;
-  Json& operator=(const Json& other);
-  Json& operator=(Json&& other) noexcept;
+  /// By value: `json["a"] = json["b"]` copies b before it makes room for a.
+  Json& operator=(Json other) noexcept;
   ~Json();
   template <class T>
   Json(const std::vector<T>& values) : Json(array()) {
