@@ -40,13 +40,20 @@ std::string failure_row(const Point& point) {
 }
 
 /// Against the next coarser mark with about the same ratio of step to cell; "" without one.
+/// Whether one is the other on finer cells: the same part of the largest stable step, or steps as long as cells are.
+bool are_alike(const Point& coarse, const Point& fine) {
+  const bool has_limits = coarse.largest_step > 0 && fine.largest_step > 0;
+  const double as_long =
+      has_limits ? fine.largest_step / coarse.largest_step : static_cast<double>(coarse.cells[0]) / fine.cells[0];
+  return std::abs(coarse.step / fine.step * as_long - 1) < 0.2;
+}
+
 std::string mark_order(const MethodMarks& method, const Mark& mark) {
   const Mark* before = nullptr;
   for (const Mark& other : method.marks) {
     if (!other.is_drawn() || !mark.is_drawn() || other.point->cells[0] >= mark.point->cells[0]) continue;
     if (solve_of(*other.point) != solve_of(*mark.point)) continue;
-    const double ratio = static_cast<double>(other.point->cells[0]) / mark.point->cells[0];
-    if (std::abs(other.point->step / mark.point->step * ratio - 1) < 0.2) before = &other;
+    if (are_alike(*other.point, *mark.point)) before = &other;
   }
   if (before == nullptr) return "";
   return fmt::format("{:.2f}", std::log(before->at.error / mark.at.error) /

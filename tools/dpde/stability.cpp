@@ -181,7 +181,7 @@ void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, d
     job_.say(fmt::format("measured: stable up to a step of {:.6g}, unstable from {:.6g}{}\n", found.largest,
                          found.smallest_unstable,
                          is_predicted ? fmt::format(", {:.4f} times what is predicted", found.largest / limit) : ""));
-  } else {
+  } else if (!found.was_stopped) {
     job_.say(fmt::format("measured: no {} step between {:.4g} and {:.4g}\n", found.largest > 0 ? "unstable" : "stable",
                          steps.empty() ? 0 : steps.front(), steps.empty() ? 0 : steps.back()));
   }

@@ -91,10 +91,10 @@ void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choic
     const auto session = chart::open(job.source(), scene.options, point.variant, why);
     const std::string text = session == nullptr ? "" : text_to_paste(point, session->compiled());
     result["text"] = text;
-    job.say(
-        fmt::format("{}: {} on {} cells, steps of {:.6g}: error {:.3g}, {:.3g} s a unit of time, after {} runs\n\n{}\n",
-                    problem.scene, chart::method_text(point.variant), fmt::join(point.cells, " x "), point.step,
-                    point.error, point.seconds, choice.tried, text));
+    job.say(fmt::format("{}: {} on {} cells, steps of {:.6g}: error {:.3g}, {:.3g} s {}, after {} runs\n\n{}\n",
+                        problem.scene, chart::method_text(point.variant), fmt::join(point.cells, " x "), point.step,
+                        point.error, point.seconds,
+                        scene.is_gradient_alone ? "a value with its gradient" : "a unit of time", choice.tried, text));
   }
   for (const chart::RunnerUp& other : choice.runners_up)
     job.say(fmt::format("  not {}{}: {}\n", chart::method_text(other.point.variant),
@@ -167,7 +167,8 @@ Json tune_scene(Job& job, const TuneCommand& options) {
     progress.show(what, runs, runs + 10);  // how many there will be nobody knows
   };
   const chart::TuneOptions tuning{scene.options, tolerance, options.most_cells, options.gradient, {}, tell};
-  const chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
+  chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
+  if (choice.chosen && !chart::is_complete(*choice.chosen)) choice.chosen.reset();  // stopped while it was proved
   report_choice(job, scene, choice, tolerance, result);
   if (choice.chosen && chosen_json(*choice.chosen).value<std::string>("real", "") == "f32")
     analysis::keep_single_precision(scene.session->compiled(), job.source(), tolerance, choice.chosen->error);
