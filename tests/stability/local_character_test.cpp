@@ -9,34 +9,25 @@
 #include <numbers>
 
 #include "stability/verdict.h"
+#include "stability_support.h"
 
 namespace dpde::stability {
 namespace {
 
 using std::numbers::pi;
 
-std::unique_ptr<driver::Session> open(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  driver::CompileOptions options;
-  options.selection.name = "s";
-  options.backend = driver::Backend::jit;
-  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
-  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
-  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
-}
-
 /// On 32 cells of width 1.
 std::unique_ptr<driver::Session> line(const std::string& rate, const std::string& scheme, double step) {
-  return open("model m { field u; dt(u) = " + rate + " }\nscheme c { " + scheme +
-              " }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n  initial u = sin(2*pi*x/32)\n" +
-              fmt::format("  time 0 .. {}, step {}\n}}\n", 10 * step, step));
+  return open_scene("model m { field u; dt(u) = " + rate + " }\nscheme c { " + scheme +
+                    " }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n  initial u = sin(2*pi*x/32)\n" +
+                    fmt::format("  time 0 .. {}, step {}\n}}\n", 10 * step, step));
 }
 
 std::unique_ptr<driver::Session> burgers(const std::string& advect, int cells) {
-  return open("model m { field u; dt(u) = -advect(u, u) + 0.01/pi*lap(u) }\nscheme c { time = rk4; advect = " + advect +
-              fmt::format(" }}\nscene s : m with c {{\n  grid x = -1 .. 1, cells {}, periodic\n", cells) +
-              "  initial u = -sin(pi*x)\n  time 0 .. 0.1, step 1e-3\n}\n");
+  return open_scene(
+      "model m { field u; dt(u) = -advect(u, u) + 0.01/pi*lap(u) }\nscheme c { time = rk4; advect = " + advect +
+      fmt::format(" }}\nscene s : m with c {{\n  grid x = -1 .. 1, cells {}, periodic\n", cells) +
+      "  initial u = -sin(pi*x)\n  time 0 .. 0.1, step 1e-3\n}\n");
 }
 
 /// |u| is largest half a cell from x = -1/2, where a cell has the number |u|*h/nu.
@@ -58,7 +49,7 @@ TEST(CellNumber, OfBurgersOn64CellsRingsWithCentralDifferences) {
 }
 
 TEST(CellNumber, IsOneAnAxisAndFollowsCoefficients) {
-  const auto session = open(
+  const auto session = open_scene(
       "model m { field c; dt(c) = -advect((2 + sin(2*pi*y), 0.5), c) + div(0.1*grad(c)) }\nscene s : m {\n"
       "  grid x = 0 .. 8, cells 16, periodic\n  grid y = 0 .. 1, cells 32, periodic\n  initial c = x\n"
       "  time 0 .. 1e-3, step 1e-4\n}\n");
@@ -144,7 +135,7 @@ TEST(Waves, OfDiffusionStandAndFall) {
 
 /// sin(omega dt/2) = nu sin(theta/2), of waves to both sides; none grows.
 TEST(Waves, OfTheWaveEquationByVerletAreItsDispersion) {
-  const auto session = open(
+  const auto session = open_scene(
       "model m { field u; dt(dt(u)) = lap(u) }\nscheme c { time = verlet }\nscene s : m with c {\n  grid x = 0 .. 32, "
       "cells 32, periodic\n  initial u = sin(2*pi*x/32)\n  initial dt(u) = 0\n  time 0 .. 8, step 0.8\n}\n");
   const std::vector<Wave> found = waves_of(*session, verdict_of(*session).worst, 0.8);

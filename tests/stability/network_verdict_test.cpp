@@ -6,27 +6,18 @@
 #include <cmath>
 
 #include "stability/verdict.h"
+#include "stability_support.h"
 
 namespace dpde::stability {
 namespace {
 
 /// On cells of width 1, by Euler's method; N(u) = weight*u.
 Verdict verdict_on(const std::string& rate, const std::string& more, double weight, double step) {
-  const SourceFile source(
-      "test.dpde",
+  const auto session = open_scene(
       "network N(u: scalar) -> scalar {\n  conv out, 1, initial = zero\n}\nmodel m { field u; dt(u) = " + rate +
-          " }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n"
-          "  initial u = sin(2*pi*x/32)\n" +
-          fmt::format("  time 0 .. {}, step {}\n", 1000 * step, step) + more + "}\n");
-  DiagnosticSink sink;
-  driver::CompileOptions options;
-  options.selection.name = "s";
-  options.backend = driver::Backend::jit;
-  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
-  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
-  if (!compiled) return {};
-  const auto session =
-      driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+      " }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n"
+      "  initial u = sin(2*pi*x/32)\n" +
+      fmt::format("  time 0 .. {}, step {}\n", 1000 * step, step) + more + "}\n");
   for (auto& [name, weights] : session->workspace().weights()) weights.values.front() = weight;
   EXPECT_EQ(grows_nothing(*session), !verdict_of(*session).is_above());
   return verdict_of(*session);

@@ -15,6 +15,7 @@
 
 #include "stability/trial.h"
 #include "stability/verdict.h"
+#include "stability_support.h"
 
 namespace dpde::stability {
 namespace {
@@ -25,18 +26,7 @@ using std::numbers::pi;
 constexpr int angles = 1600;
 constexpr double most_steps = 1e5;  // of a run
 
-/// Of u_t = -u_x (h = 1): the rate of the wave of this angle. Weights from Taylor series, by hand.
-struct Difference {
-  int first;  // cell of the first weight
-  std::vector<double> weights;
-  double bottom;
-  Complex of(double angle) const {
-    Complex sum = 0;
-    for (std::size_t i = 0; i < weights.size(); ++i)
-      sum += weights[i] / bottom * std::polar(1.0, angle * (first + static_cast<double>(i)));
-    return sum;
-  }
-};
+/// Weights from Taylor series, by hand.
 const std::map<std::string, Difference> slopes{{"upwind(1)", {-1, {-1, 1}, 1}},
                                                {"upwind(3)", {-2, {1, -6, 3, 2}, 6}},
                                                {"upwind(5)", {-3, {-2, 15, -60, 20, 30, -3}, 60}},
@@ -134,19 +124,11 @@ int cells_of(const Pair& p) { return p.operation == "advect" && p.space == "spec
 
 std::unique_ptr<driver::Session> session_of(const Pair& p) {
   const std::string equation = p.operation == "advect" ? "-advect(1, u)" : "lap(u)";
-  const std::string text = fmt::format(
-      "model m {{ field u; dt(u) = {0} }}\nscheme c {{ {1} = {2}; time = {3} }}\n"
-      "scene s : m with c {{\n  grid x = 0 .. {4}, cells {4}, periodic\n"
-      "  initial u = sin(2*pi*x/{4})\n  time 0 .. 0.1, step 0.1\n}}\n",
-      equation, p.operation, p.space, p.time, cells_of(p));
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  driver::CompileOptions options;
-  options.selection.name = "s";
-  options.backend = driver::Backend::jit;
-  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
-  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
-  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+  return open_scene(
+      fmt::format("model m {{ field u; dt(u) = {0} }}\nscheme c {{ {1} = {2}; time = {3} }}\n"
+                  "scene s : m with c {{\n  grid x = 0 .. {4}, cells {4}, periodic\n"
+                  "  initial u = sin(2*pi*x/{4})\n  time 0 .. 0.1, step 0.1\n}}\n",
+                  equation, p.operation, p.space, p.time, cells_of(p)));
 }
 
 class PairTable : public ::testing::TestWithParam<Pair> {

@@ -11,20 +11,10 @@
 #include "stability/trial.h"
 #include "stability/verdict.h"
 #include "stability/wall_spectrum.h"
+#include "stability_support.h"
 
 namespace dpde::stability {
 namespace {
-
-std::unique_ptr<driver::Session> session_of(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  driver::CompileOptions options;
-  options.selection.name = "s";
-  options.backend = driver::Backend::jit;
-  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
-  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
-  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
-}
 
 /// On cells of 1 between walls y = 0 and y = 16, between which `flow` flows along x.
 std::string channel(const std::string& scheme, double flow, const std::string& more = "") {
@@ -42,7 +32,7 @@ TEST(StreamFunction, LimitsAreThoseOfItsWind) {
                                                {"time = ssp_rk3", 0.5, 1.7321 / 0.5},
                                                {"advect = upwind(1); time = euler", 1.0, 1.0},
                                                {"advect = upwind(3); time = ab2", 1.0, 0.5802}}) {
-    const auto session = session_of(channel(scheme, 16 * wind));
+    const auto session = open_scene(channel(scheme, 16 * wind));
     const Verdict verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << scheme << verdict.why;
     EXPECT_NEAR(verdict.limit.step, expected, 2e-3 * expected) << scheme;
@@ -57,7 +47,7 @@ TEST(StreamFunction, LimitsAreThoseOfItsWind) {
 /// The longer a wave the faster it falls, by 1/q^2: between walls the longest is twice the rod. 2/q^2 is what the
 /// difference makes of it on cells of h.
 TEST(StreamFunction, WavesBetweenWallsMayBeTwiceAsLongAsTheRod) {
-  const auto session = session_of(
+  const auto session = open_scene(
       "model m { field u; solve lap(psi) = u for psi; dt(u) = psi }\nscheme c { time = euler }\nscene s : m with c {\n"
       "  grid x = 0 .. 1, cells 128\n  boundary psi: x = 0\n  boundary u: x = zero_gradient\n  initial u = sin(pi*x)\n"
       "  time 0 .. 1, step 0.1\n}\n");
@@ -69,7 +59,7 @@ TEST(StreamFunction, WavesBetweenWallsMayBeTwiceAsLongAsTheRod) {
 
 /// An operator that is divided by dt has no solution where that is 0: it is not needed here, and nothing else is lost.
 TEST(StreamFunction, OperatorsThatNeedAStepAreNoFault) {
-  const auto session = session_of(R"(
+  const auto session = open_scene(R"(
 kernel right(u: field halo 1, k, hx: param, out b: field) on 1 axes { b = k*(u[-1] - 2*u + u[+1])/hx^2 }
 kernel image(v: field halo 1, k, hx, dt: param, out r: field) on 1 axes { r = v/dt - k*(v[-1] - 2*v + v[+1])/hx^2 }
 kernel add(u: field, v: field, out u_next: field) on 1 axes { u_next = u + v }
@@ -93,7 +83,7 @@ scene s : step { grid x = 0 .. 1, cells 16, periodic; k = 1; initial u = sin(2*p
 
 /// Where dt is 0 what is solved for is not known: nobody is stopped by that, and dt is what it was.
 void expect_not_analysed(const std::string& text, double step) {
-  const auto session = session_of(text);
+  const auto session = open_scene(text);
   EXPECT_EQ(verdict_of(*session).why, "what the step solves for is not known at the initial state") << text;
   EXPECT_EQ(session->workspace().params().at("dt"), step);
   DiagnosticSink sink;
@@ -137,7 +127,7 @@ scene s : step { grid x = 0 .. 1, cells 16, periodic; initial u = sin(2*pi*x); t
 /// What drives psi varies, but its values are not in the response: the worst place is the only one between walls.
 TEST(StreamFunction, PlacesBetweenWallsAreThoseOfFieldsThatMatter) {
   const Verdict verdict = verdict_of(
-      *session_of("model m { field q; coefficient a; solve lap(psi) = -a for psi; let v = (dy(psi), -dx(psi))\n"
+      *open_scene("model m { field q; coefficient a; solve lap(psi) = -a for psi; let v = (dy(psi), -dx(psi))\n"
                   "  dt(q) = -advect(v, q) }\nscheme c { advect = upwind(1); time = euler }\nscene s : m with c {\n"
                   "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 16\n  boundary psi: y = 0\n"
                   "  boundary q: y = zero_gradient\n  a = sin(pi*y/16)\n  initial q = 0\n  time 0 .. 1, step 0.001\n"
@@ -149,7 +139,7 @@ TEST(StreamFunction, PlacesBetweenWallsAreThoseOfFieldsThatMatter) {
 
 /// The same wind in a program: the step by hand, of Euler's method and upwind(1).
 TEST(StreamFunction, OfAProgramIsKnownToo) {
-  const auto session = session_of(R"(
+  const auto session = open_scene(R"(
 kernel right(w: field, out b: field) on 2 axes { b = -w }
 kernel image(psi: field halo 1, out r: field) on 2 axes {
   r = psi[-1, 0] + psi[+1, 0] + psi[0, -1] + psi[0, +1] - 4*psi
@@ -187,7 +177,7 @@ scene s : walk {
 }
 
 TEST(StreamFunction, EulerByCentralDifferencesIsNeverStable) {
-  const auto session = session_of(channel("time = euler", 16));
+  const auto session = open_scene(channel("time = euler", 16));
   const Verdict verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::never) << verdict.why;
   const auto other = stable_scheme(*session, verdict);
@@ -201,7 +191,7 @@ TEST(StreamFunction, EulerByCentralDifferencesIsNeverStable) {
 TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
   for (const auto& [differences, largest] :
        {std::pair{"central(2)", 1.0}, {"central(4)", 1.3722}, {"spectral", std::numbers::pi}}) {
-    const Verdict verdict = verdict_of(*session_of(fmt::format(
+    const Verdict verdict = verdict_of(*open_scene(fmt::format(
         "model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); dt(w) = -advect(v, w) }}\n"
         "scheme c {{ time = rk4; dx = {0}; lap = {0}; advect = {0} }}\nscene s : m with c {{\n"
         "  grid x = 0 .. 2*pi, cells 48, periodic\n  grid y = 0 .. 2*pi, cells 48, periodic\n"
@@ -217,7 +207,7 @@ TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
 /// Fast in a few spots, which waves leave before they have grown: told, and refused where there is no doubt.
 TEST(StreamFunction, OfNarrowPeaksIsRefusedFarBeyondTheLimit) {
   const auto verdict_at = [](double step) {
-    return verdict_of(*session_of(
+    return verdict_of(*open_scene(
         fmt::format("model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi))\n"
                     "  dt(w) = -advect(v, w) + 0.01*lap(w) }}\nscheme c {{ time = rk4 }}\nscene s : m with c {{\n"
                     "  grid x = 0 .. 2*pi, cells 64, periodic\n  grid y = 0 .. 2*pi, cells 64, periodic\n"
@@ -233,7 +223,7 @@ TEST(StreamFunction, OfNarrowPeaksIsRefusedFarBeyondTheLimit) {
 /// Rossby's waves turn by b*kx/(kx^2 + ky^2), by these differences by b*sin(a)/(4*sin(a/2)^2) where ky is 0: most the
 /// wave of 32 cells. Those that are longer than the grid would be faster yet.
 TEST(StreamFunction, WavesLongerThanTheGridDoNotCount) {
-  const auto session = session_of(
+  const auto session = open_scene(
       "model m { field w; solve lap(psi) = -w for psi; dt(w) = 2*dx(psi) }\nscheme c { time = rk4 }\n"
       "scene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n  grid y = 0 .. 16, cells 16, periodic\n"
       "  initial w = cos(2*pi*x/32)\n  time 0 .. 1, step 0.01\n}\n");

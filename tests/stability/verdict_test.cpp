@@ -11,21 +11,12 @@
 #include <map>
 #include <numbers>
 
+#include "stability_support.h"
+
 namespace dpde::stability {
 namespace {
 
-std::unique_ptr<driver::Session> session_on(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  driver::CompileOptions options;
-  options.selection.name = "s";
-  options.backend = driver::Backend::jit;
-  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
-  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
-  return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
-}
-
-Verdict verdict_on(const std::string& text) { return verdict_of(*session_on(text)); }
+Verdict verdict_on(const std::string& text) { return verdict_of(*open_scene(text)); }
 
 Verdict verdict_on(const std::string& equation, const std::string& more, const std::string& scheme,
                    const std::string& initial = "sin(2*pi*x/64)", int rank = 1) {
@@ -56,7 +47,7 @@ TEST(Verdict, FindsWhereAndWhenCoefficientsAreLargest) {
 TEST(GrowsNothing, IsSaidOfStableStepsAlone) {
   const auto is_said = [](const std::string& equation, const std::string& scheme, const std::string& boundary,
                           double step) {
-    return grows_nothing(*session_on(fmt::format(
+    return grows_nothing(*open_scene(fmt::format(
         "model m {{ field u; {} }}\nscheme c {{ {} }}\nscene s : m with c {{\n  grid x = 0 .. 64, cells 64{}\n"
         "  initial u = sin(2*pi*x/64)\n  time 0 .. {}, step {}\n}}\n",
         equation, scheme, boundary, 1000 * step, step)));
@@ -159,7 +150,7 @@ TEST(Verdict, KnowsWhatMeansFeedBack) {
   limit_of("-50*(u - mean(u))", 2.0 / 50);
   EXPECT_EQ(verdict_on("dt(u) = 50*mean(u)", run, "time = euler").limit.kind, StepLimit::Kind::none);
   for (const auto& [step, is_bounded] : {std::pair(0.039, true), {0.041, false}}) {
-    const auto session = session_on(fmt::format(
+    const auto session = open_scene(fmt::format(
         "model m {{ field u; dt(u) = -50*mean(u) }}\nscheme c {{ time = euler }}\nscene s : m with c {{\n"
         "  grid x = 0 .. 64, cells 64, periodic\n  initial u = 1 + sin(2*pi*x/64)\n  time 0 .. {}, step {}\n}}\n",
         1000 * step, step));
@@ -174,7 +165,7 @@ TEST(Verdict, AgreesWithTheQuickLook) {
     for (const std::string advect : {"central(2)", "upwind(1)", "upwind(3)"}) {
       for (const std::string sides : {"x.low = 0, x.high = zero_gradient", "x.low = 0, x.high = linear"}) {
         for (const double step : {0.05, 0.3}) {
-          const auto session = session_on(fmt::format(
+          const auto session = open_scene(fmt::format(
               "model m {{ field u; dt(u) = -advect(1, u) }}\nscheme s {{ advect = {}; time = {} }}\nscene s : m with s "
               "{{\n  grid x = 0 .. 24, cells 24\n  boundary u: {}\n  initial u = x\n  time 0 .. {}, step {}\n}}\n",
               advect, time, sides, 1000 * step, step));

@@ -39,7 +39,6 @@ std::string failure_row(const Point& point) {
                      point.does_not_fit() ? "left out: " + point.failure : point.failure, solve_text(point));
 }
 
-/// Against the next coarser mark with about the same ratio of step to cell; "" without one.
 /// Whether one is the other on finer cells: the same part of the largest stable step, or steps as long as cells are.
 bool are_alike(const Point& coarse, const Point& fine) {
   const bool has_limits = coarse.largest_step > 0 && fine.largest_step > 0;
@@ -48,6 +47,7 @@ bool are_alike(const Point& coarse, const Point& fine) {
   return std::abs(coarse.step / fine.step * as_long - 1) < 0.2;
 }
 
+/// Against the next coarser mark that is alike; "" without one.
 std::string mark_order(const MethodMarks& method, const Mark& mark) {
   const Mark* before = nullptr;
   for (const Mark& other : method.marks) {

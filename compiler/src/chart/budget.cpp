@@ -121,7 +121,10 @@ class Companions {
     if (finer == nullptr) return false;
     const int parts = parts_for(*finer);
     if (!exacter_solves_.empty() && !run(open_at(1, 1, true).get(), to_tolerance_)) return false;
-    if (!run(1, 1, base_) || !run(1, 2, half_) || !run(1, 4, quarter_) || !run(0.5, parts, coarse_)) return false;
+    const bool is_as_exact = !is_single_ && exacter_solves_.empty();
+    if (is_as_exact) base_ = as_it_is_;
+    if (!is_as_exact && !run(1, 1, base_)) return false;
+    if (!run(1, 2, half_) || !run(1, 4, quarter_) || !run(0.5, parts, coarse_)) return false;
     same_ = parts == 1 ? base_ : parts == 2 ? half_ : quarter_;
     if (parts > 4 && !run(1, parts, same_)) return false;
     return parts == 1 ? run(finer.get(), fine_) : run(2, parts, fine_);

@@ -38,14 +38,17 @@ Response sum(const Response& a, const Response& b, double factor) {
   return result;
 }
 
+double angle_of_longest(const FrozenPoint& point, int axis) {
+  return 2 * std::numbers::pi / std::max(point.longest_wave[static_cast<std::size_t>(axis)], 2.0);
+}
+
 /// The longest waves of the grid: along each axis, and along several.
 std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   std::vector<Angles> waves;
   for (int direction = 1; direction < (1 << rank); ++direction) {
     Angles angles{};
     for (int axis = 0; axis < rank; ++axis) {
-      const double length = std::max(point.longest_wave[static_cast<std::size_t>(axis)], 2.0);
-      if ((direction >> axis) % 2 != 0) angles[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / length;
+      if ((direction >> axis) % 2 != 0) angles[static_cast<std::size_t>(axis)] = angle_of_longest(point, axis);
     }
     waves.push_back(angles);
   }
@@ -58,10 +61,9 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
 Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
                            const std::function<double(const Angles&)>& f) {
   const auto is_longer_than_grid = [&](const Angles& angles) {
-    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
-      const double angle = std::abs(std::remainder(angles[axis], 2 * std::numbers::pi));
-      if (angle > 0 && angle < rounded_down * 2 * std::numbers::pi / std::max(point.longest_wave[axis], 2.0))
-        return true;
+    for (int axis = 0; axis < rank; ++axis) {
+      const double angle = std::abs(std::remainder(angles[static_cast<std::size_t>(axis)], 2 * std::numbers::pi));
+      if (angle > 0 && angle < rounded_down * angle_of_longest(point, axis)) return true;
     }
     return false;
   };

@@ -156,8 +156,7 @@ class Examination {
   }
 
   /// The worst of waves, and where a field that the response depends on is smallest or largest: what flows in at one
-  /// place flows out at another.
-  /// Three dimensions take a second a place: there the worst alone.
+  /// place flows out at another. Three dimensions take a second a place: there the worst alone.
   std::vector<ScenePoint> places_between_walls(const std::vector<ScenePoint>& points) const {
     std::vector<ScenePoint> places{worst_};
     const auto add = [&](const ScenePoint& point) {

@@ -11,10 +11,10 @@ namespace dpde::model {
 
 namespace {
 
-/// The range of the row that says guess = last, else that of the scene's name.
+/// The range of the row that says guess = last, else, as of a setting, that of the scene's name.
 SourceRange place_of_guess(const Draft& draft) {
   const auto* scheme = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
-  if (scheme == nullptr) return draft.scene->name.range;
+  if (scheme == nullptr || draft.selection.overrides.contains("guess")) return draft.scene->name.range;
   for (const auto& [row, range] : items_of<ast::ValueItem>(scheme->items)) {
     if (row.name.name == "guess") return range;
   }
