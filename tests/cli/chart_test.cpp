@@ -108,6 +108,7 @@ TEST_F(ChartCommand, CtrlCLeavesAChartThatGoesOn) {
 TEST_F(ChartCommand, CtrlCBeforeTheReferenceIsNoFaultOfTheScene) {
   write("s.dpde", wind(false));
   const Outcome stopped = interrupted("chart s.dpde --reference-cells 262144 --out o", "0.3");
+  EXPECT_EQ(stopped.status, 1) << stopped.err;
   EXPECT_NE(stopped.err.find("stopped before there was anything to compare with"), std::string::npos) << stopped.err;
   EXPECT_EQ(stopped.err.find("E0916"), std::string::npos) << stopped.err;
 }

@@ -66,5 +66,21 @@ TEST_F(Instability, NormsOfSmallGradientsAreNot0) {
   EXPECT_NEAR(double(u["norm"]) / double(u["max"]), 2, 1e-12) << u;
 }
 
+/// The weights of weno follow the solution: the run leaves all bounds below the limit of those that are frozen. Squares
+/// of its values overflow at 1e154, where it stands still.
+TEST_F(Instability, WeightsThatFollowTheSolutionAreNamed) {
+  write("s.dpde",
+        "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = weno(3); time = ssp_rk3 }\n"
+        "scene s : m with c {\n  grid x = 0 .. 1, cells 64, periodic\n"
+        "  initial u = 1.5 + tanh(40*(x - 0.3)) - tanh(40*(x - 0.7))\n  time 0 .. 100, step 0.025\n}\n");
+  const Outcome run = dpde("run s.dpde s --json");
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"W0801"});
+  const std::string hint = run.json()["diagnostics"][0]["hint"];
+  EXPECT_NE(hint.find("stable up to 0.02541 with weights of weno and limiters as the run begins"), std::string::npos)
+      << hint;
+  EXPECT_NE(dpde("check s.dpde s").out.find("weights of weno and limiters: some runs blow up below it"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace dpde::testing

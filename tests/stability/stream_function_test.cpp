@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "stability/equations.h"
+#include "stability/local_character.h"
 #include "stability/trial.h"
 #include "stability/verdict.h"
 #include "stability/wall_spectrum.h"
@@ -55,6 +56,20 @@ TEST(StreamFunction, WavesBetweenWallsMayBeTwiceAsLongAsTheRod) {
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
   const double rate = std::pow(2 * 128 * std::sin(std::numbers::pi / 256), 2);
   EXPECT_NEAR(verdict.limit.step, 2 * rate, 2e-3 * 2 * rate);
+}
+
+/// Between two sheets of vortices, +1 and -1 in two columns of cells of 1, the wind is 1/2 less its mean over 64 cells,
+/// there alone: psi'' = -w summed by hand.
+TEST(StreamFunction, CellNumbersAreThoseOfItsFastestSpot) {
+  const auto session = open_scene(
+      "model m { field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); "
+      "dt(w) = -advect(v, w) + 0.1*lap(w) }\nscene s : m {\n  grid x = 0 .. 64, cells 64, periodic\n"
+      "  grid y = 0 .. 64, cells 64, periodic\n"
+      "  initial w = max(0, 1 - abs(x - 33.5)/0.6) - max(0, 1 - abs(x - 34.5)/0.6)\n  time 0 .. 1, step 0.1\n}\n");
+  const std::vector<CellNumber> found = cell_numbers(*session);
+  ASSERT_EQ(found.size(), 1u) << "nothing flows along x";
+  EXPECT_EQ(found[0].axis, 1);
+  EXPECT_NEAR(found[0].number, (0.5 - 1.0 / 64) / 0.1, 1e-6);
 }
 
 /// An operator that is divided by dt has no solution where that is 0: it is not needed here, and nothing else is lost.

@@ -43,6 +43,7 @@ class Chart {
   ChartScene scene_;
   chart::References references_;
   ChartFile file_;
+  int same_steps_ = 0;  // entries that are another one's, as their steps are rounded
 };
 
 std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& entries) {
@@ -56,7 +57,11 @@ std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& en
     const std::string key = file_.key_of(job_, entry, against);
     std::optional<chart::Point> point = file_.find(key, entry);
     if (!point) {
-      point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, references_);
+      point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, references_, points);
+    }
+    if (std::ranges::find(points, point->variant, &chart::Point::variant) != points.end()) {
+      ++same_steps_;
+      continue;
     }
     if (options_.budget && is_complete(*point) && !point->budget)
       point->budget = chart::budget_of(job_.source(), scene_.options, *point);
@@ -106,6 +111,9 @@ Json Chart::operator()() {
                        options_.out.empty() ? "" : "the same command with --resume goes on from here");
   if (!points.empty() && std::ranges::all_of(points, &chart::Point::does_not_fit))
     job_.sink().report("bad-option", {}, {fmt::format("no variant fits the scene: {}", points.front().failure)});
+  if (same_steps_ > 0)
+    job_.say(fmt::format("{} of {} points left out: their fractions give steps that others have\n", same_steps_,
+                         entries.size()));
   const double in_block = scene_.block ? scene_.block->tolerance : 0;
   const double tolerance = options_.tolerance > 0 ? options_.tolerance : in_block;
   write_chart(job_, {problem, points, references_, scene_.options.task, name, tolerance, scene_.options.threads},
@@ -123,7 +131,7 @@ void add_chart(CLI::App& app, int& status) {
   add_chart_options(*verb, options->wishes, "the median");
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--tolerance", options->tolerance, "drawn as a wall; the fastest point that meets it is told")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   verb->add_flag("--budget", options->budget, "of each point's error the parts of cells, steps and rounding");
   verb->add_flag("--resume", options->resume, "take over the points that --out holds already");
   verb->footer(

@@ -111,6 +111,7 @@ Point point_from(const Json& json) {
   point.cells = json.at("cells").get<std::vector<int>>();
   point.step = json.at("step");
   point.steps = json.at("steps");
+  point.is_above_limit = point.outcome == chart::Outcome::ran && !json.at("stable").get<bool>();
   point.largest_step = json.at("max_step").is_null() ? 0 : json.at("max_step").get<double>();
   for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
   read_measured(json, "", point);
@@ -137,7 +138,7 @@ Json point_json(const Point& point) {
                {"flops_per_point", point.cost.flops},
                {"max_step", point.largest_step > 0 ? Json(point.largest_step) : Json(nullptr)},
                {"outcome", word_of(point.outcome)},
-               {"stable", !point.is_unstable()},
+               {"stable", !point.is_unstable() && !point.is_above_limit},
                {"fits", !point.does_not_fit()},
                {"failure", point.failure.empty() ? Json(nullptr) : Json(point.failure)}};
   write_measured(point, "", point.failure.empty(), json);

@@ -70,11 +70,12 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
         text += failure_row(*mark.point);
         continue;
       }
-      text +=
-          fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}{}{}\n", cells_of(*mark.point), mark.point->step,
-                      mark.at.error, mark.at.seconds, mark_order(method, mark), mark.at.is_pareto ? "*" : "",
-                      solve_text(*mark.point), is_wide(mark.at) ? " (timings vary)" : "",
-                      mark.at.error < uncertainty ? " (below the error of the reference)" : "");
+      text += fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}{}{}{}\n", cells_of(*mark.point),
+                          mark.point->step, mark.at.error, mark.at.seconds, mark_order(method, mark),
+                          mark.at.is_pareto ? "*" : "", solve_text(*mark.point),
+                          mark.point->is_above_limit ? " (above the largest stable step)" : "",
+                          is_wide(mark.at) ? " (timings vary)" : "",
+                          mark.at.error < uncertainty ? " (below the error of the reference)" : "");
     }
   }
   return text + "* nothing else is both faster and more accurate\n";

@@ -108,6 +108,8 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
                   [](const MethodMarks&, const Mark& mark) { return mark.at.is_pareto; }));
   add(marks_where("below the error of the reference", Symbol::square, methods,
                   [&](const MethodMarks&, const Mark& mark) { return mark.at.error < uncertainty; }));
+  add(marks_where("above the largest stable step", Symbol::cross, methods,
+                  [](const MethodMarks&, const Mark& mark) { return mark.point->is_above_limit; }));
   int drawn = 0;
   for (const auto& [outcome, title] : {std::pair{chart::Outcome::above_limit, "not run: above the largest stable step"},
                                        {chart::Outcome::never_stable, "not run: unstable at every step"},

@@ -37,15 +37,16 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
+/// The first text that is no number above 0; "": all are.
 template <class Number>
-bool read_numbers(const std::vector<std::string>& texts, std::vector<Number>& numbers) {
+std::string read_numbers(const std::vector<std::string>& texts, std::vector<Number>& numbers) {
   for (const std::string& text : texts) {
     Number value{};
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || stop != text.data() + text.size() || !(value > 0)) return false;
+    if (error != std::errc() || stop != text.data() + text.size() || !(value > 0)) return text;
     numbers.push_back(value);
   }
-  return true;
+  return "";
 }
 
 std::optional<chart::Wishes> refuse(const std::string& text, const std::string& why, const std::string& hint,
@@ -54,13 +55,13 @@ std::optional<chart::Wishes> refuse(const std::string& text, const std::string& 
   return std::nullopt;
 }
 
-/// What numbers and methods the values of a key are; false where they are none.
-bool add_choices(const std::string& key, const std::vector<std::string>& values, chart::Wishes& wishes) {
+/// What numbers and methods the values of a key are; of numbers the first value that is none.
+std::string add_choices(const std::string& key, const std::vector<std::string>& values, chart::Wishes& wishes) {
   if (key == "cells") return read_numbers(values, wishes.cells = {});
   if (key == "step") return read_numbers(values, wishes.steps = {});
   if (key == "fraction") return read_numbers(values, wishes.fractions = {});
   wishes.method[key] = values;
-  return true;
+  return "";
 }
 
 chart::Wishes wishes_of(const model::Chart& block) {
@@ -83,9 +84,12 @@ std::optional<chart::Wishes> with_options(chart::Wishes wishes, const std::vecto
       return refuse(text, fmt::format(": {} is no key of a scheme", key),
                     fmt::format("scheme, cells, step, fraction, or one of: {}", fmt::join(model::scheme_keys(), ", ")),
                     sink);
-    if (!is_list || !add_choices(key, values, wishes))
-      return refuse(text, " is no list of values",
-                    "as in --vary advect=central2,upwind3 --vary cells=32,64,128 --vary step=0.01,0.005", sink);
+    const std::string example = "as in --vary advect=central2,upwind3 --vary cells=32,64,128 --vary step=0.01,0.005";
+    if (!is_list) return refuse(text, " is no list of values", example, sink);
+    const std::string wrong = add_choices(key, values, wishes);
+    if (!wrong.empty())
+      return refuse(text, fmt::format(": {} is no {} above 0", wrong, key == "cells" ? "whole number" : "number"),
+                    example, sink);
     for (const std::string& value : values) {
       if (key == chart::scheme_block && !contains(schemes, value))
         return refuse(text, fmt::format(": there is no scheme {}", value), model::did_you_mean(value, schemes), sink);
@@ -94,12 +98,14 @@ std::optional<chart::Wishes> with_options(chart::Wishes wishes, const std::vecto
   return wishes;
 }
 
-/// The chart that is named, or where nothing is named the only one of the file itself; "": none.
-std::string chart_name(const ast::File& file, const std::string& name) {
+/// The chart that is named, or where nothing is named the only one of the file itself; "": none. An error of several.
+std::string chart_name(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
   if (!name.empty()) return contains(model::chart_names(file), name) ? name : "";
   ast::File own = file;
   std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
   const std::vector<std::string> names = model::chart_names(own);
+  if (names.size() > 1)
+    sink.report("choose-one", {}, {"charts"}, fmt::format("name one, or a scene: {}", fmt::join(names, ", ")));
   return names.size() == 1 ? names.front() : "";
 }
 
@@ -107,7 +113,8 @@ std::string chart_name(const ast::File& file, const std::string& name) {
 bool read_block(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   DiagnosticSink unread;  // told when the scene is compiled
   const ast::File file = ast::parse(job.source(), unread);
-  const std::string name = chart_name(file, job.options().name);
+  const std::string name = chart_name(file, job.options().name, job.sink());
+  if (job.failed()) return false;
   if (!name.empty()) {
     scene.block = model::chart_from_ast(file, name, job.sink());
     if (!scene.block) return false;
@@ -219,7 +226,7 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& w
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb.add_option("--sample-seconds", wishes.timing.seconds, "least duration of each")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative())
       ->capture_default_str();
 }
 
@@ -288,7 +295,8 @@ chart::Refinement refinement(const ChartScene& scene, double finest) {
 
 bool find_state_reference(Job& job, const ChartScene& scene, double most_cells, chart::Reference& reference) {
   const model::Problem& problem = scene.session->problem();
-  const SourceRange place = !scene.block                                               ? job.place()
+  const bool is_of_block = scene.block && scene.reference_cells == scene.block->reference_cells;
+  const SourceRange place = !is_of_block                                               ? job.place()
                             : scene.block->reference == model::Chart::Reference::found ? scene.block->range
                                                                                        : scene.block->reference_range;
   if (scene.options.compile.manufactured) reference = chart::Reference("a manufactured solution");

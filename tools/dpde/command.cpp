@@ -161,6 +161,29 @@ int thread_count(const CommonOptions& options) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+namespace {
+
+/// CLI11's own print the whole range of doubles, digit by digit.
+CLI::Validator number_that(const char* what, bool (*is_meant)(double)) {
+  return CLI::Validator(
+      [=](const std::string& text) -> std::string {
+        double value = 0;
+        const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool is_number = error == std::errc() && stop == text.data() + text.size();
+        return is_number && is_meant(value) ? "" : fmt::format("{} is no number {}", text, what);
+      },
+      fmt::format("NUMBER {}", what));
+}
+
+}  // namespace
+
+CLI::Validator positive() {
+  return number_that("above 0", [](double value) { return value > 0; });
+}
+CLI::Validator not_negative() {
+  return number_that("of 0 or more", [](double value) { return value >= 0; });
+}
+
 Json json_number(double value) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";

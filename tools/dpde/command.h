@@ -17,7 +17,8 @@
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 
 namespace dpde::tools {
 
@@ -88,6 +89,10 @@ int flushed(int status);
 
 /// --threads, or all cores.
 int thread_count(const CommonOptions& options);
+
+/// Of options that are numbers above 0, or not below it.
+CLI::Validator positive();
+CLI::Validator not_negative();
 
 /// A number of JSON: NaN and infinities become "nan", "inf", "-inf".
 Json json_number(double value);

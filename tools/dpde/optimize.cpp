@@ -248,9 +248,9 @@ void add_optimize(CLI::App& app, int& status) {
   const auto options = std::make_shared<OptimizeOptions>();
   CLI::App* verb = app.add_subcommand("optimize", "run the optimiser of a task: find its unknowns");
   add_task_options(*verb, *options);
-  verb->add_option("--iterations", options->iterations, "in place of the task's")->check(CLI::PositiveNumber);
+  verb->add_option("--iterations", options->iterations, "in place of the task's")->check(positive());
   verb->add_option("--epochs", options->epochs, "in place of the task's, where it learns from trajectories")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   verb->add_option("--checkpoint-every", options->checkpoint_every,
                    "of such a task: updates, or time as in 30s, 10min (else every 10 minutes)")
       ->type_name("INTERVAL");

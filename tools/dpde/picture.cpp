@@ -142,6 +142,8 @@ std::string plot_of(const Curve& curve, const std::string& data, std::size_t num
 
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
+  if (panel.names_below)  // a second line keeps them off the label
+    text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(panel.x_label));
   text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
   text += panel.log_x ? "set logscale x\nset format x '%.0e'\n" : "set format x '%g'\n";
   text += "set autoscale\n";

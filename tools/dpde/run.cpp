@@ -80,7 +80,7 @@ Json Run::operator()() {
   if (!prepare_checkpoints()) return result;
   if (first_step_ == 0) look_at_start();
   if (!step()) return result;
-  if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink());
+  if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink(), stability::advice_on_blow_up);
   report(result);
   show_curve();
   write_files();
@@ -339,7 +339,7 @@ void add_run(CLI::App& app, int& status) {
   CLI::App* verb = app.add_subcommand("run", "step a scene through time, or make a data set");
   add_common_options(*verb, *options, {.force = true});
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--checkpoint-every", options->checkpoint_every,
                    "with --out: a checkpoint every N steps, or 30s, 10min, 2h")

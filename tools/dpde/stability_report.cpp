@@ -109,6 +109,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);
+  if (problem.scheme.has_weights())
+    text += "  so are the weights of weno and limiters: some runs blow up below it (dpde stability measures)\n";
   return text;
 }
 

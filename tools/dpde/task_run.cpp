@@ -138,7 +138,8 @@ std::string certificate_text(const TaskRun& run) {
 void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
   run.inverse->assign(x);
   const RunResult done = run.session->rollout().run();
-  if (!done.stopped && !done.blow_up) driver::report_instabilities(*run.session, job.sink());
+  if (!done.stopped && !done.blow_up)
+    driver::report_instabilities(*run.session, job.sink(), stability::advice_on_blow_up);
 }
 
 std::string help_at_start(const TaskRun& run, bool has_loss) {

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -65,6 +66,15 @@ std::string text_to_paste(const chart::Point& point, const driver::Compiled& com
     text += fmt::format("# grid {}: cells {}\n", chosen.axes[a].name, point.cells[a]);
   return text + fmt::format("# time {} .. {}, step {}{}\n", chosen.t_begin, chosen.t_begin + chosen.steps * chosen.step,
                             point.step, courant_text(compiled.ast, chosen));
+}
+
+void report_reference(Job& job, const ChartScene& scene, const chart::References& references, Json& result) {
+  const bool of_gradient = scene.is_gradient_alone;
+  const std::string text = of_gradient ? references.gradient.text() : references.states.text();
+  const double uncertainty = of_gradient ? references.gradient.uncertainty() : references.states.uncertainty();
+  result["reference"] = {{"text", text}, {"uncertainty", json_number(uncertainty)}};
+  job.say(fmt::format("errors against {}{}\n", text,
+                      uncertainty > 0 ? fmt::format(", which is known to {:.2g}", uncertainty) : ""));
 }
 
 void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choice, double tolerance, Json& result) {
@@ -132,6 +142,19 @@ bool is_known_well(Job& job, const ChartScene& scene, const chart::References& r
   return false;
 }
 
+/// Along each axis, in units of the scene's: a run that is the reference has twice as many.
+double most_cells_of(Job& job, const TuneCommand& options, const ChartScene& scene) {
+  const int cells = scene.session->problem().axes.front().cells;
+  if (scene.reference_cells == 0) return options.most_cells;
+  if (scene.reference_cells < 2 * cells)
+    job.sink().report(
+        "no-reference", job.place(),
+        {scene.session->problem().scene,
+         fmt::format("a run on {} cells is no reference for the scene's {}", scene.reference_cells, cells)},
+        fmt::format("twice as many at least: --reference-cells {}", 2 * cells));
+  return std::min(options.most_cells, 0.5 * scene.reference_cells / cells);
+}
+
 bool open_tuning(Job& job, const TuneCommand& options, ChartScene& scene) {
   if (!std::isfinite(options.tolerance) || !std::isfinite(options.most_cells))
     job.sink().report("bad-option", {}, {"--tolerance and --most-cells are finite numbers"});
@@ -158,7 +181,8 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   const model::Problem& problem = scene.session->problem();
   Progress progress(options.progress, options.quiet || options.json);
   chart::References references;
-  if (!find_references(job, scene, options.most_cells, progress, references) ||
+  const double most_cells = most_cells_of(job, options, scene);
+  if (job.failed() || !find_references(job, scene, most_cells, progress, references) ||
       !is_known_well(job, scene, references, options.gradient, tolerance))
     return result;
   int runs = 0;
@@ -166,9 +190,10 @@ Json tune_scene(Job& job, const TuneCommand& options) {
     ++runs;
     progress.show(what, runs, runs + 10);  // how many there will be nobody knows
   };
-  const chart::TuneOptions tuning{scene.options, tolerance, options.most_cells, options.gradient, {}, tell};
+  const chart::TuneOptions tuning{scene.options, tolerance, most_cells, options.gradient, {}, tell};
   chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
   if (choice.chosen && !chart::is_complete(*choice.chosen)) choice.chosen.reset();  // stopped while it was proved
+  report_reference(job, scene, references, result);
   report_choice(job, scene, choice, tolerance, result);
   if (choice.chosen && chosen_json(*choice.chosen).value<std::string>("real", "") == "f32")
     analysis::keep_single_precision(scene.session->compiled(), job.source(), tolerance, choice.chosen->error);
@@ -191,11 +216,11 @@ void add_tune(CLI::App& app, int& status) {
   add_common_options(*verb, *options);
   verb->add_option("--tolerance", options->tolerance,
                    "relative error at the end of the scene (root mean square); else what the scene's accuracy says")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   verb->add_flag("--gradient", options->gradient, "the error and the seconds are those of the gradient of the task");
   add_chart_options(*verb, options->wishes, "the shortest");
   verb->add_option("--most-cells", options->most_cells, "along each axis, in units of the scene's")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->footer(

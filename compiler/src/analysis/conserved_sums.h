@@ -50,12 +50,15 @@ class SumMonitor {
     double sum = 0, magnitude = 0;
   };
   Value integral(const void* state, const std::string& field, bool of_square) const;
+  /// Of each observable its value for the magnitudes of all states: that of an integral that is 0 is not.
+  std::vector<std::pair<std::string, double>> sizes(double t, const std::vector<void*>& states) const;
 
   driver::Session& session_;
   std::vector<ConservedSum> sums_;
   std::vector<std::vector<Value>> values_;  // of each sum, one a look
   std::vector<double> times_;
-  int first_ = 0, last_ = 0;  // steps
+  std::vector<std::pair<std::string, double>> sizes_;  // at the first look
+  int first_ = 0, last_ = 0;                           // steps
 };
 
 }  // namespace dpde::analysis

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "analysis/conserved_sums.h"
+#include "dpde/runtime/field.h"
 #include "dpde/runtime/layout.h"
 #include "model/placement.h"
 
@@ -69,6 +70,20 @@ SumMonitor::Value SumMonitor::integral(const void* state, const std::string& fie
   return {sums.sum, sums.magnitude};
 }
 
+std::vector<std::pair<std::string, double>> SumMonitor::sizes(double t, const std::vector<void*>& states) const {
+  const dpde_layout& layout = session_.workspace().layout();
+  std::vector<Field> magnitudes;
+  std::vector<void*> bases;
+  std::vector<double> values(session_.workspace().cell_count());
+  for (const void* state : states) {
+    copy_out(layout, state, values);
+    for (double& value : values) value = std::abs(value);
+    magnitudes.emplace_back(layout, static_cast<int>(magnitudes.size())).copy_in(values);
+    bases.push_back(magnitudes.back().base());
+  }
+  return session_.observe(t, bases);
+}
+
 void SumMonitor::look(int step, double t, const std::vector<void*>& states) {
   if (sums_.empty() || (!times_.empty() && step <= last_)) return;
   if (times_.empty()) first_ = step;
@@ -76,7 +91,10 @@ void SumMonitor::look(int step, double t, const std::vector<void*>& states) {
   times_.push_back(t);
   const auto observes = [](const ConservedSum& sum) { return sum.fields.empty(); };
   std::vector<std::pair<std::string, double>> observed;
-  if (std::ranges::any_of(sums_, observes)) observed = session_.observe(t, states);
+  if (std::ranges::any_of(sums_, observes)) {
+    observed = session_.observe(t, states);
+    if (times_.size() == 1) sizes_ = sizes(t, states);
+  }
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     Value value;
     for (const std::string& field : sums_[i].fields) {
@@ -104,6 +122,10 @@ std::vector<SumDrift> SumMonitor::drifts() const {
     for (const Value& value : values) {
       magnitude = std::max(magnitude, value.magnitude);
       distance = std::max(distance, std::abs(value.sum - drift.begin));
+    }
+    for (const auto& [name, size] : sizes_) {
+      if (sums_[i].fields.empty() && name == sums_[i].name && std::isfinite(size))
+        magnitude = std::max(magnitude, std::abs(size));
     }
     drift.largest = magnitude > 0 ? distance / magnitude : 0;
     drift.but_for_steps = sums_[i].but_for_steps;

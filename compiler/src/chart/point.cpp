@@ -107,6 +107,7 @@ std::vector<double> time_runs(const PointOptions& options, const std::function<b
 bool is_allowed(Point& point, driver::Session& session) {
   const stability::Verdict verdict = stability::verdict_of(session);
   if (verdict.limit.kind == stability::StepLimit::Kind::limit) point.largest_step = verdict.limit.step;
+  point.is_above_limit = verdict.is_above() && verdict.limit.kind == stability::StepLimit::Kind::limit;
   if (!verdict.ruins_run()) return true;
   if (verdict.limit.kind == stability::StepLimit::Kind::never) {
     point.fail(Outcome::never_stable, never_stable);
@@ -151,31 +152,28 @@ namespace {
 
 /// A step that is chosen as part of the largest stable one needs no other verdict. Where none is known, as of steps
 /// that a Courant number splits, it does.
-Point run_or_throw(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                   const References& references) {
-  Point point;
-  const bool is_chosen = entry.fraction > 0;
-  if (is_chosen && !choose_step(source, options, scene, entry, point)) return point;
+void run_or_throw(const SourceFile& source, const PointOptions& options, const Entry& entry,
+                  const References& references, Point& point) {
   const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
-  if (session == nullptr) return point;
+  if (session == nullptr) return;
   for (const model::Axis& axis : session->axes()) point.cells.push_back(axis.cells);
   point.step = session->problem().step;
   point.steps = session->steps();
   point.compile_seconds = session->compiled().seconds;
   point.memory_bytes = driver::peak_of_run(session->compiled());
   point.cost = driver::cost_of(session->compiled().loop, session->compiled().step_name());
-  const bool is_judged = is_chosen && entry.fraction <= 1 && point.largest_step > 0;
-  if (!is_judged && !is_allowed(point, *session)) return point;
+  const bool is_judged = entry.fraction > 0 && entry.fraction <= 1 && point.largest_step > 0;
+  if (!is_judged && !is_allowed(point, *session)) return;
   const RunResult first = session->rollout().run();
-  if (first.stopped) return point;
+  if (first.stopped) return;
   if (first.blow_up) {
     point.fail(Outcome::blew_up, fmt::format("no longer finite after step {}", first.blow_up->step));
-    return point;
+    return;
   }
   point.errors = references.states.errors(*session, options.measures);
   if (point.errors.empty() && !references.gradient.is_there()) {
     point.fail(Outcome::failed, "nothing to compare with");
-    return point;
+    return;
   }
   for (const auto& [name, error] : point.errors)
     point.error = error > point.error || std::isnan(error) ? error : point.error;
@@ -185,11 +183,11 @@ Point run_or_throw(const SourceFile& source, const PointOptions& options, const 
     timing.sample_seconds = 0;
   }
   std::vector<double> samples = time_runs(timing, [&] { return !session->rollout().run().stopped; });
-  if (samples.empty()) return point;
+  if (samples.empty()) return;
   const double duration = session->steps() * session->problem().step;
   for (double& sample : samples) sample /= duration;
   point.take(std::move(samples));
-  return point;
+  return;
 }
 
 /// Of a point that ran.
@@ -218,10 +216,14 @@ void add_gradient(const SourceFile& source, const PointOptions& options, const V
 }  // namespace
 
 Point run_point(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry entry,
-                const References& references) {
+                const References& references, const std::vector<Point>& known) {
   Point point;
   try {
-    point = run_or_throw(source, options, scene, entry, references);
+    if (entry.fraction == 0 || choose_step(source, options, scene, entry, point)) {
+      const auto same = std::ranges::find(known, entry.variant, &Point::variant);
+      if (same != known.end()) return *same;
+      run_or_throw(source, options, entry, references, point);
+    }
   } catch (const std::exception& error) {
     point.fail(Outcome::failed, error.what());
   }

@@ -23,6 +23,7 @@ inline constexpr const char* scheme_block = "scheme";
 struct Variant {
   std::map<std::string, std::string> method;      // scheme keys, precision, "scheme" of a block: one curve each
   std::map<std::string, std::string> resolution;  // cells, the step, and solves with their tolerance
+  bool operator==(const Variant&) const = default;
 };
 
 struct Entry {
@@ -74,6 +75,7 @@ struct Point : Measured {  // its error is the largest of `errors`
   double step = 0;
   int steps = 0;
   double largest_step = 0;               // by the verdict; 0: not known or none
+  bool is_above_limit = false;           // and ran all the same, as errors grow too little to ruin it
   std::map<std::string, double> errors;  // by measure, over the root mean square of the reference
   double compile_seconds = 0;
   driver::Cost cost;  // of a step, a cell
@@ -124,9 +126,10 @@ struct References {
 bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
                  Point& point);
 
-/// What one variant throws, for lack of memory as an example, is its failure and leaves the others alone.
+/// What one variant throws, for lack of memory as an example, is its failure and leaves the others alone. `known`: what
+/// was run before; fractions of a short run may be rounded to a step that one of these has, which is the result then.
 Point run_point(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry entry,
-                const References& references);
+                const References& references, const std::vector<Point>& known = {});
 
 /// It ran, was timed, and has an error.
 bool is_complete(const Point& point);

@@ -15,6 +15,8 @@ namespace dpde::driver {
 
 namespace {
 
+constexpr double never_right = 1e50;  // times what a field began with: nothing of the world grows by so much
+
 /// Of the interior; nothing of the size of the field is made.
 double largest_magnitude(const dpde_layout& layout, const void* base) {
   double largest = 0;
@@ -65,6 +67,10 @@ std::vector<Instability> instabilities_of(Session& session, double suspicious) {
   for (int s = 0; s < session.rollout().state_count(); ++s) {
     const Instability growth{session.rollout().state_name(s), first_magnitude(session, s), last_magnitude(session, s)};
     if (growth.before == 0 || growth.after <= suspicious * growth.before) continue;
+    if (growth.after > never_right * growth.before) {
+      result.push_back(growth);
+      continue;
+    }
     if (further.empty()) further = one_step_further(session);
     // What is unstable grows by the same factor in each step; what began with next to nothing, and other fields drive,
     // does not.
@@ -74,12 +80,15 @@ std::vector<Instability> instabilities_of(Session& session, double suspicious) {
   return result;
 }
 
-void report_instabilities(Session& session, DiagnosticSink& sink) {
-  for (const Instability& growth : instabilities_of(session)) {
+void report_instabilities(Session& session, DiagnosticSink& sink, const Advice& advice) {
+  const std::vector<Instability> found = instabilities_of(session);
+  const std::string more = found.empty() || advice == nullptr ? "" : advice(session);
+  for (const Instability& growth : found) {
     const model::State* state = session.problem().find_state(growth.state);
     sink.report("grown", state == nullptr ? SourceRange{} : state->origin.range,
                 {growth.state, fmt::format("{:.3g}", growth.before), fmt::format("{:.3g}", growth.after)},
-                fmt::format("the step of scene {} is {}", session.problem().scene, session.problem().step));
+                fmt::format("the step of scene {} is {}{}{}", session.problem().scene, session.problem().step,
+                            more.empty() ? "" : "; ", more));
   }
 }
 

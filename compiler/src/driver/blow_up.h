@@ -2,6 +2,7 @@
 // Runs that leave all bounds: those that end with values that are not finite, and those that would.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,10 @@ struct Instability {
   double before = 0, after = 0;  // largest magnitudes
 };
 std::vector<Instability> instabilities_of(Session& session, double suspicious = 1e8);
+/// What may help, "" where nothing is known: asked for only where a run needs it.
+using Advice = std::function<std::string(Session& session)>;
 /// A warning for each, at the equation of the field.
-void report_instabilities(Session& session, DiagnosticSink& sink);
+void report_instabilities(Session& session, DiagnosticSink& sink, const Advice& advice = {});
 
 /// A blown-up run in the user's words, at the equation of the field. `advice` is what may help; "": a smaller step.
 void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink, const std::string& advice = "");

@@ -108,6 +108,10 @@ struct Scheme {
   bool follows_flow() const { return any_transport(model::follows_flow); }
   bool has_clamp() const { return any_transport(corrects); }
   bool has_limiter() const { return steepest_slope() > 0; }
+  /// Whether any advect weighs its differences by the solution: an analysis of waves freezes what they are.
+  bool has_weights() const {
+    return has_limiter() || any_transport([](Advection advect) { return advect == Advection::weno; });
+  }
   /// The steepest of what limits slopes; 0: nothing does.
   double steepest_slope() const {
     double steepest = 0;

@@ -67,6 +67,11 @@ std::string advice_on_blow_up(driver::Session& session) {
   if (verdict.is_above())
     return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins", step,
                        verdict.limit.step);
+  if (session.problem().scheme.has_weights())
+    return fmt::format(
+        "steps are stable up to {:.4g} with weights of weno and limiters as the run begins; as these change, a smaller "
+        "step than {} may be needed (--set step=...)",
+        verdict.limit.step, step);
   return fmt::format(
       "where the run begins steps are stable up to {:.4g}: the equations blow up by themselves, or what "
       "they carry has become faster, and a smaller step than {} may help (--set step=...)",

@@ -17,9 +17,10 @@ namespace dpde::stability {
 namespace {
 
 constexpr std::size_t places_between = 6;
-constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;  // at responses, which take some 10 us each
-constexpr std::size_t heaviest = 4, most_points = 10;             // that are analysed
-constexpr std::size_t most_points_with_solves = 4;                // whose waves take ten times as long
+constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;     // at responses
+constexpr std::size_t fewest_looks = 64, work_of_looks = 1'000'000;  // parts of expressions, some 50 ns each
+constexpr std::size_t heaviest = 4, most_points = 10;                // that are analysed
+constexpr std::size_t most_points_with_solves = 4;                   // whose waves take ten times as long
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 std::map<std::string, double> numbers_of(const driver::Session& session) {
@@ -87,6 +88,25 @@ class Sampler {
       result.insert(i * (count - 1) / (places_between - 1));
     if (reads_places_) add_along_axes(result);
     if (result.empty()) result.insert(count / 2);
+    return result;
+  }
+
+  /// Along each axis, of each field that is solved for.
+  std::set<std::size_t> steepest_cells() const {
+    std::set<std::size_t> result;
+    for (const auto& [name, values] : solved_) {
+      std::array<double, 3> steepest{};
+      std::array<std::size_t, 3> cells{};
+      for (std::size_t cell = 0; cell < values.size(); ++cell) {
+        const FrozenValue here = about(values, cell, mean);
+        for (std::size_t a = 0; a < session_.axes().size(); ++a) {
+          if (!(std::abs(here.slope[a]) > steepest[a])) continue;
+          steepest[a] = std::abs(here.slope[a]);
+          cells[a] = cell;
+        }
+      }
+      result.insert(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(session_.axes().size()));
+    }
     return result;
   }
 
@@ -243,13 +263,29 @@ std::vector<ScenePoint> thinned(std::vector<ScenePoint> points, const driver::Se
   return result;
 }
 
+std::size_t size_of(const stencil::Expr& e) {
+  std::size_t size = 1;
+  stencil::for_each_child(e, [&](const stencil::Expr& child) { size += size_of(child); });
+  return size;
+}
+
+/// What a look at a response takes, in parts of expressions.
+std::size_t work_of(const LinearStep& linear) {
+  std::size_t work = 1;
+  for (const stencil::Kernel& kernel : linear.module().kernels) {
+    for (const stencil::Let& let : kernel.lets) work += size_of(let.value);
+    for (const stencil::Store& store : kernel.stores) work += size_of(store.value);
+  }
+  return work;
+}
+
 /// Of many cells and times those with the heaviest response: formulas may be large in a spot, or for a moment.
 std::vector<ScenePoint> heaviest_points(const driver::Session& session, const LinearStep& linear,
                                         const Sampler& sampler, bool varies_in_time) {
   const std::size_t cells = sampler.varies_in_space() ? session.workspace().cell_count() : 1;
-  const std::size_t most = varies_in_time ? most_cells_a_time : most_looks;
-  const std::size_t looks = std::min(cells, most);
-  const std::size_t times = !varies_in_time ? 1 : cells == 1 ? most_looks : most_looks / most_cells_a_time;
+  const std::size_t all = std::clamp(work_of_looks / work_of(linear), fewest_looks, most_looks);
+  const std::size_t looks = std::min(cells, varies_in_time ? most_cells_a_time : all);
+  const std::size_t times = !varies_in_time ? 1 : cells == 1 ? all : std::max<std::size_t>(2, all / most_cells_a_time);
   std::vector<std::pair<double, ScenePoint>> found;
   for (std::size_t i = 0; i < looks; ++i) {
     for (std::size_t k = 0; k < times; ++k) {
@@ -306,6 +342,13 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
     }
   }
   return linear.follows_flow() || linear.solves() ? thinned(std::move(result), session, linear) : result;
+}
+
+std::vector<ScenePoint> steepest_points(driver::Session& session, const LinearStep& linear) {
+  const Sampler sampler(session, linear);
+  std::vector<ScenePoint> result;
+  for (const std::size_t cell : sampler.steepest_cells()) result.push_back(sampler.at(cell, time_within(session, 0.5)));
+  return result;
 }
 
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point) {

@@ -20,6 +20,9 @@ struct ScenePoint {
 /// at other times too where that matters. Each different one once, one where nothing varies.
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
 
+/// Where what is solved for is steepest along an axis: there the wind of a stream function is fastest.
+std::vector<ScenePoint> steepest_points(driver::Session& session, const LinearStep& linear);
+
 /// Fields of the point without which there is no response.
 std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenPoint& point, double step);
 

@@ -109,6 +109,7 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
     if (options.stop != nullptr && options.stop->load()) return std::nullopt;
     const int now = std::min({std::max(1, std::min(result.steps / 16, wanted / looks)), wanted - result.steps});
     const bool has_solution = pair.advance(now);
+    if (options.stop != nullptr && options.stop->load()) return std::nullopt;  // one may have stopped before the other
     result.steps += now;
     const double allowed = 2 * options.growth_rate * step * result.steps;
     const double difference = has_solution ? pair.difference() : std::numeric_limits<double>::infinity();

@@ -41,9 +41,14 @@ void check_velocity(Draft& draft, const State& velocity) {
 }  // namespace
 
 std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix) {
+  const auto is_observed = [&](const std::string& name) {
+    const auto is_it = [&](const auto& item) { return item.kind.name.name == name; };
+    return std::ranges::any_of(items_of<ast::ObserveItem>(draft.scene->items), is_it) ||
+           (draft.task != nullptr && std::ranges::any_of(items_of<ast::DataItem>(draft.task->items), is_it));
+  };
   const auto is_taken = [&](const std::string& name) {
     const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
-    return draft.scope.find(name) != nullptr ||
+    return draft.scope.find(name) != nullptr || is_observed(name) ||
            (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr) ||
            std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let) ||
            std::ranges::any_of(items_of<ast::SolvedItem>(draft.model->items),
