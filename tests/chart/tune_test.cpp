@@ -245,5 +245,21 @@ TEST(References, AreKeptAndNoFinerThanNeeded) {
       << "runs that differ by half are no reference: the scene's own scheme makes it";
 }
 
+/// A reference is solved to the smallest tolerance, and a warning in the place of an error is none.
+TEST(Sweep, ReferencesSolveExactly) {
+  model::Scheme scheme;
+  EXPECT_TRUE(exact_solves(scheme).empty());
+  scheme.solve = {.tolerance = 1e-3, .most_iterations = 7, .warns = true};
+  const auto exact = exact_solves(scheme);
+  ASSERT_EQ(exact.size(), 1u);
+  const SolveBy by = model::with_settings(scheme, exact).solve;
+  EXPECT_EQ(by.tolerance, SolveBy{}.tolerance);
+  EXPECT_EQ(by.most_iterations, SolveBy{}.most_iterations);
+  EXPECT_FALSE(by.warns);
+  EXPECT_EQ(by.method, scheme.solve.method);
+  scheme.solve = {.tolerance = 1e-14};
+  EXPECT_TRUE(exact_solves(scheme).empty()) << "smaller than that of references";
+}
+
 }  // namespace
 }  // namespace dpde::chart
