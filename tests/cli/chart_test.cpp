@@ -260,14 +260,15 @@ TEST_F(ChartCommand, StabilityMeasuresWhatItPredicts) {
     EXPECT_NEAR(row["ratio"].get<double>(), 1, 0.02);
   }
   EXPECT_EQ(dpde("stability s.dpde --against c=2..1 --json").codes(), std::vector<std::string>{"E0904"});
-  // 31.5 cells cannot be run: it is listed, and the others go on.
-  const Json listed = dpde("stability s.dpde --against cells=31..32 --points 3 --json").json();
+  // Cells are whole numbers, each once; 0 cannot be run: it is listed, and the others go on.
+  const Json listed = dpde("stability s.dpde --against cells=0.4..32 --points 3 --json").json();
   ASSERT_EQ(listed["against"]["rows"].size(), 3u);
-  EXPECT_FALSE(listed["against"]["rows"][0].contains("failure"));
-  EXPECT_NE(listed["against"]["rows"][1]["failure"].get<std::string>().find("whole number"), std::string::npos);
+  EXPECT_TRUE(listed["against"]["rows"][0].contains("failure"));
+  EXPECT_EQ(listed["against"]["rows"][1]["cells"], 4);
   EXPECT_NEAR(listed["against"]["rows"][2]["ratio"].get<double>(), 1, 0.02);
+  EXPECT_EQ(dpde("stability s.dpde --against cells=31..32 --points 3 --json").json()["against"]["rows"].size(), 2u);
   EXPECT_FALSE(listed.contains("diagnostics"));
-  EXPECT_EQ(dpde("stability s.dpde --against cells=0.1..0.9 --points 3 --json").status, 2);
+  EXPECT_EQ(dpde("stability s.dpde --against cells=0.1..0.4 --points 3 --json").status, 2);
   const Json weak = dpde("stability s.dpde --set time=rk2 --json").json();
   EXPECT_TRUE(weak["predicted"]["weak"].get<bool>());
 }

@@ -23,6 +23,15 @@ Verdict verdict_on(const std::string& rate, const std::string& more, double weig
   return verdict_of(*session);
 }
 
+/// From whatever step the search begins: 0.49 of the limit, a 60th, a 1000th, and four times it.
+TEST(NetworkVerdict, LimitsDoNotDependOnTheSceneStep) {
+  for (const double step : {0.245, 0.5 / 60, 5e-4, 2.0}) {
+    const Verdict verdict = verdict_on("lap(u) + N(u)", "", 0, step);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << step;
+    EXPECT_NEAR(verdict.limit.step, 0.5, 0.02) << step;
+  }
+}
+
 /// |1 - (4 - w)*dt| <= 1.
 TEST(NetworkVerdict, KnowsWhatANetworkDoesInAnEquation) {
   for (const auto& [weight, limit] : {std::pair(0.0, 0.5), {-3.0, 2.0 / 7}}) {

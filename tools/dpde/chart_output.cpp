@@ -171,6 +171,8 @@ std::string known_to(double uncertainty) {
   return uncertainty > 0 ? fmt::format(", which is known to {:.2g}", uncertainty) : "";
 }
 
+constexpr double cancelled = 0.2;  // of the largest part: then the sum is known to no better than the parts are
+
 /// A row for each point that has a budget.
 std::string budget_rows(const std::vector<Point>& points) {
   const auto part_text = [](const chart::Budget::Part& part) {
@@ -187,10 +189,12 @@ std::string budget_rows(const std::vector<Point>& points) {
       text += fmt::format("no budget: {}\n", budget.failure);
       continue;
     }
+    const double largest = std::max(budget.space.error, budget.time.error);
     text += fmt::format(
-        "space {}, time {}{}{}; together {:.2g}, measured {:.2g}; {} is largest\n", part_text(budget.space),
+        "space {}, time {}{}{}; together{} {:.2g}, measured {:.2g}; {} is largest\n", part_text(budget.space),
         part_text(budget.time), budget.rounding ? fmt::format(", rounding {:.2g}", *budget.rounding) : "",
-        budget.solves ? fmt::format(", solves {:.2g}", *budget.solves) : "", budget.sum, point.error, budget.largest());
+        budget.solves ? fmt::format(", solves {:.2g}", *budget.solves) : "",
+        budget.sum < cancelled * largest ? ", as parts cancel," : "", budget.sum, point.error, budget.largest());
   }
   return text.empty() ? "" : "where the error comes from:\n" + text;
 }

@@ -102,7 +102,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
   warn_of_growth(job, run, inverse.start());
-  result["growth"] = report_growth(job, run, looks);
+  result["growth"] = report_growth(job, run, looks, inverse.start(), gradient);
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);

@@ -33,10 +33,21 @@ void warn(Job& job, const TaskRun& run, const GradientGrowth& growth) {
                                                      growth.safe_window, end));
 }
 
+/// Of the gradient, in parts of it, where each unknown is one rounding larger.
+double change_by_rounding(const TaskRun& run, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
+  const bool is_single = run.session->problem().scheme.real == Precision::f32;
+  Eigen::VectorXd other(gradient.size());
+  run.inverse->value_and_gradient(x * (1 + (is_single ? 0x1p-23 : 0x1p-52)), other);
+  const double size = gradient.norm();
+  return size > 0 ? (other - gradient).norm() / size : 0;
+}
+
 }  // namespace
 
-Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks) {
-  const std::optional<GradientGrowth> growth = analysis::gradient_growth(*run.session, looks);
+Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks,
+                   const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
+  const auto beside = [&] { return change_by_rounding(run, x, gradient); };
+  const std::optional<GradientGrowth> growth = analysis::gradient_growth(*run.session, looks, beside);
   if (!growth) return nullptr;
   Json json = {{"adjoint_rate", json_number(growth->adjoint.rate)},
                {"adjoint_growth_ln", json_number(growth->adjoint.logarithm)},

@@ -11,7 +11,8 @@
 namespace dpde::tools {
 
 /// A warning where the gradient has lost its digits, and why; null or what --json says of it.
-Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks);
+Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks,
+                   const Eigen::VectorXd& x, const Eigen::VectorXd& gradient);
 
 /// For a gradient that is not finite: that its adjoint has grown beyond all numbers; "" where it has not, and where it
 /// is the run that leaves all bounds. The session's run is another one afterwards.

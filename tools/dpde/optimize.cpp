@@ -112,7 +112,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
-      if (is_finite) outcome.growth = report_growth(job, run, looks);
+      if (is_finite) outcome.growth = report_growth(job, run, looks, x, gradient);
       if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(run, looks);
     }
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);

@@ -62,7 +62,10 @@ std::optional<Sweep> parse_sweep(const StabilityOptions& options, DiagnosticSink
   for (int i = 0; i < options.points; ++i) {
     const double part = static_cast<double>(i) / (options.points - 1);
     sweep.values.push_back(sweep.is_log ? low * std::pow(high / low, part) : low + part * (high - low));
+    if (sweep.name.starts_with("cells")) sweep.values.back() = std::round(sweep.values.back());
   }
+  const auto [first, last] = std::ranges::unique(sweep.values);
+  sweep.values.erase(first, last);
   return sweep;
 }
 
@@ -261,7 +264,9 @@ bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& r
                                 {"steps", trial.steps}});
   job_.say(fmt::format("{} = {:.5g}: predicted {}, measured {}, ratio {}\n", sweep.name, value,
                        has_limit ? fmt::format("{:.5g}", verdict.limit.step) : "no limit",
-                       is_found ? fmt::format("{:.5g}", found.largest) : "no limit",
+                       is_found            ? fmt::format("{:.5g}", found.largest)
+                       : found.largest > 0 ? fmt::format("none up to {:.5g}", found.largest)
+                                           : "no stable step",
                        has_limit && is_found ? fmt::format("{:.4f}", found.largest / verdict.limit.step) : "-"));
   return true;
 }
@@ -291,6 +296,8 @@ void Stability::draw_limits(const Sweep& sweep, const Json& rows, const Json& po
   LinePanel panel{"largest stable step", sweep.name, "step", sweep.is_log, true, {}, {}};
   Curve predicted{"predicted", {}, {}}, measured{"measured", {}, {}, true}, stable{"stable runs", {}, {}, true},
       unstable{"unstable runs", {}, {}, true};
+  measured.symbol = Symbol::ring;
+  unstable.symbol = Symbol::cross;
   for (const Json& row : rows) {
     if (!row["predicted"].is_null()) {
       predicted.x.push_back(row[sweep.name]);

@@ -80,7 +80,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     case StepLimit::Kind::never:
       text += fmt::format(
           "unstable at every step{}: {} grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps\n",
-          verdict.limit.is_weak() ? ", weakly" : "", wave, verdict.growth, std::ceil(verdict.hundredfold()));
+          verdict.limit.is_weak() && verdict.growth < 1.01 ? ", weakly" : "", wave, verdict.growth,
+          std::ceil(verdict.hundredfold()));
       if (verdict.limiter_step > 0)
         text +=
             fmt::format("  that is of slopes: up to a step of {:.6g} the limiter makes stairs of them, and no more\n",

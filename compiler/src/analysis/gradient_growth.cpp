@@ -176,7 +176,8 @@ std::optional<bool> GradientGrowth::is_of_equations() const {
   return at_half_step->growth.rate > same_rate * perturbation->growth.rate;
 }
 
-std::optional<GradientGrowth> gradient_growth(driver::Session& session, const std::vector<AdjointWatch::Look>& looks) {
+std::optional<GradientGrowth> gradient_growth(driver::Session& session, const std::vector<AdjointWatch::Look>& looks,
+                                              const std::function<double()>& beside) {
   const std::optional<Growth> adjoint = growth_of_adjoint(looks);
   if (!adjoint) return std::nullopt;
   GradientGrowth result;
@@ -190,6 +191,7 @@ std::optional<GradientGrowth> gradient_growth(driver::Session& session, const st
   result.perturbation = growth_of_perturbation(session, steps);
   if (!result.perturbation) return result;
   result.rounding = std::exp(std::min(std::log(unit) + result.perturbation->relative, 0.0));
+  if (!result.is_lost() && beside != nullptr) result.rounding = std::max(result.rounding, std::min(beside(), 1.0));
   if (!result.is_lost()) return result;
   if (problem.controls.empty() && problem.events.empty() && !problem.has_parts())
     result.at_half_step = growth_of_perturbation(session, steps, 2);

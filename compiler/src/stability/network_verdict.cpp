@@ -20,7 +20,8 @@ namespace {
 constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
 constexpr double most_work = 3e6;           // products of a network in one matrix
 constexpr double network_precision = 1e-2;  // of the limit, relative
-constexpr double most_steps = 64;           // in units of the scene's: no limit is looked for beyond
+constexpr double most_steps = 4096;         // in units of the scene's: no limit is looked for beyond
+constexpr std::size_t most_frozen = 3;      // places
 constexpr double shortest_part = 1e-3;      // in the same units: below there is none
 
 class Networks {
@@ -44,18 +45,20 @@ class Networks {
     return work > most_work ? "a network is in it that is too large for it" : "";
   }
 
-  /// Where each state is largest and smallest; or at the first of them.
+  /// Where each state is largest and smallest, and half between, as networks are steep where others are flat; or at the
+  /// first of them.
   std::vector<FrozenPoint> points(bool is_one) const {
     std::set<std::size_t> cells;
     for (int s = 0; s < session_.rollout().state_count(); ++s) {
       const std::vector<double> values = session_.initial(s);
       const auto [low, high] = std::ranges::minmax_element(values);
-      cells.insert(static_cast<std::size_t>(high - values.begin()));
-      cells.insert(static_cast<std::size_t>(low - values.begin()));
+      const double middle = 0.5 * (*low + *high);
+      const auto between = std::ranges::min_element(values, {}, [&](double v) { return std::abs(v - middle); });
+      for (const auto& it : {high, low, between}) cells.insert(static_cast<std::size_t>(it - values.begin()));
     }
     std::vector<FrozenPoint> result;
     for (const std::size_t cell : cells) {
-      if (result.size() < (is_one ? 1 : 2)) result.push_back(at(cell));
+      if (result.size() < (is_one ? 1 : most_frozen)) result.push_back(at(cell));
     }
     return result;
   }
@@ -110,8 +113,11 @@ StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Net
   };
   double low = own, high = own;
   if (is_stable(own)) {
-    while (high < most_steps * own && is_stable(high)) low = high, high *= 2;
-    if (!(high < most_steps * own)) return {};
+    while (is_stable(high)) {
+      if (high > most_steps * own) return {};
+      low = high;
+      high *= 2;
+    }
   } else {
     while (low > shortest_part * own && !is_stable(low)) high = low, low /= 2;
     if (!(low > shortest_part * own)) return {StepLimit::Kind::never, 0, 1};

@@ -23,8 +23,10 @@ constexpr double no_growth = 1e-10;  // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
+constexpr double most_order = 5;     // of growth by steps: by a higher one damping is left behind for long waves alone
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
 constexpr double rounded_down = 1 - 1e-9;
+constexpr double longest_angle = std::numbers::pi * (1 - 1e-11);
 
 Response sum(const Response& a, const Response& b, double factor) {
   Response result{{}, a.waves};
@@ -55,11 +57,43 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   return waves;
 }
 
+/// All that a small periodic grid has; none of other grids, whose waves are so many that those between them say the
+/// same. One of two that go opposite ways is enough.
+std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
+  constexpr double most_along = 24, most = 1024;
+  double count = 1;
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
+    const double cells = point.cells[axis];
+    const bool is_ring = point.longest_wave[axis] == cells;
+    if (!is_ring || cells < 2 || cells > most_along) return {};
+    count *= cells;
+  }
+  std::vector<Angles> waves;
+  for (int i = 1; count <= most && i < static_cast<int>(count); ++i) {
+    Angles angles{};
+    int rest = i;
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
+      const int cells = static_cast<int>(point.cells[axis]), k = rest % cells;
+      rest /= cells;
+      angles[axis] = 2 * std::numbers::pi * (2 * k > cells ? k - cells : k) / cells;
+    }
+    waves.push_back(angles);
+  }
+  return waves;
+}
+
 /// With that of no angle, the mean, where the step knows it. What is solved for may be faster the longer waves are
 /// (those of Rossby): without those that are longer than the grid then, and with the longest that it has, which may
 /// stand alone.
 Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
                            const std::function<double(const Angles&)>& f) {
+  if (const std::vector<Angles> waves = waves_of_grid(point, rank); !waves.empty()) {
+    Largest largest{{}, linear.reduces() ? f({}) : -infinite};
+    for (const Angles& angles : waves) {
+      if (const double value = f(angles); value > largest.value) largest = {angles, value};
+    }
+    return largest;
+  }
   const auto is_longer_than_grid = [&](const Angles& angles) {
     for (int axis = 0; axis < rank; ++axis) {
       const double angle = std::abs(std::remainder(angles[static_cast<std::size_t>(axis)], 2 * std::numbers::pi));
@@ -67,9 +101,15 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
     }
     return false;
   };
+  // Waves of nearly two cells have slopes; that of two has none, and is only met by grids.
+  const auto beside_shortest = [](Angles angles) {
+    for (double& angle : angles) angle = std::clamp(angle, -longest_angle, longest_angle);
+    return angles;
+  };
   Largest largest = stability::largest_over_waves(rank, [&](const Angles& angles) {
-    return linear.solves() && is_longer_than_grid(angles) ? -infinite : f(angles);
+    return linear.solves() && is_longer_than_grid(angles) ? -infinite : f(beside_shortest(angles));
   });
+  largest.angles = beside_shortest(largest.angles);
   if (linear.solves()) {
     for (const Angles& angles : longest_waves(point, rank)) {
       if (const double value = f(angles); value > largest.value) largest = {angles, value};
@@ -184,11 +224,31 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
     if (symbol) growth_ = std::max(growth_, over_waves(rate_of_both).value);
   }
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
+  if (growth_ > 0 && short_step_ && !linear_->follows_flow() && is_growth_of_steps()) growth_ = 0;
 }
 
-/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+/// Of a scheme with a memory, which no derivative about dt = 0 is known of: in half the step it grows at a fraction of
+/// the rate.
+bool FrozenAnalysis::is_growth_of_steps() const {
+  const std::optional<Amplification> half = at(0.5 * short_);
+  if (!half) return false;
+  const double rate = over_waves([&](const Angles& a) {
+                        double largest = -infinite;
+                        for (const std::complex<double> g : half->eigenvalues(a)) {
+                          if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)));
+                        }
+                        return largest;
+                      }).value /
+                      (0.5 * short_);
+  return rate < 0.6 * growth_;
+}
+
+/// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
+/// they do by right. Interpolation damps in each step, short ones too: of waves by themselves no rate is known where
+/// flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  return growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
+  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
+  return is_all ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
 }
 
 Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f) const {
@@ -260,7 +320,13 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
       if (std::abs(order - std::log2(growths[n - 3] / growths[n - 2])) < 0.25)
         return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
     }
-    if (!(now.value > growth_tolerance(*linear_))) return bisect(step, steps.empty() ? 2 * step : steps.back());
+    if (!(now.value > growth_tolerance(*linear_))) {
+      const double order = n >= 2 ? std::log2(growths[n - 2] / growths[n - 1]) : 0;
+      // What falls on as a power has only become too small to be told from rounding.
+      if (order > 1 && order < most_order && std::abs(now.value * std::exp2(order) / growths[n - 1] - 1) < 0.25)
+        return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
+      return bisect(step, steps.empty() ? 2 * step : steps.back());
+    }
     steps.push_back(step);
     growths.push_back(now.value);
   }

@@ -72,6 +72,7 @@ class FrozenAnalysis {
   std::optional<Amplification> at(double step) const;
   bool measure_rates(double step);
   void measure_growth(const Equations* equations);
+  bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool differentiate(double step);

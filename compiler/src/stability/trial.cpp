@@ -11,8 +11,9 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double disturbance = 1e-6;  // of the largest value of a field
-constexpr double cell_steps = 2e7;    // a run
+constexpr double disturbance = 1e-6, single_disturbance = 1e-3;  // of the largest value of a field
+constexpr double roundings = 16;    // times the root of the steps: what rounding may make of a difference
+constexpr double cell_steps = 2e7;  // a run
 constexpr int fewest_steps = 500, most_steps = 100'000;
 constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
 constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
@@ -23,6 +24,7 @@ double largest_difference(const dpde_layout& layout, const std::vector<void*>& a
                           const std::vector<double>& scales, std::vector<double>& first, std::vector<double>& second) {
   double largest = 0;
   for (std::size_t s = 0; s < a.size(); ++s) {
+    if (scales[s] == 0) continue;
     copy_out(layout, a[s], first);
     copy_out(layout, b[s], second);
     double sum = 0;
@@ -31,6 +33,12 @@ double largest_difference(const dpde_layout& layout, const std::vector<void*>& a
     largest = difference > largest || std::isnan(difference) ? difference : largest;
   }
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
+}
+
+/// What a scheme remembers of former steps.
+bool is_memory(driver::Session& session, int state) {
+  const model::State* known = session.problem().find_state(session.rollout().state_name(state));
+  return known != nullptr && !known->history_of.empty();
 }
 
 /// Two runs beside one another.
@@ -45,17 +53,22 @@ class Pair {
     const std::size_t cells = session.workspace().cell_count();
     first_.resize(cells);
     second_.resize(cells);
+    const bool is_single = session.problem().scheme.real == Precision::f32;
     for (int s = 0; s < plain_.state_count(); ++s) {
       std::vector<double> values = session.initial(s);
       plain_.initial(s).copy_in(values);
+      disturbed_.initial(s).copy_in(values);
+      scales_.push_back(0);
+      if (is_memory(session, s)) continue;  // of steps that were not made
       double scale = 0;
       for (const double v : values) scale = std::max(scale, std::abs(v));
-      scales_.push_back(scale > 0 ? scale : 1);
+      scales_.back() = scale > 0 ? scale : 1;
       std::vector<double> shares(cells);  // without a mean, which may drift by right
       for (double& share : shares) share = noise(random);
       const double mean = std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(cells);
       for (std::size_t i = 0; i < cells; ++i)
-        values[i] += disturbance * scales_.back() * (shares[i] - (cells > 1 ? mean : 0));
+        values[i] +=
+            (is_single ? single_disturbance : disturbance) * scales_.back() * (shares[i] - (cells > 1 ? mean : 0));
       disturbed_.initial(s).copy_in(values);
     }
     plain_.restart();
@@ -125,7 +138,9 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
     if (part > 0.75) behind = std::max(behind, difference);
   }
   const double half = 0.5 * wanted;
-  if (before > 1e-15 && behind > 1e-15) result.growth = std::pow(behind / before, 1 / half);
+  const double unit = session.problem().scheme.real == Precision::f64 ? 0x1p-53 : 0x1p-24;
+  const double rounding = unit * std::max(1.0, roundings * std::sqrt(wanted));
+  if (before > rounding && behind > rounding) result.growth = std::pow(behind / before, 1 / half);
   result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half;
   return result;
 }

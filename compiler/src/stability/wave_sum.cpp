@@ -29,6 +29,8 @@ Sum value_at(const std::vector<NumberMonomial>& symbol, const std::array<double,
     Complex term = monomial.coefficient;
     for (std::size_t axis = 0; axis < angles.size(); ++axis) {
       for (int k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
+      // The wave of two cells has no slope at their centres.
+      if (monomial.powers[axis] % 2 != 0 && std::abs(std::abs(angles[axis]) - std::numbers::pi) < 1e-12) term = 0;
     }
     sum.value += term;
     sum.size += std::abs(term);
