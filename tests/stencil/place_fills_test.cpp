@@ -1,45 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where fills are placed: a program in which each stands where it has to be, and no other does, comes back from its
 // rules letter by letter.
-#include "stencil/passes/place_fills.h"
-
-#include "stencil/effects.h"
 #include "stencil/verify_stencil.h"
 #include "stencil_text.h"
+#include "support/halo_rules.h"
 
 namespace dpde::stencil {
 namespace {
 
-/// Takes the fills out of the statements, those of blocks too, and returns what they say.
-std::vector<HaloRule> take_fills(std::vector<Statement>& body) {
-  std::vector<HaloRule> halos;
-  std::vector<Statement> kept;
-  for (Statement& statement : body) {
-    const auto keep = [&](auto& same) { kept.push_back(same); };
-    match(
-        statement,
-        [&](Fill& fill) {
-          if (!has_rule(halos, fill.field)) halos.push_back(rule_of_fill(fill));
-        },
-        [&](Fold& fold) { keep(fold); }, [&](Reduce& reduce) { keep(reduce); }, [&](NetworkCall& call) { keep(call); },
-        [&](Transform& transform) { keep(transform); }, [&](Run& run) { keep(run); },
-        [&](Solve& solve) {
-          solve.halos = take_fills(solve.body);
-          keep(solve);
-        },
-        [&](Repeat& repeat) {
-          repeat.halos = take_fills(repeat.body);
-          keep(repeat);
-        });
-  }
-  body = std::move(kept);
-  return halos;
-}
-
-Module with_rules(Module module) {
-  for (Program& program : module.programs) program.halos = take_fills(program.body);
-  return module;
-}
+using testing::with_rules;
 
 /// The statements of the first program.
 std::string body_of(const Module& module) {

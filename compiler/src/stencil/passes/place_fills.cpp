@@ -6,6 +6,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
 
@@ -132,6 +133,12 @@ void FillPlacer::finish(const std::vector<std::string>& results, std::vector<Sta
     const bool is_open = rule.need == FillNeed::results || (rule.need == FillNeed::reads && spoiled_.contains(field));
     if (is_open && !filled_.contains(field) && contains(results, field)) fill(rule, body);
   }
+}
+
+FillPlacer::FillPlacer(const std::vector<Topology>& axes, const std::vector<HaloRule>& halos)
+    : axes_(axes), halos_(halos) {
+  std::set<std::string> fields;
+  for (const HaloRule& rule : halos) require(fields.insert(rule.fill.field).second, "a field goes on in two ways");
 }
 
 void place_fills(Module& module) {

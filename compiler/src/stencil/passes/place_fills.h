@@ -20,7 +20,8 @@ bool has_rule(const std::vector<HaloRule>& halos, const std::string& field);
 /// Goes along the statements of a program, or of a block, in order.
 class FillPlacer {
  public:
-  FillPlacer(const std::vector<Topology>& axes, const std::vector<HaloRule>& halos) : axes_(axes), halos_(halos) {}
+  /// There is one rule for each field at most.
+  FillPlacer(const std::vector<Topology>& axes, const std::vector<HaloRule>& halos);
 
   /// A statement that stands as it is.
   void pass(const Module& module, const Statement& statement);
