@@ -441,6 +441,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
       const bool is_outside = scope.is_from_outside(read.field);
+      // A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
       const bool is_stated = grown.contains(read.field) || has_rule(program.halos, read.field);
       if (is_stated || !needs_fill(read) || (is_outside && has_value_on_walls(read))) continue;
       const auto unknown = solved.find(read.field);
