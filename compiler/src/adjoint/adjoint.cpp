@@ -40,10 +40,10 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
                 {what, "in kernel " + as_written(module, *program, kernel)},
                 "store what is read in a field that is filled, and read that one without grow");
   }
+  Program derived{result.program, program->axes, reversal.statements(result.module), {}, {}};
   if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
   if (!reversal.refused.empty() || reversal.has_failed) return {};
 
-  Program derived{result.program, program->axes, reversal.statements(result.module), {}, {}};
   for (Kernel& kernel : reverse_kernels.kernels) {
     if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(std::move(kernel));
   }

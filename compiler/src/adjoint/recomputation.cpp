@@ -16,6 +16,18 @@ using namespace stencil;
 
 namespace {
 
+/// The fill in the program itself, not in its repeats, that a field has behind it the statements before `end`.
+const Fill* last_fill(const Program& program, const std::string& field, std::size_t end) {
+  const Fill* last = nullptr;
+  for (std::size_t i = 0; i < end; ++i) {
+    match(
+        program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        [](const Solve&) {}, [](const Repeat&) {});
+  }
+  return last;
+}
+
 /// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
 bool refills(const Program& program, size_t index, const Fill& fill) {
   const Fill* other = last_fill(program, fill.field, index);

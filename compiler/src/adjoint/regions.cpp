@@ -54,62 +54,19 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
   return result;
 }
 
-std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes) {
-  std::set<std::string> fields;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* a = std::get_if<Access>(&e->kind);
-      for (size_t axis = 0; a && axis < axes.size(); ++axis) {
-        if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
-      }
-    });
-    return value;
-  });
-  return fields;
-}
-
-std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
-  std::set<std::string> filled;
+std::map<std::string, const Fill*> fills_at_the_end(const Module& module, const Program& program) {
+  std::map<std::string, const Fill*> fills;
   for (const Statement& statement : program.body) {
     const Effects e = effects(module, statement);
-    filled.insert(e.fills.begin(), e.fills.end());
-    for (const auto* changed : {&e.writes, &e.updates, &e.spoils}) {
-      for (const std::string& field : *changed) filled.erase(field);
+    for (const auto* changed : {&e.writes, &e.updates}) {
+      for (const std::string& field : *changed) fills.erase(field);
     }
-  }
-  return filled;
-}
-
-const Fill* last_fill(const Program& program, const std::string& field, std::size_t end) {
-  const Fill* last = nullptr;
-  for (std::size_t i = 0; i < end; ++i) {
     match(
-        program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
-        [](const Solve&) {}, [](const Repeat&) {});
+        statement, [&](const Fill& fill) { fills[fill.field] = &fill; }, [](const Fold&) {}, [](const Reduce&) {},
+        [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
+        [](const Repeat&) {});
   }
-  return last;
-}
-
-SpoiledHalos::SpoiledHalos(const Module& module, const Program& program) : program_(program) {
-  for (const Statement& statement : program.body) {
-    const Effects e = effects(module, statement);
-    add(e);
-    for (const auto* set : {&e.fills, &e.writes}) {
-      for (const std::string& field : *set) fields_.erase(field);
-    }
-  }
-}
-
-bool SpoiledHalos::restore(const std::string& field, int statement, std::map<std::string, int>& needed,
-                           std::vector<Statement>& body) {
-  const Fill* fill =
-      fields_.contains(field) ? last_fill(program_, field, static_cast<std::size_t>(statement)) : nullptr;
-  if (fill == nullptr) return false;
-  fields_.erase(field);
-  for (const std::string& wall : wall_fields(fill->axes)) needed[wall] = statement;
-  body.push_back(*fill);
-  return true;
+  return fills;
 }
 
 std::set<std::string> fields_read_inside(const Module& module, const Program& program) {

@@ -10,6 +10,7 @@
 #include "adjoint/weights.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/passes/place_fills.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -24,9 +25,8 @@ Reversal::Reversal(const Module& module, const Program& program, const Varied& v
       names_(names),
       kernels_(kernels),
       sink_(sink),
-      spoiled_(module, program),
       reach_(reach(module, program, varied)),
-      filled_(filled_at_the_end(module, program)),
+      fills_(fills_at_the_end(module, program)),
       grown_(grown_fields(module, program)) {
   for (const Swap& swap : program.swaps) add_seed(swap.next);
   for (const std::string& keep : program.keeps) add_seed(keep);
@@ -38,7 +38,6 @@ void Reversal::reverse_all() {
 }
 
 void Reversal::reverse(int index) {
-  statement_ = index;
   match(
       program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); },
       [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
@@ -60,11 +59,33 @@ void Reversal::finish(const std::set<std::string>& inputs) {
   if (!zero.stores.empty()) run(std::move(zero), 0);
 }
 
-std::vector<Statement> Reversal::statements(Module& kernels) const {
+HaloRule Reversal::rule_of_primal(const std::string& field) const {
+  const auto fill = fills_.find(field);
+  if (fill != fills_.end()) return rule_of_fill(*fill->second);
+  return {Fill{field, primal_boundary(module_, program_, field)}, FillNeed::around};
+}
+
+std::vector<Statement> Reversal::statements(Module& kernels) {
   std::set<std::string> fields;
-  for (const auto& [field, first] : needed) fields.insert(field);
+  std::vector<HaloRule> halos;
+  for (const auto& [field, first] : needed) {
+    fields.insert(field);
+    if (!is_coordinate(field)) halos.push_back(rule_of_primal(field));
+  }
+  halos.insert(halos.end(), halos_.begin(), halos_.end());
   std::vector<Statement> all = recomputation(module_, program_, std::move(fields), saves, kernels);
-  all.insert(all.end(), body.begin(), body.end());
+  const std::size_t recomputed = all.size();
+  FillPlacer placer(program_.axes, halos);
+  for (const Statement& statement : all) placer.pass(module_, statement);
+  for (const Statement& statement : body) placer.add(kernels_, statement, all);
+  for_each_fill(std::span(all).subspan(recomputed), [&](const Fill& fill) {
+    const auto reader = needed.find(fill.field);
+    if (reader == needed.end()) return;
+    for (const std::string& wall : wall_fields(fill.axes)) {
+      int& first = needed.try_emplace(wall, reader->second).first->second;
+      first = std::min(first, reader->second);
+    }
+  });
   return all;
 }
 
@@ -192,7 +213,6 @@ void Reversal::reverse_reduce(const Reduce& reduce, int index) {
   Expr value = access(total.result);
   if (is_extreme) {
     needed[reduce.field] = needed[reduce.result] = index;
-    restore(reduce.field);
     value =
         at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
   }
@@ -216,7 +236,6 @@ void Reversal::reverse_network(const NetworkCall& call, int index) {
   }
   if (!reversed.weights && fields_written(reversed).empty()) return;
   for (const std::string& input : call.inputs) needed[input] = index;
-  std::ranges::for_each(call.inputs, [&](const std::string& input) { restore(input); });
   body.push_back(reversed);
   add_inside(to_add);
 }
@@ -230,10 +249,7 @@ void Reversal::reverse_transform(const Transform& transform, int index) {
     body.push_back(std::move(to_field));
   }
   for (auto& [name, slope] : slopes_of(transform, varied_)) {
-    for (const Transform::Term& term : slope.terms) {
-      needed[term.field] = index;
-      restore(term.field);
-    }
+    for (const Transform::Term& term : slope.terms) needed[term.field] = index;
     slope.result = names_.fresh(seed + "_by_" + name);
     Kernel sum = kernel_called("_adjoint_waves");
     sum.sums.push_back({names_.of(name), access(seed) * access(slope.result)});
@@ -282,7 +298,6 @@ void Reversal::reverse_repeat(const Repeat& repeat, int index) {
     const bool is_carried = std::ranges::find(repeat.carries, field, &Carry::state) != repeat.carries.end();
     if (is_carried && is_updated_behind(module_, program_, field, index)) needed[field] = index;
   }
-  for (const std::string& field : spoiled_.add(effects(kernels_, reversed))) filled_.erase(field);
   body.push_back(std::move(reversed));
   for (const Carry& carry : repeat.carries) bars_.erase(carry.result);
   for (const auto& [field, bar] : given) add_inside(field, access(bar));

@@ -31,8 +31,8 @@ class Reversal {
   /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
   void finish(const std::set<std::string>& inputs);
 
-  /// What the reverse part needs of the primal, and that part.
-  std::vector<stencil::Statement> statements(stencil::Module& kernels) const;
+  /// What the reverse part needs of the primal, and that part, with its fills.
+  std::vector<stencil::Statement> statements(stencil::Module& kernels);
 
   std::vector<stencil::Statement> body;
   /// Primal fields the reverse part reads, with the index of the earliest statement whose adjoint does.
@@ -114,10 +114,11 @@ class Reversal {
   void check_halos(const stencil::Kernel& primal, const stencil::Kernel& gather, int grow);
   std::optional<stencil::Expr> seed(const std::string& field, int grow) const;
 
-  /// Appends a run, after the periodic fills of what it reads at offsets: bars, and primal fields that the primal
-  /// itself reads at the centre only.
   void run(stencil::Kernel kernel, int grow);
-  void restore(const std::string& field);
+  /// Says how a field of the reverse part goes on: around periodic axes. What it is beyond walls, the kernels know.
+  void state_around(const std::string& field);
+  /// Of a primal field that the reverse part reads: as the program left it, where it filled it.
+  stencil::HaloRule rule_of_primal(const std::string& field) const;
 
   /// `own`: fields that one part of a kernel's adjoint leaves to the next.
   void note_needs(const stencil::Kernel& kernel, int index, const std::vector<std::string>& own = {});
@@ -128,13 +129,12 @@ class Reversal {
   DerivedNames& names_;
   stencil::Module& kernels_;
   DiagnosticSink& sink_;
-  SpoiledHalos spoiled_;
-  int statement_ = 0;  // that is reversed
   const int reach_;
-  std::map<std::string, Bar> bars_;                // primal field -> its bar, where it holds values
-  std::set<std::string> filled_;                   // primal fields whose halo is filled
-  std::set<std::string> grown_;                    // primal fields computed beyond the interior
-  std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
+  std::map<std::string, Bar> bars_;                    // primal field -> its bar, where it holds values
+  std::map<std::string, const stencil::Fill*> fills_;  // of primal fields, as the program left them
+  std::vector<stencil::HaloRule> halos_;               // of the reverse part's own fields
+  std::set<std::string> grown_;                        // primal fields computed beyond the interior
+  std::map<std::string, std::string> seed_names_;      // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
   std::set<std::string> stacks_;  // of the primal, that have bars
 };

@@ -5,6 +5,7 @@
 #include "adjoint/adjoint_kernel.h"
 #include "adjoint/reversal.h"
 #include "stencil/build.h"
+#include "stencil/passes/place_fills.h"
 
 namespace dpde::adjoint {
 
@@ -24,10 +25,7 @@ void Reversal::reverse_run(const Run& primal, int index) {
   }
   for (const Kernel* part : {&derived.shared, &derived.gather}) check_halos(kernel, *part, primal.grow);
   if (!derived.shared.stores.empty()) run(std::move(derived.shared), derived.shared_grow);
-  const std::set<std::string> gathered_around = read_around(derived.gather, program_.axes);
-  for (const std::string& field : derived.stored) {
-    if (gathered_around.contains(field)) body.push_back(Fill{field, seed_boundary(program_.axes)});
-  }
+  for (const std::string& field : derived.stored) state_around(field);
   if (!derived.gather.stores.empty() || !derived.gather.sums.empty())
     run(std::move(derived.gather), context.target_grow);
   if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
@@ -64,7 +62,7 @@ void Reversal::check_halos(const Kernel& primal, const Kernel& gather, int grow)
     refused.emplace(primal.name, "interp(" + bar->first + ") += before it is read around a periodic axis or folded");
   }
   for (const Signature::Read& read : signature(gather).reads) {
-    const bool is_grown = grown_.contains(read.field) && !filled_.contains(read.field);
+    const bool is_grown = grown_.contains(read.field) && !fills_.contains(read.field);
     if (!is_grown || !around.contains(read.field)) continue;
     refused.emplace(primal.name,
                     "reading " + read.field + ", computed beyond walls and not filled, beside a periodic axis");
@@ -81,23 +79,17 @@ std::optional<Expr> Reversal::seed(const std::string& field, int grow) const {
 
 void Reversal::run(Kernel kernel, int grow) {
   const std::set<std::string> around = read_around(kernel, program_.axes);
-  for (const auto& read : signature(kernel).reads) {
-    restore(read.field);
-    if (!needed.contains(read.field) || is_coordinate(read.field) || !around.contains(read.field)) continue;
-    if (filled_.insert(read.field).second)
-      body.push_back(Fill{read.field, primal_boundary(module_, program_, read.field)});
-  }
   for (auto& [field, bar] : bars_) {
     if (bar.is_around || !around.contains(names_.of(field))) continue;
-    body.push_back(Fill{names_.of(field), seed_boundary(program_.axes)});
+    state_around(names_.of(field));
     bar = {0, true, 0};
   }
   body.push_back(Run{kernel.name, grow});
   kernels_.kernels.push_back(std::move(kernel));
 }
 
-void Reversal::restore(const std::string& field) {
-  if (spoiled_.restore(field, statement_, needed, body)) filled_.insert(field);
+void Reversal::state_around(const std::string& field) {
+  if (!has_rule(halos_, field)) halos_.push_back({Fill{field, seed_boundary(program_.axes)}, FillNeed::around});
 }
 
 void Reversal::note_needs(const Kernel& kernel, int index, const std::vector<std::string>& own) {

@@ -59,7 +59,6 @@ std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, cons
     add_store(field, solve.is_linear ? Expr(0.0) : access(solution), solve.is_linear ? "unused" : "solution",
               {program_, "_adjoint", names_, kernels_, body});
   }
-  for (const std::string& field : spoiled_.add(effects(kernels_, transposed))) filled_.erase(field);
   std::vector<std::string> multipliers = transposed.unknowns;
   body.push_back(std::move(transposed));
   refused.merge(block.refused);
@@ -70,10 +69,7 @@ std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, cons
 /// -multipliers are the seeds of the images of a copy of the operator.
 void Reversal::reverse_coefficients(const Solve& solve, const std::vector<std::string>& multipliers, int index) {
   const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
-  for (const auto& [input, copied] : copy.inputs) {
-    needed[input] = index;
-    restore(input);
-  }
+  for (const auto& [input, copied] : copy.inputs) needed[input] = index;
   const Writing into{program_, "_adjoint", names_, kernels_, body};
   add_copies(copy, into);
   for (std::size_t i = 0; i < multipliers.size(); ++i)

@@ -128,7 +128,7 @@ Effects of_solve(const Module& module, const Solve& solve) {
 }  // namespace
 
 Program operator_of(const Solve& solve, const Program& program) {
-  return {program.name, program.axes, solve.body, {}, solve.images};
+  return {program.name, program.axes, solve.body, {}, solve.images, solve.halos};
 }
 
 NameList coefficients_of(const Module& module, const Solve& solve) {
@@ -138,7 +138,7 @@ NameList coefficients_of(const Module& module, const Solve& solve) {
 }
 
 Program pass_of(const Repeat& repeat, const Program& program) {
-  Program pass{program.name, program.axes, repeat.body, {}, {}};
+  Program pass{program.name, program.axes, repeat.body, {}, {}, repeat.halos};
   for (const Carry& carry : repeat.carries) pass.swaps.push_back({carry.state, carry.next});
   return pass;
 }

@@ -18,7 +18,8 @@
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
-#include "stencil/repeat_fills.h"
+#include "stencil/passes/place_fills.h"
+#include "stencil/repeats_from_ast.h"
 #include "stencil/solves_from_ast.h"
 #include "stencil/transforms_from_ast.h"
 #include "stencil/verify_stencil.h"
@@ -213,49 +214,51 @@ class ModuleReader {
   }
 
   void add(Statement statement, SourceRange range) {
-    ranges_.push_back(range);
-    program_.body.push_back(std::move(statement));
+    const std::size_t before = program_.body.size();
+    push(std::move(statement));
+    ranges_.insert(ranges_.end(), program_.body.size() - before, range);
+  }
+
+  /// In a repeat behind the fills that it needs.
+  void push(Statement statement) {
+    if (!placer_) return program_.body.push_back(std::move(statement));
+    placer_->add(module_, std::move(statement), program_.body);
   }
 
   void read_repeat(const ast::RepeatItem& source, SourceRange range) {
-    Repeat repeat{source.count, std::exchange(program_.body, {}), {}};
-    if (source.counter) repeat.counter = {source.counter->name, source.is_backwards};
+    Repeat repeat = read_repeat_head(source);
+    const std::vector<HaloRule> halos = halos_of_passes(repeat, filled_);
+    FillPlacer placer(program_.axes, halos), *const outer = std::exchange(placer_, &placer);
+    std::swap(repeat.body, program_.body);
     ranges_.push_back(range);
-    const std::size_t first_inside = ranges_.size();
     for (const ast::Item& item : source.items) {
-      const auto* stack = std::get_if<ast::StackItem>(&item.kind);
-      const auto* swap = std::get_if<ast::SwapItem>(&item.kind);
-      if (stack) {
-        (stack->is_save ? repeat.saves : repeat.loads).push_back({stack->field.name, stack->stack.name});
-      } else if (swap) {
+      if (std::holds_alternative<ast::StackItem>(item.kind)) continue;
+      if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
         check_written(swap->next);
-        const std::string& result = source.to.at(repeat.carries.size()).name;
-        repeat.carries.push_back({swap->state.name, swap->next.name, result});
       } else {
         blocks_.insert(item.range.begin);
         read_item(item);
       }
     }
     std::swap(repeat.body, program_.body);
-    const std::vector<Statement> fills = fills_for(module_, repeat, filled_);
-    repeat.body.insert(repeat.body.begin(), fills.begin(), fills.end());
-    ranges_.insert(ranges_.begin() + static_cast<std::ptrdiff_t>(first_inside), fills.size(), range);
-    program_.body.push_back(std::move(repeat));
+    placer_ = outer;
+    push(std::move(repeat));
   }
 
   void read_solve(const ast::SolveItem& source, SourceRange range) {
     Solve solve = read_solve_head(source, sink_);
-    std::vector<Statement> outer = std::exchange(program_.body, {});
+    std::swap(solve.body, program_.body);
     const std::map<std::string, Fill> filled = filled_;
+    FillPlacer* const outer_placer = std::exchange(placer_, nullptr);
     ranges_.push_back(range);
     for (const ast::Item& item : source.items) {
       blocks_.insert(item.range.begin);
       read_item(item);
     }
-    std::swap(outer, program_.body);
+    std::swap(solve.body, program_.body);
     filled_ = filled;
-    solve.body = std::move(outer);
-    program_.body.push_back(std::move(solve));
+    placer_ = outer_placer;
+    push(std::move(solve));
   }
 
   void read_fill(const ast::FillItem& fill, SourceRange range) {
@@ -283,13 +286,12 @@ class ModuleReader {
     }
     check_fill(fill, statement, axes, said);
     check_distance(fill.grow, 0, range, sink_);
-    ranges_.push_back(range);
     const Written written{fill.written, fill.field.range};
     if (fill.fold) {
-      program_.body.push_back(Fold{fill.field.name, fill.grow, axes, written});
+      add(Fold{fill.field.name, fill.grow, axes, written}, range);
       filled_.erase(fill.field.name);
     } else {
-      program_.body.push_back(Fill{fill.field.name, axes, written});
+      add(Fill{fill.field.name, axes, written}, range);
       if (wall_fields(axes).empty()) filled_.insert_or_assign(fill.field.name, Fill{fill.field.name, axes, written});
     }
   }
@@ -488,6 +490,7 @@ class ModuleReader {
   std::vector<SourceRange> ranges_;     // of its statements, those of blocks each behind what it is in
   std::set<int> blocks_;                // begins of statements in repeats
   std::map<std::string, Fill> filled_;  // the last one of each field, where any pass of a repeat can do it again
+  FillPlacer* placer_ = nullptr;        // of the repeat that is read
 };
 
 }  // namespace

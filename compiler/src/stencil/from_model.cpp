@@ -14,6 +14,7 @@
 #include "stencil/idle_walls.h"
 #include "stencil/lowering.h"
 #include "stencil/operator_order.h"
+#include "stencil/passes/place_fills.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/step.h"
@@ -371,6 +372,7 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   add_sums(module, lowering, names.observe, observables);
   add_sums(module, lowering, names.constraints, misses(problem, names));
   if (problem.task) add_task(module, lowering, *problem.task, names);
+  place_fills(module);
   return module;
 }
 

@@ -8,7 +8,7 @@
 #include "model/wall_coefficient.h"
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
-#include "stencil/effects.h"
+#include "stencil/passes/place_fills.h"
 #include "stencil/walls.h"
 #include "support/bound_names.h"
 #include "support/contains.h"
@@ -213,13 +213,12 @@ std::set<std::string> fields_of_passes(const std::vector<Stage>& stages, const S
   return fields;
 }
 
-/// Lets what is added to a program be that of a block. In it nothing is filled that was filled outside: of that it
-/// knows the interior.
+/// Lets what is added to a program be that of a block, which says by itself how fields go on: of what was filled
+/// outside it knows the interior.
 class BlockScope {
  public:
-  BlockScope(const Module& module, const std::vector<Stage>& stages, Program& program, std::set<std::string>& filled,
-             std::set<std::string>& grown, Walls& walls)
-      : module_(module), stages_(stages), program_(program), filled_(filled), grown_(grown), walls_(walls) {}
+  BlockScope(const std::vector<Stage>& stages, Program& program, std::set<std::string>& grown, Walls& walls)
+      : stages_(stages), program_(program), grown_(grown), walls_(walls) {}
 
   /// Leaves the block that is under way, unless it is this one; null: none.
   void enter(const std::shared_ptr<const StageBlock>& block) {
@@ -229,7 +228,7 @@ class BlockScope {
     if (!block_) return;
     own_ = fields_of_passes(stages_, block_.get());
     outer_body_ = std::exchange(program_.body, {});
-    outer_filled_ = std::exchange(filled_, {});
+    outer_halos_ = std::exchange(program_.halos, {});
     outer_grown_ = std::exchange(grown_, {});
     outer_walls_ = walls_.forget();
   }
@@ -237,43 +236,41 @@ class BlockScope {
   /// A value from outside that is read as it is there: that on a wall belongs to the time of the step, not to that of
   /// the pass.
   bool is_from_outside(const std::string& field) const { return block_ && !own_.contains(field); }
-  /// Filled by passes and not behind them.
-  bool has_spoiled(const std::string& field) const { return spoiled_.contains(field) && !filled_.contains(field); }
+  /// Filled in a block, perhaps.
+  bool may_spoil(const std::string& field) const { return filled_inside_.contains(field); }
 
  private:
   void leave() {
-    const Statement statement = statement_of(*block_, std::exchange(program_.body, std::move(outer_body_)));
-    const Effects known = effects(module_, statement);
-    filled_ = std::move(outer_filled_);
+    for (const HaloRule& rule : program_.halos) filled_inside_.insert(rule.fill.field);
+    std::vector<Statement> body = std::exchange(program_.body, std::move(outer_body_));
+    std::vector<HaloRule> halos = std::exchange(program_.halos, std::move(outer_halos_));
+    program_.body.push_back(statement_of(*block_, std::move(body), std::move(halos)));
     grown_ = std::move(outer_grown_);
     walls_.remember(std::move(outer_walls_));
-    for (const auto* fields : {&known.spoils, &known.writes}) {
-      for (const std::string& field : *fields) filled_.erase(field);
-    }
-    spoiled_.insert(known.spoils.begin(), known.spoils.end());
-    program_.body.push_back(statement);
   }
 
-  static Statement statement_of(const StageBlock& block, std::vector<Statement> body) {
+  static Statement statement_of(const StageBlock& block, std::vector<Statement> body, std::vector<HaloRule> halos) {
     if (block.solve) {
       Solve solve = *block.solve;
       solve.body = std::move(body);
+      solve.halos = std::move(halos);
       return solve;
     }
     Repeat repeat{block.count, std::move(body), block.carries};
     repeat.counter.name = block.counter;
+    repeat.halos = std::move(halos);
     return repeat;
   }
 
-  const Module& module_;
   const std::vector<Stage>& stages_;
   Program& program_;
-  std::set<std::string>&filled_, &grown_;
+  std::set<std::string>& grown_;
   Walls& walls_;
   std::shared_ptr<const StageBlock> block_;
-  std::set<std::string> own_, spoiled_;
+  std::set<std::string> own_, filled_inside_;
   std::vector<Statement> outer_body_;
-  std::set<std::string> outer_filled_, outer_grown_;
+  std::vector<HaloRule> outer_halos_;
+  std::set<std::string> outer_grown_;
   Walls::Stored outer_walls_;
 };
 
@@ -420,43 +417,49 @@ bool Lowering::needs_fill(const Signature::Read& read) const {
   return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
 }
 
+/// In a block a value on a wall that comes from outside is that of the step, not of the pass, and is read as it is.
+HaloRule Lowering::rule_for(const std::string& field, std::vector<AxisBoundary> boundary, bool is_from_outside) const {
+  HaloRule rule = rule_of_fill({field, std::move(boundary)});
+  const model::State* state = state_on_walls(field);
+  if (state && is_from_outside) rule.need = FillNeed::beyond;
+  if (state && is_derived_on_wall(*state, problem_)) rule.need = FillNeed::results;
+  return rule;
+}
+
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
                                const Expr& time_of_results) const {
   const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_, state_of_);
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
-  std::set<std::string> filled;
-  Walls walls(problem_, names_, widest_read(stages, program.axes), plain_boundary(), filled);
+  Walls walls(problem_, names_, widest_read(stages, program.axes), plain_boundary());
   std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
-  BlockScope scope(module, stages, program, filled, grown, walls);
+  BlockScope scope(stages, program, grown, walls);
   std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
-  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow,
-                        const FieldsOfStates& at = {}) {
+  const auto state_halos = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow,
+                               const FieldsOfStates& at = {}) {
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
-      if (scope.is_from_outside(read.field) && has_value_on_walls(read)) continue;
-      if (grown.contains(read.field) || !needs_fill(read) || !filled.insert(read.field).second) continue;
+      const bool is_outside = scope.is_from_outside(read.field);
+      // A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
+      const bool is_stated = grown.contains(read.field) || has_rule(program.halos, read.field);
+      if (is_stated || !needs_fill(read) || (is_outside && has_value_on_walls(read))) continue;
       const auto unknown = solved.find(read.field);
       const model::State* const state = unknown != solved.end() ? &unknown->second : state_beyond_walls(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
       if (state != nullptr) boundary = walls.boundary(*state, time, module, program, at);
-      program.body.push_back(Fill{read.field, std::move(boundary)});
+      program.halos.push_back(rule_for(read.field, std::move(boundary), is_outside));
     }
-  };
-  const auto run = [&](Kernel kernel, int grow) {
-    for (const std::string& field : signature(kernel).writes) filled.erase(field);
-    program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   };
   for (const Stage& stage : stages) {
     scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, program.axes);
     for (std::size_t i = 0; i < stage.before.size(); ++i) {
-      fill(reads_of(stage.before[i]), stage.time, grows[i], stage.at);
+      state_halos(reads_of(stage.before[i]), stage.time, grows[i], stage.at);
       match(
           stage.before[i],
           [&](const Kernel& kernel) {
-            run(kernel, grows[i]);
+            program.body.push_back(Run{add_kernel(module, kernel), grows[i]});
             for (const Store& store : kernel.stores) {
               if (grows[i] > 0) grown.insert(store.field);
             }
@@ -466,32 +469,28 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
             program.body.push_back(network_call);
             add_networks(module, {*problem_.find_network(network_call.network)});
           },
-          [&](const Transform& transform) {
-            filled.erase(transform.result);
-            program.body.push_back(transform);
-          },
+          [&](const Transform& transform) { program.body.push_back(transform); },
           [&](const PreparedSolve& solve) {
             solved[solve.unknown] = solve.state;
-            const auto fill_now = [&](const std::vector<Signature::Read>& reads) {
-              fill(reads, stage.time, 0, stage.at);
+            const auto state_now = [&](const std::vector<Signature::Read>& reads) {
+              state_halos(reads, stage.time, 0, stage.at);
             };
-            add_solve(solve, stage.time, fill_now, walls, module, program);
-            for (const std::string& field : effects(module, program.body.back()).spoils) filled.erase(field);
+            add_solve(solve, stage.time, state_now, walls, module, program);
           });
     }
-    fill(signature(stage.kernel).reads, stage.time, 0, stage.at);
-    if (!is_idle(stage.kernel)) run(stage.kernel, 0);
+    state_halos(signature(stage.kernel).reads, stage.time, 0, stage.at);
+    if (!is_idle(stage.kernel)) program.body.push_back(Run{add_kernel(module, stage.kernel)});
   }
   scope.enter(nullptr);
   std::vector<Signature::Read> results;
   for (const Stage& stage : stages) {
     for (const std::string& field : known_outside(stage)) {
       const model::State* state = state_on_walls(field);
-      if (state && (is_derived_on_wall(*state, problem_) || scope.has_spoiled(field)))
+      if (state && (is_derived_on_wall(*state, problem_) || scope.may_spoil(field)))
         results.push_back({field, {}, false});
     }
   }
-  fill(results, time_of_results, 0);
+  state_halos(results, time_of_results, 0);
   module.programs.push_back(std::move(program));
   return module.programs.back();
 }

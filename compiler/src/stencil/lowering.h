@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the programs of one problem share: names, boundaries, and the rule by which a sequence of kernels becomes a
-// program: a field read at offsets or interpolated is filled before the first such read after it was written.
+// program: what is read at offsets or interpolated, or lies on walls, has a rule by which it goes on; place_fills
+// (passes/place_fills.h) makes the fills of that.
 #pragma once
 
 #include <functional>
@@ -65,7 +66,7 @@ class Lowering {
   Kernel kernel(const std::string& name) const;
   /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
   static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Reading().time);
-  /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
+  /// Adds the kernels and the program that runs them; swaps and keeps are the caller's, who has its fills placed then.
   /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that
   /// reads it, else at that of the results.
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages,
@@ -73,17 +74,18 @@ class Lowering {
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:
-  using FillReads = std::function<void(const std::vector<Signature::Read>&)>;
-  void add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
+  using StateHalos = std::function<void(const std::vector<Signature::Read>&)>;
+  void add_solve(PreparedSolve solve, const Expr& time, const StateHalos& state_halos, Walls& walls, Module& module,
                  Program& program) const;
   std::string keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const;
-  void add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
+  void add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const StateHalos& state_halos,
                     Module& module, Program& program) const;
   const model::State* state_on_walls(const std::string& field) const;
   std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;
   bool has_value_on_walls(const Signature::Read& read) const;
   bool needs_fill(const Signature::Read& read) const;
+  HaloRule rule_for(const std::string& field, std::vector<AxisBoundary> boundary, bool is_from_outside) const;
   std::vector<AxisBoundary> boundary_of(const std::string& field) const;
   const model::State* state_beyond_walls(const std::string& field) const;
 

@@ -6,6 +6,7 @@
 
 #include "stencil/build.h"
 #include "stencil/lowering.h"
+#include "stencil/passes/place_fills.h"
 
 namespace dpde::stencil {
 
@@ -26,16 +27,16 @@ bool has_values(const std::vector<AxisBoundary>& axes) {
 }  // namespace
 
 /// What walls with values do to the image belongs to the right side: the image of what is 0 inside, which is filled so.
-void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary, const FillReads& fill,
-                            Module& module, Program& program) const {
+void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary,
+                            const StateHalos& state_halos, Module& module, Program& program) const {
   const auto add = [&](Kernel made) { program.body.push_back(Run{add_kernel(module, std::move(made))}); };
   Kernel zero = kernel(solve.kernel.name + "_rest");
   zero.stores.push_back({solve.at_rest, false, 0.0, {}});
   add(std::move(zero));
-  program.body.push_back(Fill{solve.at_rest, boundary});
+  program.halos.push_back(rule_of_fill({solve.at_rest, boundary}));
   std::vector<Signature::Read> reads = signature(solve.kernel).reads;
   std::erase_if(reads, [&](const Signature::Read& read) { return read.field == solve.unknown; });
-  fill(reads);
+  state_halos(reads);
   Kernel walls = map_kernel(solve.kernel, [&](const Expr& e) {
     return rename_fields(e, [&](const std::string& field) { return field == solve.unknown ? solve.at_rest : field; });
   });
@@ -69,27 +70,26 @@ std::string Lowering::keep_wall_values(PreparedSolve& solve, Module& module, Pro
   return solve.between_walls;
 }
 
-void Lowering::add_solve(PreparedSolve solve, const Expr& time, const FillReads& fill, Walls& walls, Module& module,
-                         Program& program) const {
+void Lowering::add_solve(PreparedSolve solve, const Expr& time, const StateHalos& state_halos, Walls& walls,
+                         Module& module, Program& program) const {
   const std::vector<AxisBoundary> boundary = walls.boundary(solve.state, time, module, program);
-  if (has_values(boundary)) add_walls_of(solve, boundary, fill, module, program);
+  if (has_values(boundary)) add_walls_of(solve, boundary, state_halos, module, program);
   Program block{program.name, program.axes, {}, {}, {}};
   Walls::Stored outer = walls.forget();
   const std::string inner = keep_wall_values(solve, module, block);
   for (const Signature::Read& read : signature(solve.kernel).reads) {
-    const model::State* state = state_beyond_walls(read.field);
     if (!needs_fill(read)) continue;
-    if (read.field == inner) {
-      block.body.push_back(Fill{read.field, walls.boundary(homogeneous(solve.state), time, module, block)});
-    } else {
-      block.body.push_back(
-          Fill{read.field, state ? walls.boundary(*state, time, module, block) : boundary_of(read.field)});
-    }
+    const model::State* state = state_beyond_walls(read.field);
+    const model::State of_difference = homogeneous(solve.state);
+    if (read.field == inner) state = &of_difference;
+    std::vector<AxisBoundary> beyond = state ? walls.boundary(*state, time, module, block) : boundary_of(read.field);
+    if (!has_rule(block.halos, read.field)) block.halos.push_back(rule_for(read.field, std::move(beyond), false));
   }
   walls.remember(std::move(outer));
   const Written written{solve.state.name, solve.kernel.stores.front().origin.range};
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
   Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
+  made.halos = std::move(block.halos);
   if (state_of_.contains(solve.guess)) made.guess = solve.guess;  // problems without memories are looked at too
   program.body.push_back(std::move(made));
 }

@@ -32,6 +32,9 @@
 //    (2k+2)*hx. Where n = 1, and on walls, it is gradient(c).
 //    So each place gets weight*u + farther*u' + rate*c, u' one cell farther inside than its image u. The rows of
 //    support/side_conditions.h are these numbers, for this level, its derivatives and all back ends.
+//    Who makes a program states how each field goes on (HaloRule); a pass puts fills where reads need them, and behind
+//    it no rules are left. So one field goes on in one way in a program that was made, and a block has rules of its
+//    own.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
 //    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it
@@ -274,6 +277,20 @@ struct Fill {
   Written written = {};
   bool operator==(const Fill&) const = default;
 };
+/// Which reads of a field find what its fill leaves.
+enum class FillNeed {
+  around,  // those of neighbours along periodic axes; beyond walls the program knows the values itself
+  beyond,  // all beyond the cells
+  reads,   // all: the fill sets values on walls too
+  results  // and so do results, as nothing else sets the values on walls
+};
+/// How a field goes on beyond the cells of a program, or of a block. A maker of programs states it, once for each
+/// field; passes/place_fills.h makes fills of it.
+struct HaloRule {
+  Fill fill;
+  FillNeed need = FillNeed::beyond;
+  bool operator==(const HaloRule&) const = default;
+};
 struct Fold {
   std::string field;
   int grow = 0;  // how many halo cells on each side of bounded axes are folded; the others are not touched
@@ -330,6 +347,7 @@ struct Solve {
   /// "", or a field: methods that come near step by step begin with the multiple of it that leaves the least of
   /// `rights`. What they come to is the same but for what the tolerance leaves, so that it has no derivative.
   std::string guess = {};
+  std::vector<HaloRule> halos = {};  // none where fills are placed
   bool operator==(const Solve& other) const;
 };
 
@@ -361,6 +379,7 @@ struct Repeat {
   std::vector<Stacked> saves = {};
   std::vector<Stacked> loads = {};
   Counter counter = {};
+  std::vector<HaloRule> halos = {};  // none where fills are placed
   bool operator==(const Repeat& other) const;
 };
 /// A class of its own, and not another name, so that copies of all kinds are compiled once, in signature.cpp.
@@ -379,17 +398,19 @@ struct Program {
   std::vector<Topology> axes;  // rank entries
   std::vector<Statement> body;
   std::vector<Swap> swaps;
-  std::vector<std::string> keeps;  // results beside those of swaps and sums
+  std::vector<std::string> keeps;    // results beside those of swaps and sums
+  std::vector<HaloRule> halos = {};  // none where fills are placed
   bool operator==(const Program&) const = default;
 };
 
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
-         by == other.by && is_linear == other.is_linear && step == other.step && guess == other.guess;
+         by == other.by && is_linear == other.is_linear && step == other.step && guess == other.guess &&
+         halos == other.halos;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
-         loads == other.loads && counter == other.counter;
+         loads == other.loads && counter == other.counter && halos == other.halos;
 }
 
 /// loop counter in from .. to { programs }; from > to runs backwards.

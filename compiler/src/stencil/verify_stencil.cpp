@@ -49,6 +49,7 @@ class ProgramCheck {
   }
 
   void check_statements() {
+    if (!program_.halos.empty()) violation("has halos of which no fills are made");
     for (const Statement& statement : program_.body) {
       ++statement_;
       match(
@@ -383,10 +384,9 @@ class ProgramCheck {
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     for (const Signature::Read& read : s.reads) {
-      const bool coordinate = read.field == "x" || read.field == "y" || read.field == "z";
       note_read(read.field);
       check_walls(kernel, read, masked, grow);
-      if (coordinate || filled_.contains(read.field)) continue;
+      if (is_coordinate(read.field) || filled_.contains(read.field)) continue;
       bool needed = false;
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
         if (program_.axes[axis] == Topology::periodic) {

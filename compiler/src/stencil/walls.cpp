@@ -6,6 +6,7 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/passes/place_fills.h"
 
 namespace dpde::stencil {
 
@@ -80,7 +81,8 @@ std::string Walls::filled_rate(const model::State& state, const Expr& time, Modu
   const model::State& rate = *problem_.velocity_of(state.name);
   const auto found = at.find(rate.name);
   const std::string field = found == at.end() ? rate.name : found->second;
-  if (filled_.insert(field).second) program.body.push_back(Fill{field, boundary(rate, time, module, program, at)});
+  if (!has_rule(program.halos, field))
+    program.halos.push_back(rule_of_fill({field, boundary(rate, time, module, program, at)}));
   return field;
 }
 
@@ -131,7 +133,8 @@ std::string Walls::stored(const std::string& state, const Expr& value, const Ori
   kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {
     const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
-    if (is_coefficient && filled_.insert(read.field).second) program.body.push_back(Fill{read.field, mirrored_});
+    if (is_coefficient && !has_rule(program.halos, read.field))
+      program.halos.push_back(rule_of_fill({read.field, mirrored_}));
   }
   program.body.push_back(Run{add_kernel(module, std::move(kernel)), width_});
   stored_.emplace_back(value, field);

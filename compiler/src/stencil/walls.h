@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boundaries of the states of one program. Values that are the same along a wall stand in the fill. Those that vary
-// along it, or by unknowns, are stored in a field by a kernel of their own before the fill, so that the derivative of a
-// kernel is all they need.
+// Boundaries of the states of one program. Values that are the same along a wall stand in the rule of the halo. Those
+// that vary along it, or by unknowns, are stored in a field by a kernel of their own before it is needed, so that the
+// derivative of a kernel is all they need.
 #pragma once
 
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,11 +26,9 @@ bool is_derived_on_wall(const model::State& state, const model::Problem& problem
 class Walls {
  public:
   /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at
-  /// walls what they have in the cells there: a fill of `mirrored` sets them, unless they are among those that are
-  /// `filled`.
-  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored,
-        std::set<std::string>& filled)
-      : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)), filled_(filled) {}
+  /// walls what they have in the cells there: they go on `mirrored`, where the program does not say otherwise.
+  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored)
+      : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)) {}
 
   using Stored = std::vector<std::pair<Expr, std::string>>;  // values, and the fields that hold them
   /// Makes it forget, or know again, what it has stored.
@@ -53,7 +50,6 @@ class Walls {
   NameSupply names_;
   const int width_;
   std::vector<AxisBoundary> mirrored_;
-  std::set<std::string>& filled_;
   Stored stored_;
 };
 

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/passes/place_fills.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "support/assert.h"
+#include "support/contains.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// The fields that a statement reads, by what has to be known of them.
+struct Reads {
+  std::set<std::string> all, beyond, around;
+
+  bool need(const HaloRule& rule) const {
+    const auto& fields = rule.need == FillNeed::around ? around : rule.need == FillNeed::beyond ? beyond : all;
+    return fields.contains(rule.fill.field);
+  }
+};
+
+Reads reads_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes) {
+  Reads reads;
+  const bool is_grown = grow > 0 && std::ranges::count(axes, Topology::bounded) > 0;
+  for (const Signature::Read& read : signature(kernel).reads) {
+    reads.all.insert(read.field);
+    if (is_grown || read.interpolated || read.halo != std::array<int, max_rank>{}) reads.beyond.insert(read.field);
+  }
+  reads.around = read_around(kernel, axes);
+  return reads;
+}
+
+/// Fills and folds are about halos themselves. A block reads cells alone, and fills what it needs beyond.
+Reads reads_of(const Module& module, const Statement& statement, const std::vector<Topology>& axes) {
+  const auto in_cells = [&](const auto& one) {
+    const std::vector<std::string> fields = effects(module, one).reads;
+    return Reads{{fields.begin(), fields.end()}, {}, {}};
+  };
+  return match(
+      statement, [](const Fill&) { return Reads{}; }, [](const Fold&) { return Reads{}; },
+      [&](const Reduce& reduce) { return in_cells(reduce); }, [&](const NetworkCall& call) { return in_cells(call); },
+      [&](const Transform& transform) { return in_cells(transform); },
+      [&](const Run& run) { return reads_of(kernel_of(module, run), run.grow, axes); },
+      [&](const Solve& solve) { return in_cells(solve); }, [&](const Repeat& repeat) { return in_cells(repeat); });
+}
+
+std::vector<Statement> placed(const Module& module, const Program& block) {
+  FillPlacer placer(block.axes, block.halos);
+  std::vector<Statement> body;
+  for (const Statement& statement : block.body) placer.add(module, statement, body);
+  return body;
+}
+
+/// A block that has no rules is placed already.
+void place_in_blocks(const Module& module, Statement& statement, const std::vector<Topology>& axes) {
+  const auto place = [&](auto& block, const Program& alone) {
+    block.body = placed(module, alone);
+    block.halos.clear();
+  };
+  const Program outer{"", axes, {}, {}, {}};
+  match(
+      statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+      [](const Transform&) {}, [](const Run&) {}, [&](Solve& solve) { place(solve, operator_of(solve, outer)); },
+      [&](Repeat& repeat) { place(repeat, pass_of(repeat, outer)); });
+}
+
+}  // namespace
+
+HaloRule rule_of_fill(Fill fill) {
+  const FillNeed need = is_on_walls(fill.axes) ? FillNeed::reads : FillNeed::beyond;
+  return {std::move(fill), need};
+}
+
+bool has_rule(const std::vector<HaloRule>& halos, const std::string& field) {
+  return std::ranges::any_of(halos, [&](const HaloRule& rule) { return rule.fill.field == field; });
+}
+
+std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes) {
+  std::set<std::string> fields;
+  map_kernel(kernel, [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      const Access* a = std::get_if<Access>(&e->kind);
+      for (std::size_t axis = 0; a && axis < axes.size(); ++axis) {
+        if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
+      }
+    });
+    return value;
+  });
+  return fields;
+}
+
+bool FillPlacer::holds(const HaloRule& rule) const {
+  return std::ranges::all_of(wall_fields(rule.fill.axes), [&](const auto& wall) { return written_.contains(wall); });
+}
+
+void FillPlacer::fill(const HaloRule& rule, std::vector<Statement>& body) {
+  filled_.insert(rule.fill.field);
+  spoiled_.erase(rule.fill.field);
+  body.push_back(rule.fill);
+}
+
+void FillPlacer::pass(const Module& module, const Statement& statement) {
+  const Effects e = effects(module, statement);
+  for (const std::string& field : e.fills) {
+    filled_.insert(field);
+    spoiled_.erase(field);
+  }
+  for (const auto* changed : {&e.writes, &e.updates, &e.spoils}) {
+    for (const std::string& field : *changed) filled_.erase(field);
+  }
+  written_.insert(e.writes.begin(), e.writes.end());
+  spoiled_.insert(e.spoils.begin(), e.spoils.end());
+}
+
+void FillPlacer::add(const Module& module, Statement statement, std::vector<Statement>& body) {
+  place_in_blocks(module, statement, axes_);
+  const Reads reads = reads_of(module, statement, axes_);
+  for (const HaloRule& rule : halos_) {
+    if (reads.need(rule) && !filled_.contains(rule.fill.field) && holds(rule)) fill(rule, body);
+  }
+  pass(module, statement);
+  body.push_back(std::move(statement));
+}
+
+void FillPlacer::finish(const std::vector<std::string>& results, std::vector<Statement>& body) {
+  for (const HaloRule& rule : halos_) {
+    const std::string& field = rule.fill.field;
+    const bool is_open = rule.need == FillNeed::results || (rule.need == FillNeed::reads && spoiled_.contains(field));
+    if (is_open && !filled_.contains(field) && contains(results, field)) fill(rule, body);
+  }
+}
+
+FillPlacer::FillPlacer(const std::vector<Topology>& axes, const std::vector<HaloRule>& halos)
+    : axes_(axes), halos_(halos) {
+  std::set<std::string> fields;
+  for (const HaloRule& rule : halos) require(fields.insert(rule.fill.field).second, "a field goes on in two ways");
+}
+
+void place_fills(Module& module) {
+  for (Program& program : module.programs) {
+    FillPlacer placer(program.axes, program.halos);
+    std::vector<Statement> body;
+    for (Statement& statement : program.body) placer.add(module, std::move(statement), body);
+    std::vector<std::string> results = program.keeps;
+    for (const Swap& swap : program.swaps) results.push_back(swap.next);
+    placer.finish(results, body);
+    program.body = std::move(body);
+    program.halos.clear();
+  }
+}
+
+}  // namespace dpde::stencil
