@@ -30,6 +30,21 @@ SolverMethod method_of(int32_t kind) {
   }
 }
 
+/// As far as the iterations that were made tell.
+std::string what_helps(const SolveReport& report, double tolerance) {
+  constexpr double too_many = 20;  // times those that were made
+  const auto made = static_cast<double>(report.iterations);
+  const double enough = report.residual < 1 ? std::ceil(made * std::log(report.bound) / std::log(report.residual)) : 0;
+  const bool is_multigrid = report.method == SolverMethod::multigrid;
+  const bool stalls = report.residual >= 1 || enough > too_many * made;
+  const char* instead = is_multigrid ? "take cg, which goes around jumps of coefficients and long cells by such cycles"
+                                     : "take direct, or less accuracy";
+  if (stalls) return fmt::format("it comes no nearer: {}", instead);
+  const std::string more = fmt::format("at this rate {} are enough: solve = {}({:.1g}, {})", enough,
+                                       name_of(report.method), tolerance, std::ceil(1.5 * enough));
+  return is_multigrid && enough > 2 * made ? fmt::format("{}, or {}", more, instead) : more;
+}
+
 }  // namespace
 
 FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
@@ -148,12 +163,10 @@ void FieldSolve::check(const SolveReport& report) const {
                             "of its reach",
                             name_, report.residual));
   if (!report.converged && solve_.warns == 0)
-    throw Error(
-        ErrorKind::run,
-        fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the right side, above the "
-                    "tolerance {:.3g}; allow more of them or less accuracy, as solve = {}({:.1g}, {})",
-                    name_, report.iterations, name_of(report.method), report.residual, report.bound,
-                    name_of(report.method), 2 * report.residual, 4 * options_.most_iterations));
+    throw Error(ErrorKind::run, fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the "
+                                            "right side, above the tolerance {:.3g}; {}",
+                                            name_, report.iterations, name_of(report.method), report.residual,
+                                            report.bound, what_helps(report, solve_.tolerance)));
 }
 
 }  // namespace dpde

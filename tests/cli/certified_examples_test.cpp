@@ -48,6 +48,7 @@ const std::map<std::string, std::string> smaller = {
     {"forced_burgers plain_64", "--set end=5"},
     {"forced_burgers third_64", "--set cells=32 --set end=5"},
     {"gray_scott spots", "--set cells=64 --set end=100"},
+    {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
     {"heat block", "--set cells=24"},
     {"learned_flux fine", "--set cells=128 --set end=5"},
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},

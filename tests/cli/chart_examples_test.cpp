@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The charts of the examples on small grids: the orders that their pictures show, and what is best where. Times are not
 // tested.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -108,6 +113,31 @@ TEST_F(ChartExamples, MergingVortices) {
   EXPECT_NEAR(order(json, 32, "scheme", "second"), 2, 0.15);
   EXPECT_GT(order(json, 32, "scheme", "sixth"), 4.5);
   EXPECT_GT(order(json, 32, "scheme", "waves"), 7);
+}
+
+/// Convection: a spectral run beside differences, and the growth of Rayleigh's first wave, where Pr = 1
+/// sqrt(Ra/3) - 3*pi^2/2.
+TEST_F(ChartExamples, RollsAlongWhichTheFluidSlips) {
+  const Json json = chart("convection/free_rolls", "accuracy_of_rolls",
+                          "--vary cells=24,48 --vary step=0.0005 --set end=0.1 --reference-cells 96");
+  EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-3);
+  EXPECT_NEAR(order(json, 24, "scheme", "second"), 2, 0.2);
+  EXPECT_GT(order(json, 24, "scheme", "sixth"), 4.5);
+  EXPECT_GT(order(json, 24, "scheme", "waves"), 7);
+}
+
+TEST_F(ChartExamples, FirstRollsGrowAsRayleighSays) {
+  for (const double rayleigh : {600.0, 657.511364, 1000.0}) {
+    const auto rising = [&](double end) {
+      const Outcome run =
+          dpde(fmt::format("run " DPDE_SOURCE_DIR "/dsl-examples/convection/free_rolls.dpde first_growth --json "
+                           "--set Ra={} --set end={}",
+                           rayleigh, end));
+      return run.json()["observables"]["rising"].get<double>();
+    };
+    const double rate = std::log(rising(0.75) / rising(0.5)) / 2 / 0.25, pi = std::numbers::pi;
+    EXPECT_NEAR(rate, std::sqrt(rayleigh / 3) - 1.5 * pi * pi, 1e-4) << rayleigh;
+  }
 }
 
 TEST_F(ChartExamples, Canal) {

@@ -296,6 +296,8 @@ TEST(SolveTolerance, LeavesWhatVerifySays) {
       const double error = relative_error(gradient_by(solve, guess), exact);
       EXPECT_GT(error, 1e-10) << solve;
       EXPECT_NEAR(found->error, error, 0.01 * error) << solve << " " << guess;
+      EXPECT_LE(error, found->bound) << solve << " " << guess;
+      EXPECT_LE(found->bound, 1.2 * error) << solve << " " << guess;
       EXPECT_EQ(found->reference, 1e-13);
     }
   }
@@ -308,6 +310,8 @@ TEST(SolveTolerance, IsEstimatedWhereItIsSmall) {
   EXPECT_EQ(found->reference, 0);
   EXPECT_GT(found->error, 0);
   EXPECT_LT(found->error, 1e-10);
+  const std::vector<double> exact = gradient_by("direct", "none");
+  EXPECT_LE(relative_error(gradient_by("cg(1e-12)", "none"), exact), found->bound);
 }
 
 TEST(SolveTolerance, IsRoundingWithFactors) {

@@ -74,6 +74,21 @@ void report_steady(Job& job, const SteadyAdjoint& adjoint, Json& result) {
                       {"bytes", adjoint.bytes}};
 }
 
+/// How equations were solved, and who tells what a loose tolerance does to the gradient.
+void report_solves(Job& job, TaskRun& run, Json& result) {
+  constexpr double loose = 1e-6;
+  const auto solves = driver::solves_of(run.session->compiled(), run.session->rollout().solve_notes());
+  if (solves.empty()) return;
+  result["solves"] = json_of(solves);
+  job.say(driver::text_of(solves));
+  driver::report_solves(*run.session, job.sink());
+  const double tolerance = run.session->problem().scheme.solve.tolerance;
+  const auto is_by_steps = [](const driver::SolveReport& solve) { return solve.note.most_iterations > 0; };
+  if (tolerance > loose && std::ranges::any_of(solves, is_by_steps))
+    job.say(fmt::format(
+        "solves to {:.0e} of their right sides leave an error in the gradient: dpde verify measures it\n", tolerance));
+}
+
 Json gradient(Job& job, const TaskOptions& options) {
   Json result = Json::object();
   TaskRun run;
@@ -111,6 +126,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
   if (last.steady) report_steady(job, *last.steady, result);
+  report_solves(job, run, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);
   result["wall_s"] = wall;

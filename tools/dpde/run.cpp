@@ -9,6 +9,7 @@
 #include "analysis/conserved_sums.h"
 #include "command.h"
 #include "data_set.h"
+#include "driver/back_flow.h"
 #include "driver/blow_up.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
@@ -64,6 +65,7 @@ class Run {
   RunResult outcome_;
   std::unique_ptr<Record> record_;
   std::unique_ptr<analysis::SumMonitor> sums_;  // that single steps leave as they are
+  std::unique_ptr<driver::BackFlowWatch> back_flow_;
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
@@ -77,6 +79,7 @@ Json Run::operator()() {
   sums_ = std::make_unique<analysis::SumMonitor>(*session_,
                                                  analysis::conserved_sums(job_.source(), session_->shared_compiled())
                                                      .value_or(std::vector<analysis::ConservedSum>{}));
+  back_flow_ = std::make_unique<driver::BackFlowWatch>(*session_);
   if (!prepare_checkpoints()) return result;
   if (first_step_ == 0) look_at_start();
   if (!step()) return result;
@@ -128,6 +131,7 @@ Observer Run::observer(Progress& progress) {
   observer.call = [this, &progress, next = 0](const Snapshot& snapshot) mutable {
     if (snapshot.step >= next || snapshot.is_last) {
       sums_->look(snapshot.step, snapshot.t, snapshot.states);
+      back_flow_->look(snapshot.t, snapshot.states);
       next = snapshot.step + std::max(1, session_->steps() / looks_at_sums);
     }
     progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
@@ -145,6 +149,8 @@ bool Run::step() {
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
+  back_flow_->look(session_->time_of(outcome_.steps_done), states);
+  back_flow_->report(job_.sink());
   if (outcome_.blow_up)
     driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink(), stability::advice_on_blow_up(*session_));
   driver::report_not_steady(*session_, outcome_, job_.sink());

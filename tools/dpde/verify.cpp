@@ -162,14 +162,19 @@ Json to_json(const analysis::Certificate& certificate) {
 void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& effect, Json& result) {
   if (!effect) return;
   const Json reference = effect->reference > 0 ? Json(effect->reference) : Json(nullptr);
-  result["solves"] = {{"tolerance", effect->tolerance}, {"gradient_error", nullptr}, {"measured_against", reference}};
+  result["solves"] = {{"tolerance", effect->tolerance},
+                      {"gradient_error", nullptr},
+                      {"gradient_bound", nullptr},
+                      {"measured_against", reference}};
   if (!effect->is_by_steps) return job.say("solves: by factors or transforms, to rounding\n");
   result["solves"]["gradient_error"] = json_number(effect->error);
+  result["solves"]["gradient_bound"] = json_number(effect->bound);
   const std::string how = effect->reference > 0 ? fmt::format("{:.1e} (measured against solves to {:.0e})",
                                                               effect->error, effect->reference)
                                                 : fmt::format("about {:.1e} (an estimate)", effect->error);
-  job.say(fmt::format("solves: to {:.0e} of the right side, which leaves an error of {} in the gradient\n",
-                      effect->tolerance, how));
+  job.say(
+      fmt::format("solves: to {:.0e} of the right side, which leaves an error of {} in the gradient, at most {:.1e}\n",
+                  effect->tolerance, how, effect->bound));
 }
 
 Json verify(Job& job) {

@@ -70,6 +70,7 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
     if (is_measured) effect.reference = tolerance;
     const double size = is_measured ? other->gradient.norm() : how_much_larger * own->gradient.norm();
     effect.error = size == 0 ? 0 : (other->gradient - own->gradient).norm() / size;
+    effect.bound = effect.error * (is_measured ? 1.1 : how_much_larger);
     return effect;
   } catch (const Error&) {  // the certificate says what does not run
     return std::nullopt;

@@ -13,13 +13,16 @@ struct ToleranceEffect {
   double tolerance = 0;
   bool is_by_steps = false;  // a solve comes near step by step; of others all that is left is rounding
   double error = 0;          // of the gradient, relative
+  double bound = 0;          // of it: with what the other gradient itself is in error by
   double reference = 0;      // the tolerance of the gradient that it was measured against; 0: it is an estimate
 };
 
 /// Where the task's steps solve equations. By how much the gradient at the start differs from that with all solves, of
 /// states and adjoints, to 1e-13. Where the tolerance is not well above that: by how much it changes with a tolerance a
 /// hundred times larger, over a hundred, as its error is linear in what is left of the solves. nullopt where nothing is
-/// solved, or where that compares nothing.
+/// solved, or where that compares nothing. By the same line the gradient to 1e-13 is in error by at most a tenth of
+/// what was measured (a hundredth, but for steps that go beyond a tolerance), so that 1.1 of it is a bound; of an
+/// estimate it is the change itself.
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
                                                    const std::shared_ptr<const driver::Compiled>& compiled,
                                                    const CertifyOptions& options);

@@ -44,6 +44,7 @@ void add_note(SolveNote& to, const SolveNote& note) {
 
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
   const stencil::Program& step = *compiled.stencil.find_program(compiled.step_name());
+  const bool is_asked = compiled.problem && compiled.problem->scheme.guess == model::Guess::last;
   std::vector<SolveReport> reports;
   for (const SolveNote& note : notes) {
     if (note.solves == 0) continue;
@@ -55,7 +56,7 @@ std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<So
       return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
     });
     if (same == reports.end()) {
-      reports.push_back({field, range, solve != nullptr ? solve->guess : "", note});
+      reports.push_back({field, range, solve != nullptr ? solve->guess : "", note, is_asked});
     } else {
       add_note(same->note, note);
     }
@@ -67,9 +68,12 @@ std::string text_of(const std::vector<SolveReport>& solves) {
   std::string text;
   for (const SolveReport& solve : solves) {
     const int most = solve.note.most_iterations;
+    const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
     const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
     text += fmt::format("solve for {}: {} ({}){}\n", solve.field, solve.note.method, solve.note.reason,
-                        most > 0 ? fmt::format("; at most {} iterations{}", most, guess) : "");
+                        most > 0  ? fmt::format("; at most {} iterations{}", most, guess)
+                        : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
+                                  : "");
   }
   return text;
 }

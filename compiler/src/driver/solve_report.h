@@ -14,8 +14,9 @@ namespace dpde::driver {
 struct SolveReport {
   std::string field;  // as it is written
   SourceRange range;
-  std::string guess;  // what a method by steps begins with; "": 0
-  SolveNote note;     // of all solves of steps that come from this equation
+  std::string guess;                // what a method by steps begins with; "": 0
+  SolveNote note;                   // of all solves of steps that come from this equation
+  bool is_guess_asked_for = false;  // by guess = last
 };
 /// Of steps that were made; equations that were not solved are left out.
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);

@@ -186,6 +186,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0505", "formula-wider-than-grid", Severity::warning,
      "a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's order is "
      "lost"},
+    {"W0506", "guess-not-used", Severity::warning, "nothing begins with guess = last: {}"},
     {"W0504", "sign-at-wall", Severity::warning,
      "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
@@ -216,6 +217,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "the equation for {} was not solved to the tolerance in {} of {} solves: {} of the right side is left, above {}"},
     {"W0807", "constraint-missed", Severity::warning,
      "the constraint that gives {} is not true at the end: it is up to {}, made of terms up to {}"},
+    {"W0813", "back-flow", Severity::warning,
+     "flow comes in through the open end {} (t = {}): up to {}, on {} of {} faces; the largest speed is {}"},
     {"W0806", "gradient-lost-digits", Severity::warning,
      "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
      "and rounding becomes {} of the state"},

@@ -47,6 +47,19 @@ Eigen::Map<Eigen::VectorXd> vector_of(std::span<double> values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
+/// Of several rooms, as obstacles make them: those whose constant the equation leaves open.
+std::string words_on_rooms(const NullSpace& null_space, std::size_t cells) {
+  std::size_t rooms = 0, covered = 0;
+  for (const auto& part : null_space.parts()) {
+    covered += part.size();
+    if (part.size() > 1) ++rooms;
+  }
+  const bool is_whole = rooms == 1 && covered == cells;
+  if (rooms == 0 || is_whole) return "";
+  return rooms == 1 ? "; one room is cut off from the rest: there the mean is 0"
+                    : fmt::format("; {} rooms are cut off from one another: the mean of each is 0", rooms);
+}
+
 [[noreturn]] void refuse(SolverMethod method, const char* why, const char* instead) {
   throw Error(ErrorKind::run, fmt::format("the method {} does not fit: {}; {}", name_of(method), why, instead));
 }
@@ -78,6 +91,7 @@ struct LinearSolver::Impl {
     residual.assign(size, 0.0);
     image.setZero(matrix.size());
     choose(matrix);
+    reason += words_on_rooms(null_space, size);
   }
 
   void choose(const StencilMatrix& matrix);

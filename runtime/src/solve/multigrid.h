@@ -5,7 +5,7 @@
 //
 // One V-cycle smooths red cells, then black ones, on the way down and up. Interpolation is linear. A symmetric cycle,
 // to precondition CG, smooths in reverse on the way up, and its restriction is the transpose of interpolation. A cycle
-// that is used alone comes nearer with the plain sum of residuals (to 1e-6 on 512^2 and 128^3: 7 and 8 cycles for 8 and
+// that is used alone comes nearer with the plain sum of residuals (to 1e-6 on 512^2 and 128^3: 6 and 7 cycles for 8 and
 // 10). The coarsest level has sparse factors.
 //
 // Vectors are in half rows (solve/half_rows.h), times the sign that makes the diagonal positive: pack and unpack.

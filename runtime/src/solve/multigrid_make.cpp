@@ -10,6 +10,10 @@ namespace dpde {
 namespace {
 
 constexpr std::size_t most_of_coarsest = 64, most_factored = 20000;
+/// Behind red cells and black ones the sum of residuals leaves corrections too small: on 512^2 cells cycles come to
+/// 0.16 of what is left, with this factor to 0.10; on 128^3 to 0.21 and 0.18. On the finest level alone, as waves that
+/// all levels see would be made too large by its power (over-correction: Mika and Vanek 1992, Braess 1995).
+constexpr double over_correction = 1.08;
 
 /// Along which axis, and which way; nothing for what is no neighbour.
 std::optional<std::pair<std::size_t, int>> axis_of(const std::array<int, 3>& offset) {
@@ -141,6 +145,9 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, boo
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
   if (levels.back().size() > most_factored) return std::nullopt;
+  if (!is_symmetric) {
+    for (double& share : levels.front().share) share *= over_correction;
+  }
   Multigrid result;
   result.sign_ = sign;
   result.is_symmetric_ = is_symmetric;

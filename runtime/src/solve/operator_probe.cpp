@@ -63,7 +63,10 @@ class Probe {
   }
 
   std::vector<double>& column(const std::array<int, 3>& offset) {
-    const auto known = std::ranges::find(matrix_.offsets, offset);
+    const auto is_it = [&](const std::array<int, 3>& other) {  // looked for in each cell: == calls memcmp
+      return other[0] == offset[0] && other[1] == offset[1] && other[2] == offset[2];
+    };
+    const auto known = std::ranges::find_if(matrix_.offsets, is_it);
     if (known != matrix_.offsets.end()) return matrix_.values[static_cast<size_t>(known - matrix_.offsets.begin())];
     matrix_.offsets.push_back(offset);
     return matrix_.values.emplace_back(size_, 0.0);

@@ -8,10 +8,8 @@ namespace dpde {
 std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> cell,
                        const std::array<int, 3>& offset) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t n = matrix.cells[axis];
-    cell[axis] += offset[axis];
-    if (matrix.periodic[axis]) cell[axis] = (cell[axis] % n + n) % n;
-    if (cell[axis] < 0 || cell[axis] >= n) return -1;
+    cell[axis] = place_along(matrix, axis, cell[axis] + offset[axis]);
+    if (cell[axis] < 0) return -1;
   }
   return cell[0] + matrix.cells[0] * (cell[1] + matrix.cells[1] * cell[2]);
 }

@@ -30,18 +30,30 @@ StencilMatrix transposed(const StencilMatrix& matrix);
 /// result = matrix*x
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result);
 
+/// The place i along the axis, which may lie beyond its ends; -1 beyond a bounded one.
+inline std::int64_t place_along(const StencilMatrix& matrix, std::size_t axis, std::int64_t i) {
+  const std::int64_t n = matrix.cells[axis];
+  if (i >= 0 && i < n) return i;
+  return matrix.periodic[axis] ? (i % n + n) % n : -1;
+}
+
 /// `f`(row, column, value) on each entry that is not 0.
 template <class F>
 void for_each_entry(const StencilMatrix& matrix, const F& f) {
+  const std::int64_t length = matrix.cells[0];
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const std::array<int, 3>& offset = matrix.offsets[k];
+    const double* values = matrix.values[k].data();
     std::size_t row = 0;
     for (std::int64_t z = 0; z < matrix.cells[2]; ++z) {
+      const std::int64_t plane = place_along(matrix, 2, z + offset[2]);
       for (std::int64_t y = 0; y < matrix.cells[1]; ++y) {
-        for (std::int64_t x = 0; x < matrix.cells[0]; ++x, ++row) {
-          const double value = matrix.values[k][row];
-          if (value == 0) continue;
-          const std::int64_t column = column_of(matrix, {x, y, z}, matrix.offsets[k]);
-          if (column >= 0) f(row, static_cast<std::size_t>(column), value);
+        const std::int64_t line = place_along(matrix, 1, y + offset[1]);
+        const std::int64_t begin = length * (line + matrix.cells[1] * plane);
+        for (std::int64_t x = 0; x < length; ++x, ++row) {
+          if (values[row] == 0 || line < 0 || plane < 0) continue;
+          const std::int64_t column = place_along(matrix, 0, x + offset[0]);
+          if (column >= 0) f(row, static_cast<std::size_t>(begin + column), values[row]);
         }
       }
     }

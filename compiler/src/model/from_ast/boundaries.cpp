@@ -194,16 +194,24 @@ std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::strin
 
 namespace {
 
+/// The coordinate by which the axis runs the other way.
+std::string mirrored(const Axis& axis) {
+  const double sum = axis.low + axis.high;
+  return sum == 0 ? "-" + axis.name : fmt::format("{:g} - {}", sum, axis.name);
+}
+
 /// Nothing holds what lies on a low wall.
 void check_open_walls(Draft& draft, const State& state) {
   for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
     const Axis& along = draft.problem.axes[axis];
     const SideCondition& low = condition_of(state.boundary[axis].low.kind);
     if (along.topology == Topology::periodic || !state.placement[axis] || !low.keeps_wall()) continue;
-    draft.sink.report("not-allowed-here",
-                      boundary_of_side(draft, state.name, along.name + ".low").value_or(state.origin.range),
-                      {"outflow", fmt::format("the low wall of {}, which lies on it", state.name)},
-                      fmt::format("let it flow out at {}.high", along.name));
+    draft.sink.report(
+        "not-allowed-here", boundary_of_side(draft, state.name, along.name + ".low").value_or(state.origin.range),
+        {"outflow", fmt::format("the low wall of {}, which lies on it", state.name)},
+        fmt::format("let it flow out at {0}.high: turn the scene, with {1} in the place of {0} and -{2} in "
+                    "that of {2}",
+                    along.name, mirrored(along), state.name));
   }
 }
 

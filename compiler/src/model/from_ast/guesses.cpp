@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is solved for is kept as a state, with which solves of the next step begin.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "model/build.h"
@@ -39,9 +41,15 @@ std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
 
 void check_guess(Draft& draft) {
   const Problem& problem = draft.problem;
-  if (problem.scheme.guess != Guess::last || !begins_with_last(problem)) return;
+  if (problem.scheme.guess != Guess::last) return;
   const std::vector<const Solve*> solves = solves_of(problem);
   if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guess.empty(); })) return;
+  if (!begins_with_last(problem)) {
+    draft.sink.report("guess-not-used", place_of_guess(draft),
+                      {fmt::format("solve = {} has no steps that could begin there", print(problem.scheme.solve))},
+                      "take cg or multigrid, or leave it out");
+    return;
+  }
   const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
   if (!subcycles.empty() && !solves.empty()) {
     draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with guess = last"},
@@ -50,6 +58,11 @@ void check_guess(Draft& draft) {
     draft.sink.report("schemes-do-not-fit", place_of_guess(draft), {print(problem.scheme.time), "guess = last"},
                       "implicit stages solve for what a step adds, which is not like that of the step before: take "
                       "guess = none, or an explicit scheme as time = rk2");
+  } else {
+    draft.sink.report("guess-not-used", place_of_guess(draft),
+                      {solves.empty() ? "no step of this scene solves an equation"
+                                      : "the equations are solved wave by wave, without steps"},
+                      "leave it out");
   }
 }
 

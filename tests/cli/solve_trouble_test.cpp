@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is wrong with a solve or an open end is said, in words that help.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using SolveTrouble = Command;
+
+/// Flow between walls with an end on the right through which it leaves.
+std::string open_channel(const std::string& inflow, const std::string& more) {
+  return "model flow {\n  vector u on faces\n  field p\n  param nu\n  mask solid\n"
+         "  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n  0 = div(u) gives p\n  u = 0 inside solid\n}\n"
+         "scene s : flow {\n  grid x = 0 .. 2, cells 32\n  grid y = 0 .. 1, cells 16\n  nu = 0.05\n  initial u = 0\n"
+         "  boundary u.x: x.low = " +
+         inflow +
+         ", x.high = outflow, y = 0\n  boundary u.y: x.low = 0, x.high = outflow, y = 0\n"
+         "  time 0 .. 0.4, step 0.01\n" +
+         more + "\n}\n";
+}
+
+TEST_F(SolveTrouble, FlowThatComesInThroughAnOpenEndIsAWarning) {
+  write("s.dpde", open_channel("y*(1 - y)", "  solid = 0 > 1"));
+  const Outcome out = dpde("run s.dpde --json");
+  EXPECT_EQ(out.status, 0) << out.err;
+  EXPECT_TRUE(out.codes().empty()) << out.err;
+  write("s.dpde", open_channel("sin(2*pi*y)", "  solid = 0 > 1"));
+  const Outcome back = dpde("run s.dpde --json");
+  EXPECT_EQ(back.status, 0) << back.err;
+  EXPECT_EQ(back.codes(), std::vector<std::string>{"W0813"}) << back.err;
+  EXPECT_NE(dpde("run s.dpde").err.find("on 8 of 16 faces"), std::string::npos);
+}
+
+TEST_F(SolveTrouble, RoomsThatObstaclesCutOffAreNamed) {
+  const auto solve_of = [&](const std::string& solid) {
+    write("s.dpde", open_channel("y*(1 - y)", "  solid = " + solid));
+    return dpde("run s.dpde --set solve=cg").out;
+  };
+  EXPECT_EQ(solve_of("(x - 1)^2 + (y - 0.5)^2 < 0.01").find("cut off"), std::string::npos);
+  const std::string ring = "abs((x - 1)^2 + (y - 0.5)^2 - 0.06) < 0.025";
+  EXPECT_NE(solve_of(ring).find("one room is cut off from the rest: there the mean is 0"), std::string::npos)
+      << solve_of(ring);
+}
+
+/// A disc of a million in cells a hundred times as long as they are high: cycles alone make the residual larger.
+std::string jump(const std::string& solve) {
+  return "model m {\n  field u\n  coefficient k\n  param a\n  solve div(k*grad(psi)) = u for psi\n  dt(u) = a*psi\n}\n"
+         "scheme c { time = euler; solve = " +
+         solve +
+         " }\nscene s : m with c {\n  grid x = 0 .. 100, cells 128\n  grid y = 0 .. 1, cells 128\n  a = 1\n"
+         "  k = if((x/100 - 0.5)^2 + (y - 0.5)^2 < 1/16, 1e6, 1)\n  boundary psi: all = 0\n  boundary u: all = "
+         "zero_gradient\n"
+         "  initial u = 1 + sin(7*x*y)\n  time 0 .. 1e-3, step 1e-3\n}\n"
+         "task t : s {\n  unknown initial u\n  minimise mean(u^2)\n}\n";
+}
+
+TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
+  write("s.dpde", jump("multigrid(1e-6, 60)"));
+  const Outcome run = dpde("run s.dpde");
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.err.find("it comes no nearer: take cg"), std::string::npos) << run.err;
+  const Outcome by_cg = dpde("run s.dpde --set 'solve=cg(1e-6, 60)'");
+  EXPECT_EQ(by_cg.status, 0) << by_cg.err;
+  const Outcome few = dpde("run s.dpde --set 'solve=cg(1e-6, 12)'");
+  EXPECT_NE(few.err.find("are enough: solve = cg(1e-06, "), std::string::npos) << few.err;
+}
+
+TEST_F(SolveTrouble, GradientsOfLooseSolvesSayWhoMeasuresThem) {
+  write("s.dpde", jump("cg(1e-2)"));
+  const Outcome loose = dpde("gradient s.dpde t");
+  EXPECT_EQ(loose.status, 0) << loose.err;
+  EXPECT_NE(loose.out.find("solves to 1e-02 of their right sides leave an error in the gradient"), std::string::npos)
+      << loose.out;
+  const Outcome tight = dpde("gradient s.dpde t --set 'solve=cg(1e-9)'");
+  EXPECT_EQ(tight.out.find("leave an error"), std::string::npos) << tight.out;
+}
+
+}  // namespace
+}  // namespace dpde::testing
