@@ -40,7 +40,7 @@ std::string what_helps(const SolveReport& report, double tolerance) {
   const char* instead = is_multigrid ? "take cg, which goes around jumps of coefficients and long cells by such cycles"
                                      : "take direct, or less accuracy";
   if (stalls) return fmt::format("it comes no nearer: {}", instead);
-  const std::string more = fmt::format("at this rate {} are enough: solve = {}({:.1g}, {})", enough,
+  const std::string more = fmt::format("at this rate {} are enough: solve = {}({:g}, {})", enough,
                                        name_of(report.method), tolerance, std::ceil(1.5 * enough));
   return is_multigrid && enough > 2 * made ? fmt::format("{}, or {}", more, instead) : more;
 }

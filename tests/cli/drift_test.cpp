@@ -78,7 +78,6 @@ TEST_F(Drift, BeyondRoundingIsAWarning) {
   EXPECT_NEAR(run.json()["drift"]["integral(u)"]["per_time"].get<double>(), 0.5, 0.02);
 }
 
-/// A run that goes on from a checkpoint measures from there.
 /// The mass of a sine is 0: what rounding makes of it is compared with that of |u|.
 TEST_F(Drift, OfASumThatIsNothingIsComparedWithWhatItAddsUp) {
   write("s.dpde",
@@ -92,6 +91,7 @@ TEST_F(Drift, OfASumThatIsNothingIsComparedWithWhatItAddsUp) {
   EXPECT_LT(drift["relative"].get<double>(), 1e-5) << "of 2/pi";
 }
 
+/// A run that goes on from a checkpoint measures from there.
 TEST_F(Drift, GoesOnWithARun) {
   write("s.dpde", viscous_shock);
   ASSERT_EQ(dpde("run s.dpde --out o --checkpoint-every 100 --quiet").status, 0);

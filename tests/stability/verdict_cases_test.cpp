@@ -42,13 +42,47 @@ TEST(VerdictCases, WeakGrowthIsNoLimit) {
   }
 }
 
+/// The mean grows as the equations let it, by exp(40 t) less what diffuses; short waves are damped. The limit of ab2
+/// is that of the shortest wave, dt*|rate| = 1, and twice that of the mean's growth is allowed.
+TEST(VerdictCases, SchemesWithAMemoryBearMeansThatGrow) {
+  for (const int cells : {12, 16, 24, 25, 64}) {
+    const auto session =
+        open_scene("model m { field u; dt(u) = lap(u) + 0.2*u }\nscheme c { time = ab2 }\nscene s : m with c {\n" +
+                   fmt::format("  grid x = 0 .. {0}, cells {0}, periodic\n  initial u = 1 + sin(2*pi*x/{0})\n", cells) +
+                   "  time 0 .. 1, step 0.01\n}\n");
+    const Verdict verdict = verdict_of(*session);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << cells;
+    const double shortest = 4 * std::pow(std::sin(pi * (cells / 2) / cells), 2) - 0.2;
+    EXPECT_NEAR(verdict.limit.step, 1 / shortest, 5e-3 / shortest) << cells;
+    EXPECT_NEAR(verdict.growth_rate, 0.2, 0.01) << cells;
+  }
+}
+
+/// A rotation of the mean grows by (f dt)^2/2 a step with Euler's method, whatever diffuses away from it; so does what
+/// an implicit scheme leaves explicit.
+TEST(VerdictCases, TheMeanIsAWaveToo) {
+  const auto scene = [](const std::string& scheme, const std::string& rates, int cells) {
+    return open_scene("model m { field a, b; " + rates + " }\nscheme c { " + scheme + " }\nscene s : m with c {\n" +
+                      fmt::format("  grid x = 0 .. 1, cells {}, periodic\n", cells) +
+                      "  initial a = 1\n  initial b = 0\n  time 0 .. 1, step 1/800\n}\n");
+  };
+  for (const int cells : {16, 40}) {
+    const auto session = scene("time = euler", "dt(a) = lap(a) + 10*b; dt(b) = lap(b) - 10*a", cells);
+    EXPECT_TRUE(verdict_of(*session).is_above()) << cells;
+    const auto imex = scene("time = imex_euler", "dt(a) = 10*lap(a) - 100*a; dt(b) = 10*lap(b) - 100*b", cells);
+    const Verdict verdict = verdict_of(*imex);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << cells;
+    EXPECT_NEAR(verdict.limit.step, 0.02, 1e-4) << cells;
+  }
+}
+
 /// The shortest wave of n cells has the angle pi - pi/n where n is odd: the limit is h^2/(2 k cos(pi/(2n))^2).
 TEST(VerdictCases, SmallRingsHaveTheirOwnWaves) {
   for (const int cells : {2, 3, 5, 8, 9, 23}) {
-    const auto session = open_scene(
-        "model m { field u; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n" +
-        fmt::format("  grid x = 0 .. {0}, cells {0}, periodic\n  initial u = sin(2*pi*x/{0})\n", cells) +
-        "  time 0 .. 1, step 0.1\n}\n");
+    const auto session =
+        open_scene("model m { field u; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n" +
+                   fmt::format("  grid x = 0 .. {0}, cells {0}, periodic\n  initial u = sin(2*pi*x/{0})\n", cells) +
+                   "  time 0 .. 1, step 0.1\n}\n");
     const double shortest = cells % 2 == 0 ? 1 : std::cos(pi / (2 * cells)), expected = 0.5 / (shortest * shortest);
     const Verdict verdict = verdict_of(*session);
     EXPECT_TRUE(verdict.is_exact);
@@ -95,10 +129,10 @@ TEST(VerdictCases, RunsInSinglePrecision) {
 /// What a scheme remembers of steps that were not made is not disturbed: rates are 1e9 times as large here.
 TEST(VerdictCases, RunsOfSchemesWithAMemory) {
   for (const char* time : {"ab2", "ab3"}) {
-    const auto session = open_scene(
-        std::string("model m { field u; dt(u) = -lap(lap(u)) }\nscheme c { time = ") + time +
-        " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 40, periodic\n  initial u = cos(2*pi*x)\n"
-        "  time 0 .. 1e-6, step 1e-9\n}\n");
+    const auto session =
+        open_scene(std::string("model m { field u; dt(u) = -lap(lap(u)) }\nscheme c { time = ") + time +
+                   " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 40, periodic\n  initial u = cos(2*pi*x)\n"
+                   "  time 0 .. 1e-6, step 1e-9\n}\n");
     const double expected = verdict_of(*session).limit.step, limit = time == std::string("ab2") ? 1 : 6.0 / 11;
     EXPECT_NEAR(expected, limit / (16 * std::pow(40.0, 4)), 1e-3 * expected);
     EXPECT_NEAR(search_limit(*session, expected, 4e-3, 2, {.steps = 4000}).largest, expected, 0.02 * expected) << time;

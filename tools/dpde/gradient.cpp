@@ -74,14 +74,22 @@ void report_steady(Job& job, const SteadyAdjoint& adjoint, Json& result) {
                       {"bytes", adjoint.bytes}};
 }
 
+/// There and back.
+std::vector<driver::SolveReport> all_solves(const TaskRun& run) {
+  const driver::Compiled& compiled = run.session->compiled();
+  std::vector<driver::SolveReport> solves = driver::solves_of(compiled, run.session->rollout().solve_notes());
+  for (driver::SolveReport& solve : driver::adjoint_solves_of(compiled, run.session->rollout().adjoint_solve_notes()))
+    solves.push_back(std::move(solve));
+  return solves;
+}
+
 /// How equations were solved, and who tells what a loose tolerance does to the gradient.
-void report_solves(Job& job, TaskRun& run, Json& result) {
+void report_solves(Job& job, const TaskRun& run, const std::vector<driver::SolveReport>& solves, Json& result) {
   constexpr double loose = 1e-6;
-  const auto solves = driver::solves_of(run.session->compiled(), run.session->rollout().solve_notes());
   if (solves.empty()) return;
   result["solves"] = json_of(solves);
   job.say(driver::text_of(solves));
-  driver::report_solves(*run.session, job.sink());
+  driver::report_solves(run.session->problem(), solves, job.sink());
   const double tolerance = run.session->problem().scheme.solve.tolerance;
   const auto is_by_steps = [](const driver::SolveReport& solve) { return solve.note.most_iterations > 0; };
   if (tolerance > loose && std::ranges::any_of(solves, is_by_steps))
@@ -99,6 +107,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const double loss = inverse.value_and_gradient(inverse.start(), gradient);
   const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
   watch.reset();
+  const std::vector<driver::SolveReport> solves = all_solves(run);  // of this gradient, and of none that is timed
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the gradient was complete"});
     return result;
@@ -126,7 +135,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
   if (last.steady) report_steady(job, *last.steady, result);
-  report_solves(job, run, result);
+  report_solves(job, run, solves, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);
   result["wall_s"] = wall;

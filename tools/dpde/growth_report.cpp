@@ -26,18 +26,21 @@ std::string cause_text(const GradientGrowth& growth) {
 void warn(Job& job, const TaskRun& run, const GradientGrowth& growth) {
   const model::Problem& problem = run.session->problem();
   const double end = problem.t_begin + growth.safe_window;
-  job.sink().report("gradient-lost-digits", run.task().losses.front().origin.range,
-                    {fmt::format("{:.4g}", growth.perturbation->growth.rate),
-                     fmt::format("{:.4g}", growth.adjoint.rate), fmt::format("{:.2g}", growth.rounding)},
-                    cause_text(growth) + fmt::format("a window of {:.4g}, to t = {:.4g}, would leave three digits",
-                                                     growth.safe_window, end));
+  job.sink().report(
+      "gradient-lost-digits", run.task().losses.front().origin.range,
+      {fmt::format("{:.4g}", growth.perturbation->growth.rate), fmt::format("{:.4g}", growth.adjoint.rate),
+       fmt::format("{:.2g}", growth.rounding), growth.is_of_gradient ? "gradient" : "state"},
+      cause_text(growth) +
+          fmt::format("a window of {:.4g}, to t = {:.4g}, would leave three digits", growth.safe_window, end));
 }
 
 /// Of the gradient, in parts of it, where each unknown is one rounding larger.
 double change_by_rounding(const TaskRun& run, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
   const bool is_single = run.session->problem().scheme.real == Precision::f32;
+  const double largest = x.cwiseAbs().maxCoeff();
+  const Eigen::VectorXd sizes = x.cwiseAbs().cwiseMax(largest > 0 ? 0.01 * largest : 1);  // 0 is larger by something
   Eigen::VectorXd other(gradient.size());
-  run.inverse->value_and_gradient(x * (1 + (is_single ? 0x1p-23 : 0x1p-52)), other);
+  run.inverse->value_and_gradient(x + (is_single ? 0x1p-23 : 0x1p-52) * sizes, other);
   const double size = gradient.norm();
   return size > 0 ? (other - gradient).norm() / size : 0;
 }

@@ -287,7 +287,7 @@ void Run::report_solves(Json& result) {
   if (solves.empty()) return;
   result["solves"] = json_of(solves);
   job_.say(driver::text_of(solves));
-  if (!outcome_.blow_up) driver::report_solves(*session_, job_.sink());
+  if (!outcome_.blow_up) driver::report_solves(session_->problem(), solves, job_.sink());
 }
 
 void Run::write_files() {

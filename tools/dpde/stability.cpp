@@ -62,7 +62,8 @@ std::optional<Sweep> parse_sweep(const StabilityOptions& options, DiagnosticSink
   for (int i = 0; i < options.points; ++i) {
     const double part = static_cast<double>(i) / (options.points - 1);
     sweep.values.push_back(sweep.is_log ? low * std::pow(high / low, part) : low + part * (high - low));
-    if (sweep.name.starts_with("cells")) sweep.values.back() = std::round(sweep.values.back());
+    if (sweep.name == "cells" || sweep.name.starts_with("cells."))
+      sweep.values.back() = std::round(sweep.values.back());
   }
   const auto [first, last] = std::ranges::unique(sweep.values);
   sweep.values.erase(first, last);

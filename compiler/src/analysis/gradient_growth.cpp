@@ -191,12 +191,18 @@ std::optional<GradientGrowth> gradient_growth(driver::Session& session, const st
   result.perturbation = growth_of_perturbation(session, steps);
   if (!result.perturbation) return result;
   result.rounding = std::exp(std::min(std::log(unit) + result.perturbation->relative, 0.0));
-  if (!result.is_lost() && beside != nullptr) result.rounding = std::max(result.rounding, std::min(beside(), 1.0));
+  if (!result.is_lost() && beside != nullptr) {
+    const double of_gradient = std::min(beside(), 1.0);
+    result.is_of_gradient = of_gradient > std::max(result.rounding, largest_rounding);
+    result.rounding = std::max(result.rounding, of_gradient);
+  }
   if (!result.is_lost()) return result;
   if (problem.controls.empty() && problem.events.empty() && !problem.has_parts())
     result.at_half_step = growth_of_perturbation(session, steps, 2);
   const double room = std::log(largest_rounding / unit);
-  result.safe_window = std::min(result.window, room / std::max(result.perturbation->growth.rate, result.adjoint.rate));
+  const double rate = std::max({result.perturbation->growth.rate, result.adjoint.rate,
+                                result.is_of_gradient ? std::log(result.rounding / unit) / result.window : 0.0});
+  result.safe_window = std::min(result.window, room / rate);
   return result;
 }
 

@@ -57,15 +57,17 @@ struct GradientGrowth {
   Growth adjoint;
   double window = 0;                                             // time from the begin to the last loss
   std::optional<PerturbationGrowth> perturbation, at_half_step;  // where the adjoint has grown far
-  double rounding = 0;     // what it may have become of state or gradient, in parts of it
-  double safe_window = 0;  // in which it stays small; of a lost gradient
+  double rounding = 0;          // what it may have become of state or gradient, in parts of it
+  bool is_of_gradient = false;  // it lost its digits before the states did
+  double safe_window = 0;       // in which it stays small; of a lost gradient
   bool is_lost() const { return rounding > largest_rounding; }
   /// The equations amplify as much with half the step: it is theirs, and no fault of the scheme. nullopt: not known.
   std::optional<bool> is_of_equations() const;
 };
 /// Judges a gradient that has been watched. nullopt where too little of it was seen. `beside`: by how much of itself
 /// the gradient differs where what it is taken at differs by a rounding; asked for where the adjoint has grown far. It
-/// may lose digits before the states do: how fast they grow apart depends on the place.
+/// may lose digits before the states do: how fast they grow apart depends on the place. The session's states are others
+/// afterwards.
 std::optional<GradientGrowth> gradient_growth(driver::Session& session, const std::vector<AdjointWatch::Look>& looks,
                                               const std::function<double()>& beside = {});
 

@@ -187,7 +187,6 @@ void run_or_throw(const SourceFile& source, const PointOptions& options, const E
   const double duration = session->steps() * session->problem().step;
   for (double& sample : samples) sample /= duration;
   point.take(std::move(samples));
-  return;
 }
 
 /// Of a point that ran.

@@ -42,14 +42,26 @@ void add_note(SolveNote& to, const SolveNote& note) {
 
 }  // namespace
 
-std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
+namespace {
+
+/// In the step, or else in any program: those of adjoints solve for names of their own.
+const stencil::Solve* find_solve(const Compiled& compiled, const std::string& unknown) {
   const stencil::Program& step = *compiled.stencil.find_program(compiled.step_name());
+  const stencil::Solve* found = find_solve(step.body, unknown);
+  for (std::size_t i = 0; found == nullptr && i < compiled.stencil.programs.size(); ++i)
+    found = find_solve(compiled.stencil.programs[i].body, unknown);
+  return found;
+}
+
+}  // namespace
+
+std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
   const bool is_asked = compiled.problem && compiled.problem->scheme.guess == model::Guess::last;
   std::vector<SolveReport> reports;
   for (const SolveNote& note : notes) {
     if (note.solves == 0) continue;
     const std::string first = note.unknown.substr(0, note.unknown.find(','));
-    const stencil::Solve* solve = find_solve(step.body, first);
+    const stencil::Solve* solve = find_solve(compiled, first);
     const std::string field = solve != nullptr && !solve->written.field.empty() ? solve->written.field : note.unknown;
     const SourceRange range = solve != nullptr ? solve->written.range : SourceRange{};
     const auto same = std::ranges::find_if(reports, [&](const SolveReport& other) {
@@ -60,6 +72,15 @@ std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<So
     } else {
       add_note(same->note, note);
     }
+  }
+  return reports;
+}
+
+std::vector<SolveReport> adjoint_solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
+  std::vector<SolveReport> reports = solves_of(compiled, notes);
+  for (SolveReport& report : reports) {
+    report.is_adjoint = true;
+    report.field = "the adjoint of " + report.field;
   }
   return reports;
 }
@@ -78,16 +99,16 @@ std::string text_of(const std::vector<SolveReport>& solves) {
   return text;
 }
 
-void report_solves(Session& session, DiagnosticSink& sink) {
-  const model::Problem& problem = session.problem();
+void report_solves(const model::Problem& problem, const std::vector<SolveReport>& solves, DiagnosticSink& sink) {
   const double rounding = problem.scheme.real == Precision::f32 ? 1e-3 : 1e-6;
-  for (const SolveReport& solve : solves_of(session.compiled(), session.rollout().solve_notes())) {
+  for (const SolveReport& solve : solves) {
     const SolveNote& note = solve.note;
     if (note.missed > 0)
       sink.report("tolerance-missed", solve.range,
                   {solve.field, fmt::format("{}", note.missed), fmt::format("{}", note.solves),
                    fmt::format("{:.3g}", note.residual), fmt::format("{:.3g}", note.tolerance)},
-                  "allow more iterations or another method: solve = cg(1e-12, 1000)");
+                  fmt::format("allow more iterations or another method: solve = cg({:g}, 1000)", note.tolerance));
+    if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
     const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
     if (!(note.incompatible > rounding) || is_constraint) continue;
     sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.incompatible)},

@@ -17,11 +17,14 @@ struct SolveReport {
   std::string guess;                // what a method by steps begins with; "": 0
   SolveNote note;                   // of all solves of steps that come from this equation
   bool is_guess_asked_for = false;  // by guess = last
+  bool is_adjoint = false;
 };
 /// Of steps that were made; equations that were not solved are left out.
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);
+/// Of the way back: transposed solves, "the adjoint of psi".
+std::vector<SolveReport> adjoint_solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);
 /// Warnings of right sides that the operator does not reach, and of solves that did not come to their tolerance.
-void report_solves(Session& session, DiagnosticSink& sink);
+void report_solves(const model::Problem& problem, const std::vector<SolveReport>& solves, DiagnosticSink& sink);
 /// "solve for p: fourier (why)", a line each.
 std::string text_of(const std::vector<SolveReport>& solves);
 

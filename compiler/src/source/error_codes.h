@@ -221,7 +221,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "flow comes in through the open end {} (t = {}): up to {}, on {} of {} faces; the largest speed is {}"},
     {"W0806", "gradient-lost-digits", Severity::warning,
      "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
-     "and rounding becomes {} of the state"},
+     "and rounding becomes {} of the {}"},
     {"W0808", "walks-over-limit", Severity::warning,
      "at iteration {} the step {} is above {}, the largest stable one with {}"},
     {"E0812", "exact-not-finite", Severity::error, "the exact solution of {} is not finite at t = {}"},

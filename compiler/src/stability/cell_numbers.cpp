@@ -64,8 +64,9 @@ class LargestNumbers {
 
   std::vector<CellNumber> run() {
     for (const ScenePoint& point : frozen_points(session_, central_)) look_at(point);
-    if (!central_.solves()) return std::move(found_);
-    for (const ScenePoint& point : steepest_points(session_, central_)) look_at(point);
+    if (central_.solves()) {
+      for (const ScenePoint& point : steepest_points(session_, central_)) look_at(point);
+    }
     return std::move(found_);
   }
 

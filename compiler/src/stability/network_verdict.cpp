@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <set>
 
 #include "stability/equations.h"
 #include "stability/verdict_cache.h"
@@ -21,7 +20,7 @@ constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
 constexpr double most_work = 3e6;           // products of a network in one matrix
 constexpr double network_precision = 1e-2;  // of the limit, relative
 constexpr double most_steps = 4096;         // in units of the scene's: no limit is looked for beyond
-constexpr std::size_t most_frozen = 3;      // places
+constexpr std::size_t most_frozen = 6;      // places: of two states
 constexpr double shortest_part = 1e-3;      // in the same units: below there is none
 
 class Networks {
@@ -48,13 +47,16 @@ class Networks {
   /// Where each state is largest and smallest, and half between, as networks are steep where others are flat; or at the
   /// first of them.
   std::vector<FrozenPoint> points(bool is_one) const {
-    std::set<std::size_t> cells;
+    std::vector<std::size_t> cells;
     for (int s = 0; s < session_.rollout().state_count(); ++s) {
       const std::vector<double> values = session_.initial(s);
       const auto [low, high] = std::ranges::minmax_element(values);
       const double middle = 0.5 * (*low + *high);
       const auto between = std::ranges::min_element(values, {}, [&](double v) { return std::abs(v - middle); });
-      for (const auto& it : {high, low, between}) cells.insert(static_cast<std::size_t>(it - values.begin()));
+      for (const auto& it : {high, low, between}) {
+        const auto cell = static_cast<std::size_t>(it - values.begin());
+        if (std::ranges::find(cells, cell) == cells.end()) cells.push_back(cell);
+      }
     }
     std::vector<FrozenPoint> result;
     for (const std::size_t cell : cells) {

@@ -23,7 +23,8 @@ constexpr double no_growth = 1e-10;  // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
-constexpr double most_order = 5;     // of growth by steps: by a higher one damping is left behind for long waves alone
+/// Of growth that steps make. A higher one is that of very long waves alone, whose damping falls faster than it.
+constexpr double most_order = 5;
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
 constexpr double rounded_down = 1 - 1e-9;
 constexpr double longest_angle = std::numbers::pi * (1 - 1e-11);
@@ -58,7 +59,7 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
 }
 
 /// All that a small periodic grid has; none of other grids, whose waves are so many that those between them say the
-/// same. One of two that go opposite ways is enough.
+/// same.
 std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   constexpr double most_along = 24, most = 1024;
   double count = 1;
@@ -82,17 +83,23 @@ std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// With that of no angle, the mean, where the step knows it. What is solved for may be faster the longer waves are
+/// Or the mean of all cells, where there is one: what is solved for may not be known of it.
+Largest with_mean(const Largest& waves, const std::function<double(const Angles&)>& f) {
+  const double of_mean = f({});
+  return std::isfinite(of_mean) && of_mean > waves.value ? Largest{{}, of_mean} : waves;
+}
+
+/// With the mean where long waves do not stand for it. What is solved for may be faster the longer waves are
 /// (those of Rossby): without those that are longer than the grid then, and with the longest that it has, which may
 /// stand alone.
 Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
                            const std::function<double(const Angles&)>& f) {
   if (const std::vector<Angles> waves = waves_of_grid(point, rank); !waves.empty()) {
-    Largest largest{{}, linear.reduces() ? f({}) : -infinite};
+    Largest largest{{}, -infinite};
     for (const Angles& angles : waves) {
       if (const double value = f(angles); value > largest.value) largest = {angles, value};
     }
-    return largest;
+    return with_mean(largest, f);
   }
   const auto is_longer_than_grid = [&](const Angles& angles) {
     for (int axis = 0; axis < rank; ++axis) {
@@ -115,8 +122,16 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
       if (const double value = f(angles); value > largest.value) largest = {angles, value};
     }
   }
-  const double of_mean = linear.reduces() ? f({}) : -infinite;
-  return of_mean > largest.value ? Largest{{}, of_mean} : largest;
+  return linear.reduces() || linear.solves() ? with_mean(largest, f) : largest;
+}
+
+/// The largest of what a short step leaves near 1: a scheme with a memory has others.
+double rate_by_step(const Amplification& amplification, const Angles& wave, double step) {
+  double largest = -infinite;
+  for (const std::complex<double> g : amplification.eigenvalues(wave)) {
+    if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
+  }
+  return largest;
 }
 
 bool is_identity(const Response& response) {
@@ -232,15 +247,8 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
 bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<Amplification> half = at(0.5 * short_);
   if (!half) return false;
-  const double rate = over_waves([&](const Angles& a) {
-                        double largest = -infinite;
-                        for (const std::complex<double> g : half->eigenvalues(a)) {
-                          if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)));
-                        }
-                        return largest;
-                      }).value /
-                      (0.5 * short_);
-  return rate < 0.6 * growth_;
+  const auto rate_of = [&](const Angles& a) { return rate_by_step(*half, a, 0.5 * short_); };
+  return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
 
 /// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
@@ -260,9 +268,7 @@ double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
   if (rates_) {
     for (const std::complex<double> rate : rates_->eigenvalues(wave)) largest = std::max(largest, rate.real());
   } else {
-    for (const std::complex<double> g : short_step_->eigenvalues(wave)) {
-      if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / short_);
-    }
+    largest = rate_by_step(*short_step_, wave, short_);
   }
   return largest;
 }

@@ -140,7 +140,7 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   const double half = 0.5 * wanted;
   const double unit = session.problem().scheme.real == Precision::f64 ? 0x1p-53 : 0x1p-24;
   const double rounding = unit * std::max(1.0, roundings * std::sqrt(wanted));
-  if (before > rounding && behind > rounding) result.growth = std::pow(behind / before, 1 / half);
+  if (behind > rounding) result.growth = std::pow(behind / std::max(before, rounding), 1 / half);
   result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half;
   return result;
 }

@@ -44,7 +44,7 @@ void check_guess(Draft& draft) {
   if (problem.scheme.guess != Guess::last) return;
   const std::vector<const Solve*> solves = solves_of(problem);
   if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guess.empty(); })) return;
-  if (!begins_with_last(problem)) {
+  if (!begins_with_last(problem) && !solves.empty()) {
     draft.sink.report("guess-not-used", place_of_guess(draft),
                       {fmt::format("solve = {} has no steps that could begin there", print(problem.scheme.solve))},
                       "take cg or multigrid, or leave it out");
