@@ -236,5 +236,31 @@ TEST_F(UnstableStep, ConservedSumsAreNamed) {
   EXPECT_EQ(conserved("1 - u", ", periodic"), Json::array());
 }
 
+/// The scene has k = 0.5 and bears a step of 1/512; where the task begins it bears a third of that.
+TEST_F(UnstableStep, OfWhereATaskBeginsIsRefused) {
+  std::string text = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1, step 1/512");
+  text.replace(text.find("from 0.4"), 8, "from 1.5");
+  write("s.dpde", text);
+  EXPECT_TRUE(dpde("run s.dpde s --json").codes().empty());
+  for (const std::string verb : {"gradient s.dpde t", "optimize s.dpde t"}) {
+    const Outcome run = dpde(verb + " --json");
+    EXPECT_EQ(run.status, 2) << verb << run.err;
+    EXPECT_EQ(run.codes(), std::vector<std::string>{"E0808"}) << verb << run.err;
+    EXPECT_NE(run.err.find("0.000651"), std::string::npos) << run.err;  // 1/(3*512)
+  }
+  write("h.dpde",
+        "model m { field u; param k; dt(u) = k*lap(u) }\nscheme c { time = euler }\nscene h : m with c {\n"
+        "  grid x = 0 .. 1, cells 16, periodic\n  k = 0.01\n  initial u = sin(2*pi*x)\n  time 0 .. 10, step 0.05\n}\n"
+        "task f : h {\n  unknown k from 0.03\n  minimise mean(u^2)\n}\n");
+  const Outcome chart = dpde(
+      "chart h.dpde h --task f --vary time=euler --vary cells=16 --vary fraction=0.9,0.3 --samples 1 --sample-seconds "
+      "0 --json");
+  ASSERT_EQ(chart.status, 0) << chart.err;
+  const Json points = chart.json()["points"];
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_NE(points[0]["gradient_failure"].get<std::string>().find("where the task begins"), std::string::npos);
+  EXPECT_TRUE(points[1]["gradient_failure"].is_null()) << "0.3 times the limit at k = 0.01, 0.9 times that at 0.03";
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chart/gradient.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "driver/memory_plan.h"
 #include "model/placement.h"
+#include "stability/verdict.h"
 
 namespace dpde::chart {
 
@@ -66,6 +69,13 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
   task->inverse_ = driver::Inverse::open(*task->session_, source, sink);
   if (task->inverse_ == nullptr) {
     why = sink.all().empty() ? "it has no gradient" : sink.all().front().message;
+    return nullptr;
+  }
+  // Steps are parts of what the scene bears: the task may begin where that is less.
+  task->inverse_->assign(task->inverse_->start());
+  const stability::Verdict verdict = stability::verdict_of(*task->session_);
+  if (verdict.ruins_run()) {
+    why = fmt::format("the step is above {:.4g}, the largest stable one where the task begins", verdict.bounded_step());
     return nullptr;
   }
   return task;
