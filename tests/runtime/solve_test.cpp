@@ -296,6 +296,15 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
     for (double& value : y) value += 1;
   };
   EXPECT_NE(refusal(shifted, 1).find("makes 1 of 0"), std::string::npos);
+  // Nothing but rounding, as differences in cells that obstacles fill: 1/3*3 - 1 is 0.
+  const LinearImage nothing = [](std::span<const double> x, std::span<double> y) {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] / 3 * 3 - x[i];
+  };
+  EXPECT_EQ(refusal(nothing, 1), "");
+  const LinearImage square = [](std::span<const double> x, std::span<double> y) {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] * x[i] - x[i];
+  };
+  EXPECT_NE(refusal(square, 1).find("not linear"), std::string::npos) << "nothing of a one and of a zero";
 }
 
 }  // namespace

@@ -119,7 +119,10 @@ void check_linear(const LinearImage& image, const StencilMatrix& matrix, double 
   for (size_t i = 0; i < size; ++i) difference = std::max(difference, std::abs(made[i] - expected[i]));
   if (!std::isfinite(entry) || std::isnan(largest(made)))
     throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
-  if (difference > 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1))
+  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with.
+  const double allowed =
+      entry > 0 ? 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1) : std::sqrt(rounding);
+  if (difference > allowed)
     throw Error(ErrorKind::run,
                 fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
                             "off, with coefficients up to {:.3g}",
