@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule
-// "reads see the fields as they were" holds by construction.
+// Statements one behind the other. Kernels: interpret_kernel.cpp.
 #include "stencil/interpret.h"
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/contains.h"
-#include "support/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -19,149 +17,6 @@ namespace dpde::stencil {
 namespace {
 
 int modulo(int i, int n) { return (i % n + n) % n; }
-
-// ---- expressions ---------------------------------------------------------------------------------------------------
-
-/// A cell along one axis and what an interpolation takes of it.
-struct WeightedCell {
-  int cell;
-  double weight;
-};
-
-/// The cells along one axis around the point `at` displaced by `d`, and their weights.
-std::vector<WeightedCell> taps_along(Topology topology, int n, int at, double d, Along along) {
-  const double j = at + std::floor(d);
-  double f = d - std::floor(d);
-  const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result
-  int low = 0;
-  bool clamped = false;
-  if (nowhere) {
-    f = d - d;
-  } else if (topology == Topology::bounded) {
-    const bool below = j < -1 || (j == -1 && f < 0.5);
-    const bool above = j > n - 1 || (j == n - 1 && f > 0.5);
-    clamped = below || above;
-    if (clamped) f = 0.5;
-    low = below ? -1 : above ? n - 1 : static_cast<int>(j);
-  } else {
-    low = modulo(static_cast<int>(std::fmod(j, n)), n);
-  }
-  std::vector<WeightedCell> taps;
-  int cell = low - 1;
-  for (const std::array<double, 4>& c : weights_of(along)) {
-    const double weight = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
-    const int place = topology == Topology::periodic ? modulo(cell, n) : cell;
-    if (c != std::array<double, 4>{}) taps.push_back({place, clamped && is_derivative(along) ? 0 : weight});
-    ++cell;
-  }
-  return taps;
-}
-
-/// The scope of one point of one kernel run.
-struct Point {
-  const State& state;
-  const std::vector<Topology>& axes;
-  const Params& params;
-  Cell cell;
-  std::unordered_map<std::string, double> locals;
-
-  double value(const Expr& e) const;
-  bool is_inside(const Inside& inside) const;
-  /// Calls f(cell, weight) for each cell the interpolation takes.
-  void for_each_tap(const Interp& interp, const std::function<void(const Cell&, double)>& f) const;
-};
-
-Cell displaced(Cell cell, const Offset& offset) {
-  for (int axis = 0; axis < max_rank; ++axis) cell[axis] += offset[axis];
-  return cell;
-}
-
-bool Point::is_inside(const Inside& inside) const {
-  const Cell place = displaced(cell, inside.offset);
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    const int n = state.grid().cells[axis];
-    if (axes[axis] == Topology::periodic) continue;
-    if (place[axis] < -inside.grow || place[axis] >= n + inside.grow) return false;
-  }
-  return true;
-}
-
-void Point::for_each_tap(const Interp& interp, const std::function<void(const Cell&, double)>& f) const {
-  std::array<std::vector<WeightedCell>, max_rank> taps;
-  Cell counts{1, 1, 1};
-  taps.fill({{0, 1}});
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    taps[axis] = taps_along(axes[axis], state.grid().cells[axis], cell[axis] + interp.offset[axis],
-                            value(interp.displacement[axis]), interp.along[axis]);
-    counts[axis] = static_cast<int>(taps[axis].size());
-  }
-  for_each_cell({}, counts, [&](const Cell& c) {
-    const WeightedCell &x = taps[0][c[0]], &y = taps[1][c[1]], &z = taps[2][c[2]];
-    f({x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
-  });
-}
-
-double Point::value(const Expr& e) const {
-  return match(
-      e->kind, [](const Literal& l) { return l.value; },
-      [&](const Param& p) {
-        const auto found = params.find(p.name);
-        require(found != params.end(), "every parameter has a value");
-        return found->second;
-      },
-      [&](const Local& l) {
-        const auto found = locals.find(l.name);
-        require(found != locals.end(), "a local is defined before use");
-        return found->second;
-      },
-      [&](const Access& a) { return state.at(a.field, displaced(cell, a.offset)); },
-      [&](const Interp& i) {
-        double sum = 0;
-        for_each_tap(i, [&](const Cell& c, double weight) { sum += weight * state.at(i.field, c); });
-        return sum;
-      },
-      [&](const Inside& i) { return is_inside(i) ? 1.0 : 0.0; }, [&](const Neg& n) { return -value(n.operand); },
-      [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
-      [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments[0]), value(c.arguments.back())); },
-      [&](const Select& s) { return value(s.condition) != 0 ? value(s.yes) : value(s.no); });
-}
-
-/// One addition or assignment to a cell, waiting until all points have been evaluated.
-struct Write {
-  const std::string* field;
-  Cell cell;
-  bool accumulate;
-  double value;
-};
-
-void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axes, State& state, const Params& params,
-                std::map<std::string, double>& sums) {
-  Cell low{}, high = state.grid().cells;
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    if (axes[axis] == Topology::periodic) continue;
-    low[axis] -= grow;
-    high[axis] += grow;
-  }
-  std::vector<Write> stores, scatters;
-  for_each_cell(low, high, [&](const Cell& cell) {
-    Point point{state, axes, params, cell, {}};
-    for (const Let& let : kernel.lets) point.locals[let.name] = point.value(let.value);
-    for (const Store& s : kernel.stores) stores.push_back({&s.field, cell, s.accumulate, point.value(s.value)});
-    for (const Sum& sum : kernel.sums) sums[sum.name] += point.value(sum.value);
-    for (const Scatter& s : kernel.scatters) {
-      const double value = point.value(s.value);
-      point.for_each_tap(s.target, [&](const Cell& corner, double weight) {
-        scatters.push_back({&s.target.field, corner, true, weight * value});
-      });
-    }
-  });
-  for (const std::vector<Write>* writes : {&stores, &scatters}) {
-    for (const Write& write : *writes) {
-      double& target = state.at(*write.field, write.cell);
-      target = state.stored(write.accumulate ? target + write.value : write.value);
-    }
-  }
-}
 
 // ---- halos ---------------------------------------------------------------------------------------------------------
 
@@ -171,15 +26,6 @@ struct HaloCell {
   const Side* side;
   GhostWeights ghost;
 };
-
-}  // namespace
-
-double uniform_value(const Expr& e, const State& state, const Params& params) {
-  const std::vector<Topology> no_axes;
-  return Point{state, no_axes, params, {}, {}}.value(e);
-}
-
-namespace {
 
 /// Layer k of a side of an axis with n cells: where it is, where its image is, and how it is made of that.
 struct Layer {
@@ -309,7 +155,7 @@ class Interpreter {
           },
           [&](const Transform& transform) { apply(state_, transform, params_); },
           [&](const Run& run) {
-            run_kernel(*module_.find_kernel(run.kernel), run.grow, program.axes, state_, params_, sums);
+            apply(state_, *module_.find_kernel(run.kernel), run.grow, program.axes, params_, sums);
           },
           [&](const Solve& solve) { this->solve(solve, program); },
           [&](const Repeat& repeat) { this->repeat(repeat, program); });

@@ -67,6 +67,9 @@ class State {
 
   /// All cells of a field, halo included, and the same put back.
   const std::vector<double>& cells(const std::string& field) const { return fields_.at(field); }
+  const std::vector<double>* find_cells(const std::string& field) const;
+  /// Where a cell is among these.
+  std::size_t index(const std::array<int, max_rank>& cell) const;
   void set_cells(const std::string& field, const std::vector<double>& cells) { fields_[field] = cells; }
 
   /// Makes every cell NaN.
@@ -80,8 +83,6 @@ class State {
   std::shared_ptr<Inverses> inverses;
 
  private:
-  std::size_t index(const std::array<int, max_rank>& cell) const;
-
   Grid grid_;
   int halo_;
   Precision real_;
@@ -90,6 +91,10 @@ class State {
 
 /// Of params and numbers.
 double uniform_value(const Expr& e, const State& state, const Params& params);
+
+/// Runs a kernel at all points of its region, `grow` cells farther beyond bounded axes, and adds to `sums`.
+void apply(State& state, const Kernel& kernel, int grow, const std::vector<Topology>& axes, const Params& params,
+           std::map<std::string, double>& sums);
 
 /// Fills the whole halo of a field.
 void apply(State& state, const Fill& fill, const Params& params);

@@ -42,8 +42,13 @@ double& State::at(const std::string& field, Cell cell) {
 }
 
 double State::at(const std::string& field, Cell cell) const {
+  const std::vector<double>* cells = find_cells(field);
+  return cells == nullptr ? garbage : (*cells)[index(cell)];
+}
+
+const std::vector<double>* State::find_cells(const std::string& field) const {
   const auto found = fields_.find(field);
-  return found == fields_.end() ? garbage : found->second[index(cell)];
+  return found == fields_.end() ? nullptr : &found->second;
 }
 
 void State::poison(const std::string& field) {
