@@ -74,10 +74,12 @@ void CoupledSolve::fail(const std::string& why) const {
 
 void CoupledSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
   rights_.read(fields, right_);
-  if (!are_finite(right_)) {  // a run that has blown up: who looks after it finds it in the result
+  const double factor = factor_into_range(right_);
+  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
     return unknowns_.write(fields, solution_);
   }
+  multiply_all(right_, factor);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || !is_made_) {
     const auto image = [&](std::span<const double> values, std::span<double> made) {
@@ -91,6 +93,7 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
   if (!matrix_->solve(right_, solution_))
     fail("BiCGStab does not come to the tolerance; take direct, or a shorter step");
   refine(fields, apply);
+  multiply_all(solution_, 1 / factor);
   unknowns_.write(fields, solution_);
   ++note_->solves;
 }

@@ -115,7 +115,9 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     std::ranges::fill(solution_, std::nan(""));
     write_cells(layout_, fields[solve_.unknowns[0]], solution_);
   };
-  if (!are_finite(right_)) return give_up();
+  const double factor = factor_into_range(right_);
+  if (factor == 0) return give_up();
+  multiply_all(right_, factor);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) make_solver(fields, apply);
   if (solver_->has_first_guess()) begin(fields);
@@ -124,6 +126,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   if (!std::isfinite(report.residual)) return give_up();
   note(report);
   check(report);
+  multiply_all(solution_, 1 / factor);
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
 }
 

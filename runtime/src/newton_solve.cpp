@@ -28,7 +28,8 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
                          SolverShelf& shelf)
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
-      loose_(std::sqrt(rounding_of(given))) {
+      loose_(std::sqrt(rounding_of(given))),
+      nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)) {
   if (solve.step == nullptr) return;  // an interpreter runs the program
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};
@@ -90,7 +91,7 @@ double NewtonSolve::relative_change() const {
     };
     const double change = largest_size(part(change_)),
                  size = std::max(largest_size(part(x_)), largest_size(part(right_)));
-    if (change > 0) most = std::max(most, size > 0 ? change / size : 1.0);
+    if (change > nothing_) most = std::max(most, size > 0 ? change / size : 1.0);
     if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
   }
   return most;

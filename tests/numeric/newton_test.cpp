@@ -267,6 +267,48 @@ TEST(Brusselator, HasTheGradientOfCentralDifferences) {
   }
 }
 
+/// Products of small numbers leave the range of numbers long before these do.
+TEST(ImplicitSteps, OfWhatHasNearlyDecayedAreThoseOfOtherSizes) {
+  const std::string rod = R"(
+model heat { field u; param nu, size; dt(u) = nu*lap(u) - 2*u }
+model cubic { field u; param nu, size; dt(u) = nu*lap(u) - 2*u*(1 + u^2*0) }
+scheme s { time = backward_euler }
+scene linear : heat with s {
+  grid x = 0 .. 1, cells 16
+  nu = 0.1; size = 1
+  boundary u: all = 0
+  initial u = size*sin(3*x)
+  time 0 .. 1, step 1/8
+}
+scene newton : cubic with s {
+  grid x = 0 .. 1, cells 16
+  nu = 0.1; size = 1
+  boundary u: all = 0
+  initial u = size*sin(3*x)
+  time 0 .. 1, step 1/8
+}
+)";
+  const auto end_of = [&](const std::string& scene, Overrides overrides) {
+    return run_scene(rod, scene, overrides).state.at("u");
+  };
+  for (const char* method : {"tridiagonal", "direct", "multigrid", "cg", "gmres", "bicgstab"}) {
+    const std::vector<double> unit = end_of("linear", {{"solve", method}});
+    for (const double size : {1e-140, 1e-200, 1e-280, 1e200}) {
+      const std::vector<double> other = end_of("linear", {{"solve", method}, {"size", fmt::format("{}", size)}});
+      for (std::size_t i = 0; i < unit.size(); ++i)
+        EXPECT_NEAR(other[i] / size, unit[i], 1e-9 * std::abs(unit[i])) << method << " " << size;
+    }
+  }
+  const std::vector<double> unit = end_of("newton", {});
+  for (const double size : {1e-140, 1e-200, 1e-280}) {
+    const std::vector<double> other = end_of("newton", {{"size", fmt::format("{}", size)}});
+    for (std::size_t i = 0; i < unit.size(); ++i) EXPECT_NEAR(other[i] / size, unit[i], 1e-9 * std::abs(unit[i]));
+  }
+  for (const double size : {1e-300, 1e-310, 5e-324}) {  // where numbers have few digits left
+    for (const double value : end_of("newton", {{"size", fmt::format("{}", size)}})) EXPECT_LE(std::abs(value), size);
+  }
+}
+
 /// X - h*exp(X) = R has no solution where R is above -1 - log(h).
 TEST(Newton, SaysThatItDoesNotConverge) {
   const std::string text = R"(

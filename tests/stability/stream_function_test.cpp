@@ -144,7 +144,7 @@ TEST(StreamFunction, PlacesBetweenWallsAreThoseOfFieldsThatMatter) {
   const Verdict verdict = verdict_of(
       *open_scene("model m { field q; coefficient a; solve lap(psi) = -a for psi; let v = (dy(psi), -dx(psi))\n"
                   "  dt(q) = -advect(v, q) }\nscheme c { advect = upwind(1); time = euler }\nscene s : m with c {\n"
-                  "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 16\n  boundary psi: y = 0\n"
+                  "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 20\n  boundary psi: y = 0\n"
                   "  boundary q: y = zero_gradient\n  a = sin(pi*y/16)\n  initial q = 0\n  time 0 .. 1, step 0.001\n"
                   "}\n"));
   ASSERT_TRUE(verdict.is_analysed()) << verdict.why;

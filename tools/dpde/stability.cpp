@@ -358,7 +358,8 @@ void add_stability(CLI::App& app, int& status) {
   verb->add_option("--against", options->against, "repeat it for values of a parameter or key of --set")
       ->type_name("NAME=LOW..HIGH");
   verb->add_option("--points", options->points, "values of that")->check(CLI::Range(2, 1000))->capture_default_str();
-  verb->add_option("--steps", options->steps, "steps of each run (default: 500 to 100000, as cells allow)")
+  verb->add_option("--steps", options->steps,
+                   "steps of each run (default: 500 to 100000, as cells allow; to 4000 with solves)")
       ->check(CLI::Range(100, 100'000'000));
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->footer(

@@ -60,6 +60,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["walls"] = verdict.is_of_walls;
   result["places"] = verdict.places;
   result["wall_places"] = verdict.places_between_walls;
+  result["own_grid"] = verdict.is_of_grid;
   result["networks"] = verdict.is_of_networks;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
   result["term"] = nullptr;
@@ -103,6 +104,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
                         1 / verdict.growth_rate);
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
+  if (verdict.is_of_grid)
+    text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
   if (verdict.places_between_walls > 0)
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
                         fmt::join(stability::cells_between_walls(problem.axes), " x "), verdict.places_between_walls,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "stability/solved_fields.h"
@@ -279,6 +280,13 @@ std::size_t work_of(const LinearStep& linear) {
   return work;
 }
 
+/// The i-th of cells that are spread evenly, also over each axis: steps of the golden ratio, which meet each cell once.
+std::size_t spread(std::size_t i, std::size_t cells) {
+  auto stride = static_cast<std::size_t>(0.6180339887498949 * static_cast<double>(cells));
+  while (std::gcd(stride, cells) > 1) ++stride;
+  return i * stride % cells;
+}
+
 /// Of many cells and times those with the heaviest response: formulas may be large in a spot, or for a moment.
 std::vector<ScenePoint> heaviest_points(const driver::Session& session, const LinearStep& linear,
                                         const Sampler& sampler, bool varies_in_time) {
@@ -291,7 +299,7 @@ std::vector<ScenePoint> heaviest_points(const driver::Session& session, const Li
     for (std::size_t k = 0; k < times; ++k) {
       const double part = times == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(times - 1);
       ScenePoint point =
-          sampler.at(cells == 1 ? session.workspace().cell_count() / 2 : i * cells / looks, time_within(session, part));
+          sampler.at(cells == 1 ? session.workspace().cell_count() / 2 : spread(i, cells), time_within(session, part));
       const double weight = weight_of(linear.response(point.point, session.problem().step));
       found.emplace_back(weight, std::move(point));
       std::ranges::sort(found, std::greater(), &std::pair<double, ScenePoint>::first);

@@ -312,6 +312,11 @@ StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
     (is_unstable ? unstable : stable) = middle;
     if (is_unstable) grows = now;
   }
+  // Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
+  const double beyond = excess(1.1 * stable).value / growth_tolerance(*linear_),
+               order = std::log(beyond) / std::log(1.1);
+  if (order > 1 && order < most_order)
+    return {StepLimit::Kind::never, 0, order, grows.angles, largest_share(grows.angles, unstable)};
   return {StepLimit::Kind::limit, stable, 0, grows.angles, largest_share(grows.angles, unstable)};
 }
 

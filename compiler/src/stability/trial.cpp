@@ -7,6 +7,8 @@
 #include <numeric>
 #include <random>
 
+#include "stability/survey.h"
+
 namespace dpde::stability {
 
 namespace {
@@ -14,7 +16,7 @@ namespace {
 constexpr double disturbance = 1e-6, single_disturbance = 1e-3;  // of the largest value of a field
 constexpr double roundings = 16;    // times the root of the steps: what rounding may make of a difference
 constexpr double cell_steps = 2e7;  // a run
-constexpr int fewest_steps = 500, most_steps = 100'000;
+constexpr int fewest_steps = 500, most_steps = 100'000, most_steps_with_solves = 4000;
 constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
 constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
 constexpr double most_growth = 60;     // ln of what the equations may do in a run
@@ -105,12 +107,20 @@ class Pair {
   std::vector<double> scales_, first_, second_;
 };
 
+/// As many as take some seconds; a solve is some ten times the work of the rest.
+int steps_of_run(driver::Session& session) {
+  const stencil::Module& module = session.compiled().stencil;
+  Survey found;
+  survey(module, module.find_program(session.compiled().step_name())->body, found);
+  const double cells = static_cast<double>(session.workspace().cell_count());
+  return static_cast<int>(
+      std::clamp<double>(cell_steps / cells, fewest_steps, found.solves ? most_steps_with_solves : most_steps));
+}
+
 }  // namespace
 
 std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
-  const double cells = static_cast<double>(session.workspace().cell_count());
-  int wanted = options.steps > 0 ? options.steps
-                                 : static_cast<int>(std::clamp<double>(cell_steps / cells, fewest_steps, most_steps));
+  int wanted = options.steps > 0 ? options.steps : steps_of_run(session);
   if (options.growth_rate > 0)  // or what the equations let grow would leave the range of numbers
     wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / (options.growth_rate * step)))));
   Pair pair(session, step, options);

@@ -14,7 +14,7 @@
 namespace dpde::stability {
 
 struct TrialOptions {
-  int steps = 0;           // of each run; 0: as many as its cells allow, 500 to 100000
+  int steps = 0;           // of each run; 0: as many as its cells allow, 500 to 100000; with solves to 4000
   std::uint64_t seed = 0;  // of the disturbance
   double growth_rate = 0;  // that the equations have of their own, 1/time: twice that is allowed
   const std::atomic<bool>* stop = nullptr;

@@ -13,6 +13,7 @@
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
 #include "stability/local_character.h"
+#include "stability/own_grid.h"
 #include "stability/verdict_cache.h"
 #include "stability/wall_spectrum.h"
 
@@ -74,8 +75,13 @@ class Examination {
       look_at(*analysis, point);
     }
     if (!is_any_) return false;
-    verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
-                        !linear_.follows_flow();
+    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+    verdict_.is_exact = is_same && !has_walls(session_.problem());
+    if (verdict_.is_exact) return true;
+    if (const auto grid = own_grid(); grid && verdict_.limit.kind != StepLimit::Kind::never) {
+      look_at_own(*grid, is_same && !linear_.solves());
+      return true;
+    }
     if (!has_walls(session_.problem())) return true;
     for (const ScenePoint& point : places_between_walls(points)) {
       if (verdict_.limit.kind == StepLimit::Kind::never) break;
@@ -96,6 +102,9 @@ class Examination {
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
+    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+    if (is_same && !has_walls(session_.problem())) return true;
+    if (const auto grid = own_grid()) return grid->is_stable(verdict_.step);
     if (!has_walls(session_.problem())) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step, false) - 2 * verdict_.growth_rate;
@@ -184,6 +193,46 @@ class Examination {
     verdict_.worst = point.point;
   }
 
+  std::optional<OwnGrid> own_grid() const { return OwnGrid::make(session_, linear_, worst_.point, verdict_.step); }
+
+  /// The scene's own grid has the last word where waves are an estimate: of frozen coefficients, or longer than the
+  /// grid. Where they are none, it can only lower their limit.
+  void look_at_own(const OwnGrid& grid, bool are_waves_exact) {
+    constexpr double farthest = 16;  // times the limit of waves
+    verdict_.is_exact = verdict_.is_of_grid = true;
+    verdict_.place.clear();
+    verdict_.growth_rate = grid.growth_rate();
+    verdict_.growth = std::min(verdict_.growth, 1.0);
+    verdict_.beyond = std::min(verdict_.beyond, 0.0);
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    double low = has_limit ? verdict_.limit.step : verdict_.step, high = low;
+    const double first = low, short_step = 1e-3 * std::min(low, verdict_.step);
+    if (grid.is_stable(low)) {
+      if (!(verdict_.step < low) || grid.is_stable(verdict_.step)) {
+        if (are_waves_exact || !has_limit) return;
+        for (high = 1.25 * low; high < farthest * first && grid.is_stable(high); high *= 1.25) low = high;
+        if (!(high < farthest * first)) {
+          verdict_.limit = {};
+          return;
+        }
+      } else {
+        high = verdict_.step, low = 0.5 * high;
+      }
+    }
+    while (low > short_step && !grid.is_stable(low)) high = low, low /= 2;
+    const bool is_never = low <= short_step;
+    while (!is_never && high - low > 1e-3 * high) {
+      const double middle = 0.5 * (low + high);
+      (grid.is_stable(middle) ? low : high) = middle;
+    }
+    verdict_.is_of_walls = has_walls(session_.problem()) && low < first;
+    verdict_.limit = {is_never ? StepLimit::Kind::never : StepLimit::Kind::limit, is_never ? 0 : low, 1,
+                      verdict_.limit.wave, verdict_.limit.state};
+    if (!(verdict_.step > verdict_.limit.step)) return;
+    verdict_.growth = grid.growth(verdict_.step);
+    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step;
+  }
+
   /// ln |g| / step of what grows most between the walls; of the equations' own, those that a short step leaves near 1:
   /// schemes with a memory have others, which walls may let grow at every step.
   double rate_between_walls(const ScenePoint& at, double step, bool of_equations) const {
@@ -244,7 +293,7 @@ bool look_for_growth(driver::Session& session) {
 bool Verdict::is_above() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;
   if (limit.kind == StepLimit::Kind::never) return beyond > 1e-9;
-  return step > limit.step * (is_of_networks ? 1 + 2e-2 : is_of_walls ? 1 + 2e-3 : 1 + 1e-4);
+  return step > limit.step * (is_of_networks ? 1 + 2e-2 : is_of_walls || is_of_grid ? 1 + 2e-3 : 1 + 1e-4);
 }
 
 /// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
@@ -293,12 +342,16 @@ Verdict examine(driver::Session& session) {
   return verdict;
 }
 
-std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
-                               const std::vector<double>& steps) {
+std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps) {
   std::vector<double> growths(steps.size(), std::numeric_limits<double>::quiet_NaN());
   std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why);
   if (!linear || !verdict.is_analysed()) return growths;
+  if (verdict.is_of_grid) {
+    const auto grid = OwnGrid::make(session, *linear, verdict.worst, verdict.step);
+    for (std::size_t i = 0; grid && i < steps.size(); ++i) growths[i] = grid->growth(steps[i]);
+    return growths;
+  }
   const int rank = static_cast<int>(session.axes().size());
   const Equations equations(session.problem());
   const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step, &equations);

@@ -17,7 +17,8 @@ namespace dpde::stability {
 struct Verdict {
   std::string why;  // not analysed, and why; "" where it is
   StepLimit limit;
-  bool is_exact = false;         // holds for all places, states and times, and there are no walls; else an estimate
+  bool is_exact = false;         // holds for all places, states and times; else an estimate
+  bool is_of_grid = false;       // all disturbances of the scene's own grid were looked at: see own_grid.h
   bool is_of_walls = false;      // it is walls that lower the limit
   int places = 0;                // at which coefficients were frozen, none of them like another
   int places_between_walls = 0;  // of these, those at which walls were looked at
@@ -58,8 +59,7 @@ std::optional<Verdict> verdict_where_it_grows(driver::Session& session);
 
 /// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst; of
 /// what walls do where they limit.
-std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
-                               const std::vector<double>& steps);
+std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps);
 
 /// The term of an equation without which the largest stable step is largest.
 /// What of an equation this is, as a person wrote it: lap(u) is one term.

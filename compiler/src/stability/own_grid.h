@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step on the scene's own grid, as a matrix: of steps that depend neither on their states nor on time, where there
+// are few cells. It sees walls, spacings and coefficients as they are, all at once. Nothing is frozen.
+//
+// A step dt is stable where no power of its matrix G is large:
+//   |exp(-2 s dt) G|^n  <= 10 max_m |exp(-2 s dt/1000) G(dt/1000)|^m  over the same time, for n up to a million,
+// s being the growth rate of the equations. Eigenvalues alone would call stable what grows while it is carried through
+// the domain and dies at its end (L. N. Trefethen and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "driver/session.h"
+#include "stability/linear_step.h"
+#include "stencil/interpret.h"
+
+namespace dpde::stability {
+
+class OwnGrid {
+ public:
+  /// `point` is any of the scene's. nullopt for steps of other kinds, and for grids that are too large.
+  static std::optional<OwnGrid> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
+                                     double step);
+
+  /// The largest real part of the equations' own eigenvalues, 1/time; 0 where none is positive.
+  double growth_rate() const { return rate_; }
+  bool is_stable(double step) const;
+  /// |g| of what grows most in the long run, or on the way.
+  double growth(double step) const;
+
+ private:
+  OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
+  void measure_short_steps(double step);
+  /// The largest power of short steps over the time of a million of these.
+  double short_power(double step) const;
+  Eigen::MatrixXd tangent(double step) const;
+  /// One run for all cells of a group. nullopt where two of them reach one cell all the same.
+  std::optional<Eigen::MatrixXd> tangent_by_colours(double step) const;
+  /// How far a perturbation reaches in a step along each axis; all of the grid where that is not known.
+  stencil::Cell reach(double step) const;
+  /// The step of perturbations, all states one behind the other.
+  Eigen::VectorXd applied(const Eigen::VectorXd& perturbations, double step) const;
+  Eigen::Index cells() const;
+
+  const LinearStep& linear_;
+  FrozenPoint point_;
+  std::vector<std::size_t> active_;  // states that anything depends on
+  std::vector<Topology> topologies_;
+  stencil::Params params_;
+  stencil::State memory_;
+  double rate_ = 0;
+  double short_step_ = 0;
+  std::vector<double> short_powers_;  // the largest of the first 2^k short steps
+};
+
+}  // namespace dpde::stability

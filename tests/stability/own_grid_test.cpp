@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits by all disturbances of a scene's own grid: against eigenvalues in closed form, dense matrices and runs; and
+// those by waves against them, for models that are drawn by lot.
+#include "stability/own_grid.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "../support/dense.h"
+#include "stability/equations.h"
+#include "stability/stability_support.h"
+#include "stability/trial.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+using std::numbers::pi;
+
+Verdict own_verdict(driver::Session& session) {
+  const Verdict verdict = verdict_of(session);
+  EXPECT_TRUE(verdict.is_of_grid && verdict.is_exact);
+  return verdict;
+}
+
+/// The largest eigenvalue of the second difference between walls that are mirrors of the sign is 4/h^2 along each axis;
+/// two fields of a wave are limited by 2 sqrt(2)/omega with rk4.
+TEST(OwnGrid, LimitsBetweenWallsAreThoseOfClosedForms) {
+  const auto limit = [](const std::string& equations, const std::string& scheme, const std::string& rest) {
+    const std::string text =
+        "model m { " + equations + " }\nscheme c { " + scheme + " }\nscene s : m with c {\n" + rest;
+    return own_verdict(*open_scene(text + "  time 0 .. 1, step 1/1000\n}\n")).limit.step;
+  };
+  const std::string plane =
+      "  grid x = 0 .. 12, cells 12\n  grid y = 0 .. 9, cells 9\n  boundary u: all = 0\n  initial u = x*y\n";
+  EXPECT_NEAR(limit("field u; dt(u) = lap(u)", "time = euler", plane), 0.25, 3e-4);
+  const std::string line =
+      "  grid x = 0 .. 1, cells 40\n  boundary u: all = 0\n  boundary v: all = zero_gradient\n"
+      "  initial u = sin(pi*x)\n  initial v = 0\n";
+  EXPECT_NEAR(limit("field u, v; dt(u) = v; dt(v) = 9*lap(u)", "time = rk4", line), std::sqrt(2.0) / 40 / 3, 1e-4);
+}
+
+/// dt(u) = c(x)*lap(u): C L is similar to the symmetric C^(1/2) L C^(1/2). Frozen in the spot it would be 0.5/100.
+TEST(OwnGrid, SpotsThatAreNarrowLimitLess) {
+  const int n = 64;
+  const auto session = open_scene(
+      "model m { field u; dt(u) = (1 + 99*exp(-(x - 23.5)^2))*lap(u) }\nscheme c { time = euler }\nscene s : m with c "
+      "{\n  grid x = 0 .. 64, cells 64, periodic\n  initial u = sin(2*pi*x/64)\n  time 0 .. 1, step 1/400\n}\n");
+  const auto root = [](int i) { return std::sqrt(1 + 99 * std::exp(-(i - 23.0) * (i - 23.0))); };
+  test::DenseMatrix matrix(n);
+  for (int i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i), next = static_cast<std::size_t>((i + 1) % n);
+    matrix(at, at) = 2 * root(i) * root(i);
+    matrix(at, next) = matrix(next, at) = -root(i) * root((i + 1) % n);
+  }
+  const double limit = 2 / test::symmetric_eigenvalues(matrix).back();
+  EXPECT_NEAR(own_verdict(*session).limit.step, limit, 1.5e-3 * limit);
+}
+
+/// Cells that become smaller towards walls, at one end and at both, and round a ring.
+TEST(OwnGrid, StretchedAxesHaveTheLimitsOfRuns) {
+  for (const std::string axis : {"0 .. 1, cells 96, stretched (exp(3*x) - 1)/(exp(3) - 1)",
+                                 "0 .. 1, cells 64, stretched 0.5 + 0.5*tanh(2*(2*x - 1))/tanh(2)",
+                                 "0 .. 2*pi, cells 48, periodic, stretched x + 0.6*sin(x)"}) {
+    const std::string walls = axis.find("periodic") == std::string::npos ? "  boundary u: all = 0\n" : "";
+    const auto session = open_scene(
+        fmt::format("model m {{ field u; dt(u) = lap(u) }}\nscheme c {{ time = euler }}\nscene s : m with c {{\n"
+                    "  grid x = {}\n{}  initial u = sin(pi*x)\n  time 0 .. 1e-4, step 1e-7\n}}\n",
+                    axis, walls));
+    const double limit = own_verdict(*session).limit.step;
+    EXPECT_NEAR(search_limit(*session, limit, 2e-3, 2, {.steps = 20000}).largest, limit, 5e-3 * limit) << axis;
+  }
+}
+
+/// Explicit advection beside implicit diffusion: the waves that limit an endless line are longer than this one.
+TEST(OwnGrid, ImplicitSchemesAreLimitedByWavesThatFit) {
+  const auto scene = [](const std::string& time, double nu) {
+    return open_scene(
+        fmt::format("model m {{ field u; dt(u) = -advect(1, u) + {}*lap(u) }}\n"
+                    "scheme c {{ time = {}; implicit = all_but_advect }}\nscene s : m with c {{\n  grid x = 0 .. 1, "
+                    "cells 32\n  boundary u: all = 0\n  initial u = sin(2*pi*x)\n"
+                    "  time 0 .. 1, step 1/1000\n}}\n",
+                    nu, time));
+  };
+  const auto free = scene("imex_euler", 0.2);
+  EXPECT_EQ(own_verdict(*free).limit.kind, StepLimit::Kind::none);
+  EXPECT_TRUE(try_step(*free, 0.5, {.steps = 2000}).value().is_stable);
+  const auto limited = scene("ars222", 0.2);
+  const double limit = own_verdict(*limited).limit.step;
+  EXPECT_NEAR(search_limit(*limited, limit, 4e-3, 2, {.steps = 2000}).largest, limit, 0.01 * limit);
+}
+
+/// Their steps are others where the state, or time, is another.
+TEST(OwnGrid, IsNotAskedWhereTheStateOrTimeMatters) {
+  const auto is_asked = [](const std::string& equation, const std::string& more) {
+    return verdict_of(*open_scene("model m { field u; " + equation +
+                                  " }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 1, cells 32\n"
+                                  "  boundary u: all = 0\n  initial u = sin(pi*x)\n" +
+                                  more + "  time 0 .. 1, step 1/10000\n}\n"))
+        .is_of_grid;
+  };
+  EXPECT_TRUE(is_asked("dt(u) = 0.1*lap(u) + cos(t)", ""));
+  EXPECT_FALSE(is_asked("dt(u) = 0.1*lap(u) - u^3", ""));
+  EXPECT_FALSE(is_asked("dt(u) = (2 + cos(t))*lap(u)", ""));
+  EXPECT_FALSE(is_asked("control F; dt(u) = F*lap(u)", "  F = 0.1 every 0.1\n"));
+}
+
+class Lot {
+ public:
+  explicit Lot(unsigned seed) : random_(seed) {}
+  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  template <class T>
+  T of(const std::vector<T>& all) {
+    return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(random_)];
+  }
+  bool happens() { return between(0, 1) < 0.5; }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+/// Two fields on a ring of a few cells, coupled, with constant coefficients.
+std::string drawn_scene(Lot& lot) {
+  const auto terms = [&](const std::string& own, const std::string& other) {
+    std::string text = fmt::format("{:.3f}*lap({})", lot.between(0.1, 2), own);
+    if (lot.happens()) text += fmt::format(" - advect({:.3f}, {})", lot.between(-3, 3), own);
+    if (lot.happens()) text += fmt::format(" - {:.3f}*{}", lot.between(0, 5), own);
+    if (lot.happens()) text += fmt::format(" + {:.3f}*{}", lot.between(-4, 4), other);
+    if (lot.happens()) text += fmt::format(" + {:.3f}*dx({})", lot.between(-2, 2), other);
+    return text;
+  };
+  const std::string first = terms("u", "v"), second = terms("v", "u");
+  const std::string time = lot.of<std::string>({"euler", "rk2", "ssp_rk3", "rk4", "ab2", "ab3"});
+  const std::string advect = lot.of<std::string>({"central(2)", "central(4)", "upwind(1)", "upwind(3)", "spectral"});
+  const std::string lap = lot.of<std::string>({"central(2)", "central(4)", "central(6)"});
+  return fmt::format(
+      "model m {{ field u, v\n  dt(u) = {}\n  dt(v) = {} }}\nscheme c {{ time = {}; advect = {}; lap = {} }}\n"
+      "scene s : m with c {{\n  grid x = 0 .. 10, cells {}, periodic\n  initial u = 1\n  initial v = 0\n"
+      "  time 0 .. 1, step 1/200\n}}\n",
+      first, second, time, advect, lap, lot.of<int>({7, 8, 12, 15, 20}));
+}
+
+/// An independent look at the same step: it is run by the interpreter, cell by cell, and its powers are taken.
+TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
+  Lot lot(20261126);
+  int limits = 0;
+  for (int i = 0; i < 60; ++i) {
+    const std::string text = drawn_scene(lot);
+    const auto session = open_scene(text);
+    const Verdict verdict = verdict_of(*session);
+    std::string why;
+    const std::optional<LinearStep> linear = linear_step(*session, why);
+    const auto grid = OwnGrid::make(*session, linear.value(), verdict.worst, verdict.step);
+    ASSERT_TRUE(grid.has_value()) << text;
+    EXPECT_TRUE(verdict.is_exact) << text;
+    if (grid->growth_rate() > 0) continue;  // how much of it short waves may have is judged by each in its own way
+    EXPECT_EQ(verdict.growth_rate, 0) << text;
+    if (verdict.limit.kind == StepLimit::Kind::limit) {
+      ++limits;
+      EXPECT_TRUE(grid->is_stable(0.995 * verdict.limit.step)) << verdict.limit.step << "\n" << text;
+      EXPECT_FALSE(grid->is_stable(1.005 * verdict.limit.step)) << verdict.limit.step << "\n" << text;
+    }
+    if (verdict.limit.kind == StepLimit::Kind::never) continue;
+    EXPECT_EQ(grid->is_stable(verdict.step), !verdict.is_above()) << verdict.limit.step << "\n" << text;
+  }
+  EXPECT_GT(limits, 40);
+}
+
+}  // namespace
+}  // namespace dpde::stability
