@@ -82,5 +82,23 @@ TEST_F(Instability, WeightsThatFollowTheSolutionAreNamed) {
             std::string::npos);
 }
 
+/// The front of sin(pi*x) is steepest at t = 1/pi; 64 cells do not hold it at nu = 0.001, however short the steps.
+TEST_F(Instability, RunsThatAreLostAtOneTimeAreNoMatterOfTheStep) {
+  write("front.dpde", R"(
+model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+scheme c { advect = central(2); time = rk4 }
+scene ends : burgers with c {
+  grid x = 0 .. 1, cells 64
+  boundary u: x = 0
+  nu = 0.001
+  initial u = sin(pi*x)
+  time 0 .. 0.5, step 1/4096
+})");
+  const Outcome run = dpde("stability front.dpde ends --json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(run.json()["measured"]["max_step"].is_null()) << run.out;
+  EXPECT_NEAR(run.json()["measured"]["all_end_after"].get<double>(), 1 / 3.14159, 0.1) << run.out;
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -242,6 +242,10 @@ TEST_F(UnstableStep, OfWhereATaskBeginsIsRefused) {
   text.replace(text.find("from 0.4"), 8, "from 1.5");
   write("s.dpde", text);
   EXPECT_TRUE(dpde("run s.dpde s --json").codes().empty());
+  const Json stability = dpde("check s.dpde t --json").json()["stability"];
+  EXPECT_NEAR(stability["max_step"].get<double>(), 1.0 / 512, 1e-3 / 512);
+  EXPECT_NEAR(stability["max_step_where_task_begins"].get<double>(), 1.0 / 1536, 1e-3 / 1536);
+  EXPECT_FALSE(dpde("check s.dpde s --json").json()["stability"].contains("max_step_where_task_begins"));
   for (const std::string verb : {"gradient s.dpde t", "optimize s.dpde t"}) {
     const Outcome run = dpde(verb + " --json");
     EXPECT_EQ(run.status, 2) << verb << run.err;

@@ -238,7 +238,10 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   job.say(marks_table(methods, reference.uncertainty(), "s per unit"));
   job.say(report_speed_ups(methods, result["speed_up"]));
   job.say(report_tolerance(chart, result));
-  job.say(budget_rows(chart.points));
+  const std::string budget = budget_rows(chart.points);
+  job.say(budget);
+  if (!budget.empty() && !chart.task.empty())
+    job.say("  this is of the fields: errors of gradients are not taken apart\n");
   if (!chart.task.empty()) job.say(report_gradients(chart, gradients, result["gradient"]));
   if (is_machine_busy(methods)) job.say("timings vary: the machine is busy, and times are worth little\n");
   if (!job.options().out.empty()) {
@@ -247,7 +250,10 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
       if (!panel.curves.empty()) panels.push_back(std::move(panel));
     }
     save_text(job, chart.name + ".csv", csv_of(chart.points));
-    if (!panels.empty()) save_picture(job, chart.name, panels);
+    if (!panels.empty())
+      save_picture(job, chart.name, panels);
+    else
+      job.say("no picture: its axis is logarithmic, and no point has an error above 0\n");
     save_text(job, chart.name + ".json", result.dump(1) + "\n");
   }
   result["files"] = job.files();

@@ -279,8 +279,8 @@ double finest_of(const ChartScene& scene, double most_cells, bool is_exact_wante
   if (scene.reference_cells > 0) {
     const double finest = static_cast<double>(scene.reference_cells) / cells;
     if (finest > most_cells) return finest;
-    why = fmt::format("{} cells are no more than the finest variant has, {:g}", scene.reference_cells,
-                      most_cells * cells);
+    why = fmt::format("{} cells are no more than the finest of the variants and the scene has, {:g}",
+                      scene.reference_cells, most_cells * cells);
     return 0;
   }
   if (is_exact_wanted) why = "what is measured has no exact solution";

@@ -230,6 +230,34 @@ std::string report_stability(Job& job, driver::Session* session, bool with_waves
   return text + report_conserved(job, *session, result);
 }
 
+/// Where numbers that a task seeks begin elsewhere than the scene has them.
+std::string report_stability_of_start(const model::Task& task, driver::Session* session, Json& result) {
+  if (session == nullptr) return "";
+  Workspace& workspace = session->workspace();
+  std::map<std::string, double> before;
+  for (const model::Unknown& unknown : task.unknowns) {
+    const model::Number* number =
+        unknown.from.formula ? std::get_if<model::Number>(&(*unknown.from.formula)->kind) : nullptr;
+    const auto own = workspace.params().find(unknown.name);
+    if (unknown.kind != model::Unknown::Kind::parameter || number == nullptr || number->value == own->second) continue;
+    before[unknown.name] = own->second;
+    workspace.set_param(unknown.name, number->value);
+  }
+  if (before.empty()) return "";
+  const stability::Verdict verdict = stability::verdict_of(*session);
+  const double limit = verdict.bounded_step();
+  std::string text;
+  if (verdict.is_analysed() && std::isfinite(limit)) {
+    result["stability"]["max_step_where_task_begins"] = limit;
+    const std::string found = limit > 0 ? fmt::format("stable up to a step of {:.6g}, the scene's is {:.3g} times that",
+                                                      limit, verdict.step / limit)
+                                        : std::string("unstable at every step");
+    text = fmt::format("  where task {} begins: {}\n", task.name, found);
+  }
+  for (const auto& [name, value] : before) workspace.set_param(name, value);
+  return text;
+}
+
 /// By one step from where the scene begins: the operators are known then.
 std::string report_solves(driver::Session* session, Json& result) {
   if (session == nullptr || model::solves_of(session->problem()).empty()) return "";
@@ -277,6 +305,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);
+  if (problem.task) text += report_stability_of_start(*problem.task, session.get(), result);
   text += report_solves(session.get(), result);
   text += report_networks(problem, result);
   text += report_cost(job, options, compiled, cells, result);
@@ -322,13 +351,13 @@ int check(const CheckOptions& options) {
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
     training::check_beside(*compiled, job.source(), job.sink());
-    for (const std::string& chart : model::chart_names(compiled->ast))
-      model::chart_from_ast(compiled->ast, chart, job.sink());
     if (compiled->problem) {
       check_scene(job, options, *compiled, result);
     } else {
       check_programs(job, *compiled, result);
     }
+    for (const std::string& chart : model::chart_names(compiled->ast))
+      model::chart_from_ast(compiled->ast, chart, job.sink());
   });
   return job.finish(std::move(result));
 }

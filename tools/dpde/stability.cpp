@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <optional>
 
 #include "command.h"
 #include "interrupt.h"
@@ -165,6 +167,19 @@ void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
   save_picture(job_, session.problem().scene + "_stability", {panel});
 }
 
+/// The time in which the runs of the shortest steps are lost, where that is nearly the same for all of them.
+std::optional<double> common_end(const std::vector<stability::Trial>& by_step) {
+  constexpr std::size_t looked_at = 4;
+  constexpr double alike = 1.25;
+  if (by_step.size() < looked_at) return std::nullopt;
+  double first = std::numeric_limits<double>::infinity(), last = 0;
+  for (std::size_t i = 0; i < looked_at; ++i) {
+    first = std::min(first, by_step[i].step * by_step[i].steps);
+    last = std::max(last, by_step[i].step * by_step[i].steps);
+  }
+  return last < alike * first ? std::optional(first) : std::nullopt;
+}
+
 void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result) {
   stability::Search found = search(session, verdict);
   for (const double factor : factors) {
@@ -188,6 +203,15 @@ void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, d
   } else if (!found.was_stopped) {
     job_.say(fmt::format("measured: no {} step between {:.4g} and {:.4g}\n", found.largest > 0 ? "unstable" : "stable",
                          steps.empty() ? 0 : steps.front(), steps.empty() ? 0 : steps.back()));
+    const std::optional<double> end = found.largest > 0 ? std::nullopt : common_end(found.trials);
+    if (end) {
+      result["measured"]["all_end_after"] = *end;
+      job_.say(fmt::format(
+          "  all end about {:.3g} after the scene's start, whatever the step: what the run has become by then is no\n"
+          "  matter of the step. The equations blow up, or make something too steep for these cells (dpde run says "
+          "where)\n",
+          *end));
+    }
   }
   draw_growths(session, verdict, found.trials);
 }
@@ -273,6 +297,11 @@ bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& r
 }
 
 void Stability::scan_against(const Sweep& sweep, Json& result) {
+  DiagnosticSink first;
+  open(first, {{sweep.name, fmt::format("{}", sweep.values.front())}});
+  for (const Diagnostic& d : first.all()) {
+    if (d.kind == KindRef("unknown-setting").kind) return job_.sink().add(d);  // so it would be of all values
+  }
   Json rows = Json::array();
   result["points"] = Json::array();
   for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {

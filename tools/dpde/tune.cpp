@@ -106,13 +106,13 @@ void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choic
                         point.error, point.seconds,
                         scene.is_gradient_alone ? "a value with its gradient" : "a unit of time", choice.tried, text));
   }
-  for (const chart::RunnerUp& other : choice.runners_up)
-    job.say(fmt::format("  not {}{}: {}\n", chart::method_text(other.point.variant),
-                        other.point.cells.empty()
-                            ? ""
-                            : fmt::format(" ({} cells, step {:.4g}, error {:.3g})", fmt::join(other.point.cells, " x "),
-                                          other.point.step, other.point.error),
-                        other.reason));
+  for (const chart::RunnerUp& other : choice.runners_up) {
+    std::string place;
+    if (!other.point.cells.empty())
+      place = fmt::format(" ({} cells, step {:.4g}{})", fmt::join(other.point.cells, " x "), other.point.step,
+                          other.point.failure.empty() ? fmt::format(", error {:.3g}", other.point.error) : "");
+    job.say(fmt::format("  not {}{}: {}\n", chart::method_text(other.point.variant), place, other.reason));
+  }
 }
 
 /// That of the option, of the chart block or of the scene's line; sets what the error is of. 0 after a diagnostic.
