@@ -54,7 +54,7 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"driver",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "loop", "codegen", "codegen/cpp",
       "codegen/llvm", "files", "dpde"}},
-    {"stability", {"support", "source", "model", "stencil", "adjoint", "driver", "dpde"}},
+    {"stability", {"support", "source", "model", "stencil", "adjoint", "codegen", "codegen/llvm", "driver", "dpde"}},
     {"chart", {"support", "source", "model", "driver", "stability", "dpde"}},
     {"analysis",
      {"support", "network", "source", "model", "stencil", "adjoint", "loop", "codegen", "codegen/llvm", "files",

@@ -64,6 +64,7 @@ class LinearStep {
   const stencil::Module& module() const { return module_; }
   const stencil::Program& program() const { return module_.programs.front(); }
   const std::string& perturbation_of(std::size_t state) const { return perturbations_[state]; }
+  const std::string& result_of(std::size_t state) const { return results_[state]; }
   bool is_perturbation(const std::string& field) const { return rates_.contains(field); }
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
   bool follows_flow() const { return follows_flow_; }

@@ -67,7 +67,7 @@ class Networks {
 
   /// ln |g| of what grows most; infinite where it is not finite.
   double growth(const FrozenPoint& point, double step) const {
-    const Eigen::VectorXcd factors = eigenvalues_between_walls(linear_, point, session_.axes(), step, weights_);
+    const Eigen::VectorXcd factors = WallSpectrum(linear_, session_.axes(), weights_).eigenvalues(point, step);
     return factors.size() == 0 ? std::numeric_limits<double>::infinity() : std::log(factors.cwiseAbs().maxCoeff());
   }
 

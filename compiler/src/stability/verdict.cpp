@@ -61,7 +61,8 @@ class Examination {
         linear_(linear),
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
-        equations_(session.problem()) {
+        equations_(session.problem()),
+        walls_(linear, session.axes()) {
     verdict_.parts = parts_of(session);
     verdict_.step = session.problem().step / verdict_.parts;
   }
@@ -83,7 +84,7 @@ class Examination {
       return true;
     }
     if (!has_walls(session_.problem())) return true;
-    for (const ScenePoint& point : places_between_walls(points)) {
+    for (const ScenePoint& point : worst_first(places_between_walls(points))) {
       if (verdict_.limit.kind == StepLimit::Kind::never) break;
       ++verdict_.places_between_walls;
       look_at_walls(point);
@@ -237,10 +238,23 @@ class Examination {
   /// schemes with a memory have others, which walls may let grow at every step.
   double rate_between_walls(const ScenePoint& at, double step, bool of_equations) const {
     double largest = 0;
-    for (const std::complex<double> g : eigenvalues_between_walls(linear_, at.point, session_.axes(), step)) {
+    for (const std::complex<double> g : walls_.eigenvalues(at.point, step)) {
       if (!of_equations || std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
     }
     return largest;
+  }
+
+  /// The first limit is then the last in most cases, and others are only looked at there.
+  std::vector<ScenePoint> worst_first(std::vector<ScenePoint> places) const {
+    const double step = verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < places.size() && places.size() > 1; ++i)
+      order.emplace_back(-rate_between_walls(places[i], step, false), i);
+    if (order.empty()) return places;
+    std::ranges::sort(order);
+    std::vector<ScenePoint> result;
+    for (const auto& [rate, i] : order) result.push_back(std::move(places[i]));
+    return result;
   }
 
   /// Walls may let grow what no wave does, at the limit of waves or in the scene's own, shorter step; they may damp,
@@ -277,6 +291,7 @@ class Examination {
   Verdict& verdict_;
   int rank_;
   Equations equations_;
+  WallSpectrum walls_;
   ScenePoint worst_;
   bool is_any_ = false;
 };
@@ -355,10 +370,11 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
   const int rank = static_cast<int>(session.axes().size());
   const Equations equations(session.problem());
   const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step, &equations);
+  const WallSpectrum walls(*linear, session.axes());
   for (std::size_t i = 0; analysis && i < steps.size(); ++i) {
     growths[i] = analysis->growth_of(analysis->excess(steps[i]).angles, steps[i]);
     if (!verdict.is_of_walls) continue;
-    for (const std::complex<double> g : eigenvalues_between_walls(*linear, verdict.worst, session.axes(), steps[i]))
+    for (const std::complex<double> g : walls.eigenvalues(verdict.worst, steps[i]))
       growths[i] = std::max(growths[i], std::abs(g));
   }
   return growths;

@@ -68,7 +68,13 @@ class SmallGrid {
     take_out(program_.body, solved_);
   }
 
-  Eigen::MatrixXd tangent() const {
+  std::size_t unknowns() const {
+    return static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
+           static_cast<std::size_t>(grid_.cells[2]) * linear_.states().size();
+  }
+  /// By machine code, where there is some.
+  Eigen::MatrixXd tangent(const CompiledTangent* compiled) const {
+    if (compiled != nullptr) return compiled->matrix(inputs(), params_);
     const std::size_t cells = static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
                               static_cast<std::size_t>(grid_.cells[2]);
     const std::size_t states = linear_.states().size();
@@ -83,10 +89,12 @@ class SmallGrid {
   }
 
  private:
-  Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
+  stencil::State inputs() const {
     stencil::State memory(grid_, halo_);
     memory.inverses = inverses_;
     memory.weights = weights_;
+    const std::size_t cells = static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
+                              static_cast<std::size_t>(grid_.cells[2]);
     for (const std::string& input : linear_.inputs()) {
       if (stencil::is_coordinate(input)) {
         const auto axis = static_cast<std::size_t>(input[0] - 'x');
@@ -101,6 +109,11 @@ class SmallGrid {
       }
     }
     for (const auto& [field, name] : solved_) set_line(memory, field, point_.solved.at(name));
+    return memory;
+  }
+
+  Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
+    stencil::State memory = inputs();
     for (std::size_t s = 0; s < linear_.states().size(); ++s) {
       if (linear_.perturbation_of(s).empty()) continue;
       std::vector<double> values(cells, 0.0);
@@ -143,12 +156,15 @@ class SmallGrid {
 
 }  // namespace
 
-Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
-                                           const std::vector<model::Axis>& axes, double step,
-                                           const std::map<std::string, stencil::Weights>& weights) {
-  const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step, weights).tangent();
+Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step) const {
+  constexpr std::size_t many = 48;  // columns on two and three axes
+  const SmallGrid grid(linear_, point, axes_, step, weights_);
+  if (!is_compiled_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
+    compiled_ = CompiledTangent::make(linear_);
+  is_compiled_ = true;
+  const Eigen::MatrixXd tangent = grid.tangent(compiled_.get());
   if (!tangent.allFinite()) return {};
-  return eigenvalues(tangent);
+  return stability::eigenvalues(tangent);
 }
 
 std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes) {

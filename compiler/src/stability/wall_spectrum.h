@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/model.h"
+#include "stability/compiled_tangent.h"
 #include "stability/linear_step.h"
 #include "stencil/interpret.h"
 
@@ -16,9 +17,20 @@ namespace dpde::stability {
 
 /// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most; with networks on 24, 4 x 4 or 4 x 4 x 4. Empty where the
 /// tangent is not finite.
-Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
-                                           const std::vector<model::Axis>& axes, double step,
-                                           const std::map<std::string, stencil::Weights>& weights = {});
+class WallSpectrum {
+ public:
+  WallSpectrum(const LinearStep& linear, std::vector<model::Axis> axes,
+               std::map<std::string, stencil::Weights> weights = {})
+      : linear_(linear), axes_(std::move(axes)), weights_(std::move(weights)) {}
+  Eigen::VectorXcd eigenvalues(const FrozenPoint& point, double step) const;
+
+ private:
+  const LinearStep& linear_;
+  std::vector<model::Axis> axes_;
+  std::map<std::string, stencil::Weights> weights_;
+  mutable std::unique_ptr<CompiledTangent> compiled_;  // made by the first who wants many columns; null else
+  mutable bool is_compiled_ = false;
+};
 /// The cells of that grid along each axis.
 std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes);
 /// The number of cells of that grid where it has networks: fewer in two and three dimensions.
