@@ -13,9 +13,9 @@ namespace dpde::stencil {
 
 namespace {
 
-using Polynomial = std::vector<Monomial>;
+using Terms = std::vector<Monomial>;
 
-void add(Polynomial& sum, const Monomial& term) {
+void add(Terms& sum, const Monomial& term) {
   const auto same = std::ranges::find(sum, term.powers, &Monomial::powers);
   if (same == sum.end()) {
     sum.push_back(term);
@@ -24,8 +24,8 @@ void add(Polynomial& sum, const Monomial& term) {
   }
 }
 
-std::optional<Polynomial> product(const Polynomial& a, const Polynomial& b) {
-  Polynomial result;
+std::optional<Terms> product(const Terms& a, const Terms& b) {
+  Terms result;
   for (const Monomial& left : a) {
     for (const Monomial& right : b) {
       Monomial term{left.coefficient * right.coefficient, left.powers};
@@ -39,26 +39,26 @@ std::optional<Polynomial> product(const Polynomial& a, const Polynomial& b) {
   return result;
 }
 
-Polynomial times(Polynomial p, const auto& f) {
+Terms times(Terms p, const auto& f) {
   for (Monomial& term : p) term.coefficient = f(term.coefficient);
   return p;
 }
 
-std::optional<Polynomial> power_of(const Polynomial& base, const Expr& exponent) {
+std::optional<Terms> power_of(const Terms& base, const Expr& exponent) {
   const Literal* number = std::get_if<Literal>(&exponent->kind);
   if (number == nullptr || number->value != std::floor(number->value) || number->value < 1 ||
       number->value > highest_power)
     return std::nullopt;
-  std::optional<Polynomial> result = base;
+  std::optional<Terms> result = base;
   for (int i = 1; i < static_cast<int>(number->value) && result; ++i) result = product(*result, base);
   return result;
 }
 
-std::optional<Polynomial> of_binary(const Binary& b) {
-  const std::optional<Polynomial> left = polynomial_of(b.left);
+std::optional<Terms> of_binary(const Binary& b) {
+  const std::optional<Terms> left = polynomial_of(b.left);
   if (!left) return std::nullopt;
   if (b.op == BinaryOp::power) return power_of(*left, b.right);
-  const std::optional<Polynomial> right = polynomial_of(b.right);
+  const std::optional<Terms> right = polynomial_of(b.right);
   if (!right) return std::nullopt;
   if (b.op == BinaryOp::multiply) return product(*left, *right);
   if (b.op == BinaryOp::divide) {
@@ -66,7 +66,7 @@ std::optional<Polynomial> of_binary(const Binary& b) {
     return times(*left, [&](const Expr& c) { return c / b.right; });
   }
   if (b.op != BinaryOp::add && b.op != BinaryOp::subtract) return std::nullopt;
-  Polynomial sum = *left;
+  Terms sum = *left;
   const bool subtracts = b.op == BinaryOp::subtract;
   for (const Monomial& term : *right) add(sum, {subtracts ? -term.coefficient : term.coefficient, term.powers});
   return sum;
@@ -90,15 +90,15 @@ bool holds_wave_number(const Expr& e) {
   return holds;
 }
 
-std::optional<Polynomial> polynomial_of(const Expr& e) {
+std::optional<Terms> polynomial_of(const Expr& e) {
   if (const auto axis = wave_axis(e)) {
     Monomial term{1.0};
     term.powers[static_cast<std::size_t>(*axis)] = 1;
-    return Polynomial{term};
+    return Terms{term};
   }
-  if (!holds_wave_number(e)) return Polynomial{{e}};
+  if (!holds_wave_number(e)) return Terms{{e}};
   if (const Neg* neg = std::get_if<Neg>(&e->kind)) {
-    const std::optional<Polynomial> operand = polynomial_of(neg->operand);
+    const std::optional<Terms> operand = polynomial_of(neg->operand);
     if (!operand) return std::nullopt;
     return times(*operand, [](const Expr& c) { return -c; });
   }
@@ -106,7 +106,7 @@ std::optional<Polynomial> polynomial_of(const Expr& e) {
   return b != nullptr ? of_binary(*b) : std::nullopt;
 }
 
-Expr expression_of(const Polynomial& polynomial) {
+Expr expression_of(const Terms& polynomial) {
   Expr sum = 0.0;
   for (const Monomial& term : polynomial) {
     Expr waves = 1.0;
@@ -123,7 +123,7 @@ namespace {
 
 /// Terms of odd order change their sign.
 Expr with_opposite_waves(const Expr& symbol) {
-  std::optional<Polynomial> polynomial = polynomial_of(symbol);
+  std::optional<Terms> polynomial = polynomial_of(symbol);
   if (!polynomial) return symbol;  // verify_stencil reports it
   for (Monomial& term : *polynomial) {
     if ((term.powers[0] + term.powers[1] + term.powers[2]) % 2 != 0) term.coefficient = -term.coefficient;
