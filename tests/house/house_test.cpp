@@ -161,6 +161,7 @@ const std::vector<Level> levels{
       "multistep",
       "newton_stages",
       "operator_order",
+      "own_names",
       "projections",
       "quantities",
       "semi_lagrangian",
@@ -263,21 +264,38 @@ TEST(House, ProseHas120Columns) {
   EXPECT_GT(checked, 10);
 }
 
-/// Length of functions by indentation: from a line that ends in `) ... {` to the `}` at the same indentation.
+/// The line that the head of a function begins in which ends in line `last`, `) ... {`: what goes on is indented more.
+std::size_t first_line_of_head(const std::vector<std::string>& lines, std::size_t last) {
+  const auto indent = [](const std::string& line) { return line.find_first_not_of(' '); };
+  std::size_t first = last;
+  while (first > 0 && indent(lines[first]) >= 4 && !lines[first - 1].ends_with(";") &&
+         !lines[first - 1].ends_with("{") && !lines[first - 1].ends_with("}"))
+    --first;
+  return first;
+}
+
+/// Length of functions by indentation: from the first line of a head that ends in `) ... {` to the `}` below it.
 TEST(House, FunctionsAreShort) {
-  const std::regex opening(R"(^( {0,4})[A-Za-z~].*\)( const)?( noexcept)?( override)?( ->.*)? \{$)");
-  const std::regex not_a_function(R"(^\s*(if|for|while|switch|namespace|struct|class|enum|TEST)\b)");
+  const std::regex closed(R"(.*\)( const)?( noexcept)?( override)?( ->.*)? \{$)");
+  const std::regex opening(R"(^( {0,4})[A-Za-z~][^=]*\(.*)");
+  const std::regex not_a_function(R"(^\s*(if|for|while|switch|return|match|namespace|struct|class|enum|TEST)\b)");
+  int longest = 0;
   for (const fs::path& path : sources({"compiler", "runtime", "tools"})) {
     const std::vector<std::string> lines = read_lines(path);
     for (size_t i = 0; i < lines.size(); ++i) {
       std::smatch match;
-      if (!std::regex_search(lines[i], match, opening) || std::regex_search(lines[i], not_a_function)) continue;
+      if (!std::regex_match(lines[i], closed)) continue;
+      const size_t first = first_line_of_head(lines, i);
+      if (!std::regex_match(lines[first], match, opening) || std::regex_search(lines[first], not_a_function)) continue;
       const std::string closing = match[1].str() + "}";
       size_t end = i + 1;
       while (end < lines.size() && !lines[end].starts_with(closing)) ++end;
-      EXPECT_LE(end - i + 1, 60u) << path << ":" << i + 1 << ": " << lines[i];
+      const int length = static_cast<int>(end - first) + 1;
+      EXPECT_LE(length, 60) << path << ":" << first + 1 << ": " << lines[first];
+      longest = std::max(longest, length);
     }
   }
+  EXPECT_GT(longest, 50);  // it sees them
 }
 
 TEST(House, TopLevelHoldsWhatIsAgreed) {

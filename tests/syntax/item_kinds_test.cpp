@@ -11,7 +11,7 @@ template <class Kind>
 constexpr int lists_of = InKernels<Kind> + InPrograms<Kind> + InModels<Kind> + Elsewhere<Kind>;
 
 template <class... Kinds>
-constexpr bool are_in_one_list(const std::variant<Kinds...>*) {
+constexpr bool are_in_one_list(const Variant<Kinds...>*) {
   return ((lists_of<Kinds> == 1) && ...);
 }
 

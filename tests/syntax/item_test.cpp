@@ -22,12 +22,12 @@ TEST(Items, OfModels) {
   const Model model = only_block<Model>(text);
   ASSERT_EQ(model.items.size(), 5u);
   EXPECT_EQ(model.name.name, "m");
-  EXPECT_EQ(std::get<FieldItem>(model.items[0].kind).names[1].name, "v");
-  EXPECT_EQ(std::get<CoefficientItem>(model.items[1].kind).names[0].name, "kappa");
-  EXPECT_EQ(std::get<ParamItem>(model.items[2].kind).names.size(), 2u);
-  EXPECT_EQ(std::get<LetItem>(model.items[3].kind).name.name, "s");
-  EXPECT_EQ(std::get<EquationItem>(model.items[4].kind).field.name, "u");
-  EXPECT_EQ(print(std::get<EquationItem>(model.items[4].kind).rhs), "lap(s)");
+  EXPECT_EQ(get<FieldItem>(model.items[0].kind).names[1].name, "v");
+  EXPECT_EQ(get<CoefficientItem>(model.items[1].kind).names[0].name, "kappa");
+  EXPECT_EQ(get<ParamItem>(model.items[2].kind).names.size(), 2u);
+  EXPECT_EQ(get<LetItem>(model.items[3].kind).name.name, "s");
+  EXPECT_EQ(get<EquationItem>(model.items[4].kind).field.name, "u");
+  EXPECT_EQ(print(get<EquationItem>(model.items[4].kind).rhs), "lap(s)");
   const auto written = [&](const Item& item) {
     return text.substr(item.range.begin, item.range.end - item.range.begin);
   };
@@ -49,14 +49,14 @@ TEST(Items, OfRepeats) {
   EXPECT_EQ(formatted(text), text);
   const Program program = only_block<Program>(text);
   ASSERT_EQ(program.items.size(), 2u);
-  const auto& repeat = std::get<RepeatItem>(program.items[0].kind);
+  const auto& repeat = get<RepeatItem>(program.items[0].kind);
   EXPECT_EQ(repeat.count, 8);
   EXPECT_EQ(text.substr(repeat.count_range.begin, 1), "8");
   ASSERT_EQ(repeat.items.size(), 4u);
-  const auto& inner = std::get<RepeatItem>(repeat.items[1].kind);
+  const auto& inner = get<RepeatItem>(repeat.items[1].kind);
   EXPECT_EQ(inner.count, 2);
-  EXPECT_EQ(std::get<RunItem>(inner.items.at(0).kind).kernel.name, "fast");
-  EXPECT_EQ(std::get<SwapItem>(inner.items.at(1).kind).next.name, "q");
+  EXPECT_EQ(get<RunItem>(inner.items.at(0).kind).kernel.name, "fast");
+  EXPECT_EQ(get<SwapItem>(inner.items.at(1).kind).next.name, "q");
   EXPECT_EQ(text.substr(program.items[0].range.begin, 8), "repeat 8");
 }
 
@@ -72,14 +72,14 @@ TEST(Items, OfControls) {
   const Model model =
       only_block<Model>("model m { control F, G; control field H on faces.x; control vector V, W; control field }");
   ASSERT_EQ(model.items.size(), 4u);
-  EXPECT_EQ(std::get<ControlItem>(model.items[0].kind).names.size(), 2u);
-  const CoefficientItem& field = std::get<CoefficientItem>(model.items[1].kind);
+  EXPECT_EQ(get<ControlItem>(model.items[0].kind).names.size(), 2u);
+  const CoefficientItem& field = get<CoefficientItem>(model.items[1].kind);
   EXPECT_EQ(field.names[0].name, "H");
   EXPECT_TRUE(field.control && !field.vector && field.on);
-  const CoefficientItem& vector = std::get<CoefficientItem>(model.items[2].kind);
+  const CoefficientItem& vector = get<CoefficientItem>(model.items[2].kind);
   EXPECT_TRUE(vector.control && vector.vector && !vector.on);
   EXPECT_EQ(vector.names.size(), 2u);
-  EXPECT_EQ(std::get<ControlItem>(model.items[3].kind).names[0].name, "field");  // a name like others
+  EXPECT_EQ(get<ControlItem>(model.items[3].kind).names[0].name, "field");  // a name like others
 }
 
 TEST(Items, OfScenes) {
@@ -105,31 +105,31 @@ TEST(Items, OfScenes) {
   const Scene scene = only_block<Scene>(text);
   EXPECT_EQ(scene.of.name, "m");
   EXPECT_EQ(scene.scheme->name, "cheap");
-  const auto& grid = std::get<GridItem>(scene.items[0].kind);
+  const auto& grid = get<GridItem>(scene.items[0].kind);
   EXPECT_EQ(print(grid.low), "-1");
   EXPECT_EQ(print(*grid.cells), "128");
   EXPECT_TRUE(grid.periodic);
-  EXPECT_FALSE(std::get<GridItem>(scene.items[1].kind).cells.has_value());
-  EXPECT_EQ(std::get<ValueItem>(scene.items[2].kind).name.name, "nu");
-  const auto& boundary = std::get<BoundaryItem>(scene.items[5].kind);
+  EXPECT_FALSE(get<GridItem>(scene.items[1].kind).cells.has_value());
+  EXPECT_EQ(get<ValueItem>(scene.items[2].kind).name.name, "nu");
+  const auto& boundary = get<BoundaryItem>(scene.items[5].kind);
   ASSERT_EQ(boundary.sides.size(), 3u);
   EXPECT_EQ(boundary.sides[1].place.name, "x.high");
   EXPECT_EQ(text.substr(boundary.sides[1].place.range.begin, 6), "x.high");
   EXPECT_EQ(boundary.sides[2].place.name, "y");
-  EXPECT_EQ(std::get<BoundaryItem>(scene.items[6].kind).sides[0].place.name, "all");
-  EXPECT_FALSE(std::get<TimeItem>(scene.items[8].kind).step.has_value());
+  EXPECT_EQ(get<BoundaryItem>(scene.items[6].kind).sides[0].place.name, "all");
+  EXPECT_FALSE(get<TimeItem>(scene.items[8].kind).step.has_value());
 }
 
 TEST(Items, OfScenesMayBeCalledLikeKeywords) {
   const Scene scene = only_block<Scene>("scene s : m { step = 3; time = 4; grid = 5 }");
   ASSERT_EQ(scene.items.size(), 3u);
-  EXPECT_EQ(std::get<ValueItem>(scene.items[0].kind).name.name, "step");
+  EXPECT_EQ(get<ValueItem>(scene.items[0].kind).name.name, "step");
 }
 
 TEST(Items, OfSchemes) {
   const Scheme scheme = only_block<Scheme>("scheme cheap { advect = semi_lagrangian; lap = central(2); real = f64 }");
   ASSERT_EQ(scheme.items.size(), 3u);
-  EXPECT_EQ(print(std::get<ValueItem>(scheme.items[1].kind).value), "central(2)");
+  EXPECT_EQ(print(get<ValueItem>(scheme.items[1].kind).value), "central(2)");
 }
 
 TEST(Items, OfTasks) {
@@ -150,19 +150,19 @@ TEST(Items, OfTasks) {
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Task task = only_block<Task>(text);
-  const auto& data = std::get<DataItem>(task.items[1].kind);
+  const auto& data = get<DataItem>(task.items[1].kind);
   EXPECT_EQ(data.scene->name, "fine");
   EXPECT_EQ(std::get<WhenAt>(data.when).times.size(), 2u);
-  EXPECT_TRUE(std::holds_alternative<WhenOver>(std::get<DataItem>(task.items[2].kind).when));
-  EXPECT_TRUE(std::get<UnknownItem>(task.items[3].kind).initial);
-  EXPECT_FALSE(std::get<UnknownItem>(task.items[4].kind).initial);
-  EXPECT_EQ(std::get<UnknownItem>(task.items[5].kind).name.name, "initial");
-  EXPECT_TRUE(std::holds_alternative<WhenEnd>(std::get<MinimiseItem>(task.items[8].kind).when));
-  const auto& use = std::get<UsingItem>(task.items[9].kind);
+  EXPECT_TRUE(std::holds_alternative<WhenOver>(get<DataItem>(task.items[2].kind).when));
+  EXPECT_TRUE(get<UnknownItem>(task.items[3].kind).initial);
+  EXPECT_FALSE(get<UnknownItem>(task.items[4].kind).initial);
+  EXPECT_EQ(get<UnknownItem>(task.items[5].kind).name.name, "initial");
+  EXPECT_TRUE(std::holds_alternative<WhenEnd>(get<MinimiseItem>(task.items[8].kind).when));
+  const auto& use = get<UsingItem>(task.items[9].kind);
   ASSERT_EQ(use.options.size(), 1u);
   EXPECT_EQ(use.options[0].name, "iterations");
   EXPECT_EQ(text.substr(use.options[0].name_range.begin, 10), "iterations");
-  EXPECT_TRUE(std::get<UsingItem>(task.items[10].kind).options.empty());
+  EXPECT_TRUE(get<UsingItem>(task.items[10].kind).options.empty());
 }
 
 TEST(Items, OfTasksThatTrain) {
@@ -185,28 +185,28 @@ TEST(Items, OfTasksThatTrain) {
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Task task = only_block<Task>(text);
-  EXPECT_EQ(std::get<LearnItem>(task.items[1].kind).network.name, "corrector");
-  EXPECT_EQ(std::get<Text>((*std::get<LearnItem>(task.items[1].kind).from)->kind).value, "start.safetensors");
-  EXPECT_FALSE(std::get<LearnItem>(task.items[2].kind).from.has_value());
-  EXPECT_EQ(print(std::get<WhenSteps>(std::get<MinimiseItem>(task.items[4].kind).when).steps), "2*n");
-  const auto& use = std::get<UsingItem>(task.items[5].kind);
+  EXPECT_EQ(get<LearnItem>(task.items[1].kind).network.name, "corrector");
+  EXPECT_EQ(std::get<Text>((*get<LearnItem>(task.items[1].kind).from)->kind).value, "start.safetensors");
+  EXPECT_FALSE(get<LearnItem>(task.items[2].kind).from.has_value());
+  EXPECT_EQ(print(std::get<WhenSteps>(get<MinimiseItem>(task.items[4].kind).when).steps), "2*n");
+  const auto& use = get<UsingItem>(task.items[5].kind);
   ASSERT_EQ(use.options.size(), 4u);
   EXPECT_EQ(std::get<Tuple>(use.options[1].value->kind).elements.size(), 3u);
   EXPECT_EQ(std::get<Name>(use.options[3].value->kind).name, "cut");
-  const auto& test = std::get<TestItem>(task.items[6].kind);
+  const auto& test = get<TestItem>(task.items[6].kind);
   EXPECT_EQ(print(*test.on), "trajectories(\"test.nc\")");
   EXPECT_EQ(print(*test.steps), "250");
-  EXPECT_FALSE(std::get<TestItem>(task.items[7].kind).steps.has_value());
-  const auto& compared = std::get<TestItem>(task.items[8].kind);
+  EXPECT_FALSE(get<TestItem>(task.items[7].kind).steps.has_value());
+  const auto& compared = get<TestItem>(task.items[8].kind);
   ASSERT_EQ(compared.beside.size(), 2u);
   EXPECT_FALSE(compared.beside[0].on.has_value());
   EXPECT_EQ(compared.beside[1].scene.name + print(*compared.beside[1].on), "finetrajectories(\"fine.nc\")");
-  EXPECT_EQ(std::get<TestItem>(task.items[9].kind).kind, TestItem::Kind::statistic);
-  EXPECT_EQ(std::get<TestItem>(task.items[10].kind).kind, TestItem::Kind::growth);
-  EXPECT_EQ(std::get<TestItem>(task.items[11].kind).kind, TestItem::Kind::spectrum);
-  EXPECT_EQ(std::get<TestItem>(task.items[12].kind).kind, TestItem::Kind::correlation);
-  EXPECT_FALSE(std::get<TestItem>(task.items[12].kind).above.has_value());
-  EXPECT_EQ(print(*std::get<TestItem>(task.items[13].kind).above), "0.9");
+  EXPECT_EQ(get<TestItem>(task.items[9].kind).kind, TestItem::Kind::statistic);
+  EXPECT_EQ(get<TestItem>(task.items[10].kind).kind, TestItem::Kind::growth);
+  EXPECT_EQ(get<TestItem>(task.items[11].kind).kind, TestItem::Kind::spectrum);
+  EXPECT_EQ(get<TestItem>(task.items[12].kind).kind, TestItem::Kind::correlation);
+  EXPECT_FALSE(get<TestItem>(task.items[12].kind).above.has_value());
+  EXPECT_EQ(print(*get<TestItem>(task.items[13].kind).above), "0.9");
 }
 
 TEST(Items, OfDataSets) {
@@ -223,11 +223,11 @@ TEST(Items, OfDataSets) {
   EXPECT_EQ(formatted(text), text);
   const DataSet set = only_block<DataSet>(text);
   EXPECT_EQ(set.of.name, "fine");
-  EXPECT_EQ(std::get<OptionItem>(set.items[0].kind).name.name, "runs");
-  EXPECT_EQ(print(*std::get<VaryItem>(set.items[2].kind).high), "0.1");
-  EXPECT_FALSE(std::get<VaryItem>(set.items[3].kind).low.has_value());
-  EXPECT_EQ(print(std::get<FramesItem>(set.items[4].kind).every), "1/16");
-  EXPECT_EQ(print(*std::get<FramesItem>(set.items[4].kind).to), "23");
+  EXPECT_EQ(get<OptionItem>(set.items[0].kind).name.name, "runs");
+  EXPECT_EQ(print(*get<VaryItem>(set.items[2].kind).high), "0.1");
+  EXPECT_FALSE(get<VaryItem>(set.items[3].kind).low.has_value());
+  EXPECT_EQ(print(get<FramesItem>(set.items[4].kind).every), "1/16");
+  EXPECT_EQ(print(*get<FramesItem>(set.items[4].kind).to), "23");
 }
 
 TEST(Items, OfCharts) {
@@ -245,23 +245,23 @@ TEST(Items, OfCharts) {
   const Chart chart = only_block<Chart>(text);
   EXPECT_EQ(chart.of.name, "wave");
   EXPECT_EQ(chart.scheme->name, "plain");
-  EXPECT_EQ(print(std::get<ReferenceItem>(chart.items[0].kind).value), "self(cells = 8192)");
-  EXPECT_EQ(std::get<ChoicesItem>(chart.items[1].kind).key.name, "scheme");
-  EXPECT_EQ(std::get<ChoicesItem>(chart.items[2].kind).values.size(), 2u);
-  EXPECT_EQ(std::get<ErrorItem>(chart.items[4].kind).norms.size(), 2u);
-  EXPECT_EQ(print(*std::get<ErrorItem>(chart.items[4].kind).at), "1");
-  EXPECT_EQ(std::get<OptionItem>(chart.items[5].kind).name.name, "gradient");
+  EXPECT_EQ(print(get<ReferenceItem>(chart.items[0].kind).value), "self(cells = 8192)");
+  EXPECT_EQ(get<ChoicesItem>(chart.items[1].kind).key.name, "scheme");
+  EXPECT_EQ(get<ChoicesItem>(chart.items[2].kind).values.size(), 2u);
+  EXPECT_EQ(get<ErrorItem>(chart.items[4].kind).norms.size(), 2u);
+  EXPECT_EQ(print(*get<ErrorItem>(chart.items[4].kind).at), "1");
+  EXPECT_EQ(get<OptionItem>(chart.items[5].kind).name.name, "gradient");
 }
 
 TEST(Items, OfScenesThatSayHowAccurateTheyAre) {
   const std::string text = "scene s : m {\n  accuracy 1e-3 on u, v.x\n  accuracy 0.1\n}\n";
   EXPECT_EQ(formatted(text), text);
   const Scene scene = only_block<Scene>(text);
-  const auto& accuracy = std::get<AccuracyItem>(scene.items[0].kind);
+  const auto& accuracy = get<AccuracyItem>(scene.items[0].kind);
   EXPECT_EQ(print(accuracy.tolerance), "1e-3");
   ASSERT_EQ(accuracy.fields.size(), 2u);
   EXPECT_EQ(accuracy.fields[1].name, "v.x");
-  EXPECT_TRUE(std::get<AccuracyItem>(scene.items[1].kind).fields.empty());
+  EXPECT_TRUE(get<AccuracyItem>(scene.items[1].kind).fields.empty());
 }
 
 TEST(Items, OfKernels) {
@@ -282,9 +282,9 @@ TEST(Items, OfKernels) {
   for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(kernel.parameters[i].role, roles[i]) << i;
   EXPECT_EQ(kernel.parameters[1].halo, 1);
   EXPECT_FALSE(kernel.parameters[2].halo.has_value());
-  EXPECT_FALSE(std::get<AssignItem>(kernel.items[1].kind).accumulate);
-  EXPECT_TRUE(std::get<AssignItem>(kernel.items[2].kind).accumulate);
-  EXPECT_EQ(print(std::get<ScatterItem>(kernel.items[4].kind).target), "interp(w, 0.5, d)");
+  EXPECT_FALSE(get<AssignItem>(kernel.items[1].kind).accumulate);
+  EXPECT_TRUE(get<AssignItem>(kernel.items[2].kind).accumulate);
+  EXPECT_EQ(print(get<ScatterItem>(kernel.items[4].kind).target), "interp(w, 0.5, d)");
   EXPECT_TRUE(only_block<Kernel>("kernel k() { }").parameters.empty());
   EXPECT_EQ(only_block<Kernel>("kernel k(out: param) {}").parameters[0].name.name, "out");
 }
@@ -307,15 +307,15 @@ TEST(Items, OfPrograms) {
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Program program = only_block<Program>(text);
-  EXPECT_EQ(std::get<FillItem>(program.items[1].kind).sides[0].place.name, "all");
-  EXPECT_EQ(std::get<FillItem>(program.items[2].kind).sides[1].place.name, "y.low");
-  EXPECT_TRUE(std::get<FillItem>(program.items[5].kind).fold);
-  EXPECT_EQ(std::get<FillItem>(program.items[5].kind).grow, 2);
-  EXPECT_EQ(std::get<RunItem>(program.items[7].kind).grow, 1);
-  EXPECT_EQ(std::get<SwapItem>(program.items[8].kind).next.name, "v");
-  EXPECT_TRUE(std::get<ReduceItem>(program.items[10].kind).axes.empty());
-  EXPECT_EQ(std::get<ReduceItem>(program.items[11].kind).kind, Reduction::max);
-  EXPECT_EQ(std::get<ReduceItem>(program.items[11].kind).axes[1].name, "z");
+  EXPECT_EQ(get<FillItem>(program.items[1].kind).sides[0].place.name, "all");
+  EXPECT_EQ(get<FillItem>(program.items[2].kind).sides[1].place.name, "y.low");
+  EXPECT_TRUE(get<FillItem>(program.items[5].kind).fold);
+  EXPECT_EQ(get<FillItem>(program.items[5].kind).grow, 2);
+  EXPECT_EQ(get<RunItem>(program.items[7].kind).grow, 1);
+  EXPECT_EQ(get<SwapItem>(program.items[8].kind).next.name, "v");
+  EXPECT_TRUE(get<ReduceItem>(program.items[10].kind).axes.empty());
+  EXPECT_EQ(get<ReduceItem>(program.items[11].kind).kind, Reduction::max);
+  EXPECT_EQ(get<ReduceItem>(program.items[11].kind).axes[1].name, "z");
 }
 
 TEST(Items, OfLoops) {

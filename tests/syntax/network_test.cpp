@@ -43,19 +43,19 @@ TEST(Networks, AsLayers) {
   EXPECT_EQ(network.outputs[0].name, "vector");
   EXPECT_FALSE(network.input_channels || network.output_channels);
   ASSERT_EQ(network.items.size(), 8u);
-  const auto& start = std::get<StartItem>(network.items[1].kind);
+  const auto& start = get<StartItem>(network.items[1].kind);
   EXPECT_EQ(start.method->name, "he");
   EXPECT_EQ(print(*start.seed), "7");
-  EXPECT_EQ(std::get<LayerItem>(network.items[2].kind).arguments.size(), 2u);
-  const auto& repeat = std::get<RepeatItem>(network.items[4].kind);
+  EXPECT_EQ(get<LayerItem>(network.items[2].kind).arguments.size(), 2u);
+  const auto& repeat = get<RepeatItem>(network.items[4].kind);
   ASSERT_EQ(repeat.items.size(), 2u);
-  const auto& residual = std::get<BranchItem>(repeat.items[0].kind);
+  const auto& residual = get<BranchItem>(repeat.items[0].kind);
   EXPECT_EQ(residual.join, BranchItem::Join::add);
   EXPECT_EQ(text.substr(residual.word_range.begin, residual.word_range.end - residual.word_range.begin), "residual");
-  EXPECT_EQ(std::get<LayerItem>(residual.items.at(1).kind).layer.name, "leaky_relu");
-  EXPECT_EQ(std::get<BranchItem>(network.items[5].kind).join, BranchItem::Join::concat);
-  EXPECT_EQ(print(std::get<LayerItem>(network.items[6].kind).arguments.at(0).value), "-0.5");
-  const auto& last = std::get<LayerItem>(network.items[7].kind);
+  EXPECT_EQ(get<LayerItem>(residual.items.at(1).kind).layer.name, "leaky_relu");
+  EXPECT_EQ(get<BranchItem>(network.items[5].kind).join, BranchItem::Join::concat);
+  EXPECT_EQ(print(get<LayerItem>(network.items[6].kind).arguments.at(0).value), "-0.5");
+  const auto& last = get<LayerItem>(network.items[7].kind);
   EXPECT_EQ(std::get<Name>(last.arguments.at(0).value->kind).name, "out");
   EXPECT_EQ(last.arguments.at(2).name, "gain");
   EXPECT_EQ(text.substr(last.arguments[3].name_range.begin, 7), "initial");
@@ -69,7 +69,7 @@ TEST(Networks, WithSymmetriesAndSharedWeights) {
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Network network = only_network_block<Network>(text);
-  const auto& parts = std::get<SymmetryItem>(network.items.at(0).kind).parts;
+  const auto& parts = get<SymmetryItem>(network.items.at(0).kind).parts;
   ASSERT_EQ(parts.size(), 6u);
   EXPECT_FALSE(parts[0].axis);
   EXPECT_EQ(parts[1].axis->name, "x");
@@ -78,7 +78,7 @@ TEST(Networks, WithSymmetriesAndSharedWeights) {
   EXPECT_EQ(parts[3].axis->name, "z");
   EXPECT_TRUE(parts[4].inputs.empty());
   EXPECT_EQ(parts[5].inputs.at(1).name, "s");
-  EXPECT_TRUE(std::get<RepeatItem>(network.items.at(1).kind).shared);
+  EXPECT_TRUE(get<RepeatItem>(network.items.at(1).kind).shared);
 }
 
 TEST(Networks, AsValues) {
@@ -96,13 +96,13 @@ TEST(Networks, AsValues) {
   EXPECT_EQ(network.input_channels, 3);
   EXPECT_EQ(network.output_channels, 2);
   EXPECT_TRUE(network.inputs.empty() && network.outputs.empty());
-  const auto& padding = std::get<PaddingItem>(network.items[0].kind);
+  const auto& padding = get<PaddingItem>(network.items[0].kind);
   ASSERT_EQ(padding.axes.size(), 2u);
   EXPECT_EQ(padding.axes[1].name.name, "y");
   EXPECT_EQ(padding.axes[1].padding.name, "zero");
-  EXPECT_EQ(std::get<RealItem>(network.items[1].kind).precision.name, "f64");
-  EXPECT_FALSE(std::get<StartItem>(network.items[2].kind).method.has_value());
-  EXPECT_EQ(std::get<AssignItem>(network.items[5].kind).target.name, "out");
+  EXPECT_EQ(get<RealItem>(network.items[1].kind).precision.name, "f64");
+  EXPECT_FALSE(get<StartItem>(network.items[2].kind).method.has_value());
+  EXPECT_EQ(get<AssignItem>(network.items[5].kind).target.name, "out");
 }
 
 TEST(Networks, OnOneLine) {
@@ -158,17 +158,17 @@ TEST(Statements, OfNetworks) {
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Program program = only_network_block<Program>(text);
-  const auto& value = std::get<ApplyItem>(program.items[0].kind);
+  const auto& value = get<ApplyItem>(program.items[0].kind);
   EXPECT_EQ(value.mode, ApplyItem::Mode::value);
   EXPECT_EQ(value.network.name, "corrector");
   EXPECT_EQ(value.inputs.at(1).name, "u.x");
   EXPECT_TRUE(value.by.empty());
   EXPECT_EQ(value.to.at(1).name, "d");
-  const auto& tangent = std::get<ApplyItem>(program.items[2].kind);
+  const auto& tangent = get<ApplyItem>(program.items[2].kind);
   EXPECT_EQ(tangent.mode, ApplyItem::Mode::tangent);
   EXPECT_TRUE(tangent.weights);
   EXPECT_EQ(tangent.by.at(0).name, "_");
-  const auto& adjoint = std::get<ApplyItem>(program.items[3].kind);
+  const auto& adjoint = get<ApplyItem>(program.items[3].kind);
   EXPECT_EQ(adjoint.mode, ApplyItem::Mode::adjoint);
   EXPECT_FALSE(adjoint.weights);
   EXPECT_EQ(adjoint.by.at(0).name, "c_bar");

@@ -96,7 +96,7 @@ std::vector<model::Axis> axes_of(training::DataSetMaker& maker) {
 }
 
 /// The block as it stands in the file.
-std::string text_of(const Job& job, const std::string& name) {
+std::string file_text(const Job& job, const std::string& name) {
   DiagnosticSink silent;
   ast::File file = ast::parse(job.source(), silent);
   std::erase_if(file.declarations, [&](const ast::Declaration& declaration) {
@@ -156,7 +156,7 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   const model::DataSet& set = maker.set();
   NetcdfNames names(session);
   add_origin(content, job, session);
-  content.attributes.insert(content.attributes.end(), {{"dpde_dataset", text_of(job, set.name)},
+  content.attributes.insert(content.attributes.end(), {{"dpde_dataset", file_text(job, set.name)},
                                                        {"dpde_dataset_seed", static_cast<double>(set.seed)}});
   const AxisNames axes = add_axes(content, session, axes_of(maker), names);
   const std::string time = names.free("time");

@@ -156,20 +156,39 @@ bool search(Job& job, training::WindowControls& controls,
   return false;
 }
 
+bool takes(Job& job, const OptimizeOptions& options, const training::TrainingScene& scene) {
+  if (options.epochs <= 0 && !options.out.empty()) return true;
+  const std::string& task = scene.task().name;
+  job.sink().report(
+      "bad-option", scene.task().optimiser->origin.range,
+      {options.out.empty() ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
+                           : fmt::format("--epochs is not for task {}, which seeks controls for each window", task)},
+      options.out.empty() ? "add --out DIR to the command" : "--iterations says how long it seeks them");
+  return false;
+}
+
+/// Takes the windows that lack something out of `all`.
+Told told_of_rest(Job& job, const training::TrainingScene& scene, const training::WindowControls& controls,
+                  Found& all) {
+  Told told;
+  told.json["left_out"] = leave_out(scene, all);
+  told.json["frames_left_over"] = controls.frames_left_over();
+  if (controls.frames_left_over() > 0) {
+    told.say(job, fmt::format(
+                      "the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
+                      controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
+  }
+  if (!told.json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  return told;
+}
+
 }  // namespace
 
 Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const training::TrainingScene& scene,
                    const training::BatchOptions& batch) {
   Json json = Json::object();
   const std::string& task = scene.task().name;
-  if (options.epochs > 0 || options.out.empty()) {
-    job.sink().report(
-        "bad-option", scene.task().optimiser->origin.range,
-        {options.out.empty() ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
-                             : fmt::format("--epochs is not for task {}, which seeks controls for each window", task)},
-        options.out.empty() ? "add --out DIR to the command" : "--iterations says how long it seeks them");
-    return json;
-  }
+  if (!takes(job, options, scene)) return json;
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
   if (!session) return json;
   training::WindowControls controls(scene, options.iterations, batch);
@@ -195,15 +214,7 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   if (!search(job, controls, part, options.quiet || options.json, all)) return json;
   std::ranges::sort(
       all, {}, [](const training::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
-  Told told;
-  told.json["left_out"] = leave_out(scene, all);
-  told.json["frames_left_over"] = controls.frames_left_over();
-  if (controls.frames_left_over() > 0) {
-    told.say(job, fmt::format(
-                      "the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
-                      controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
-  }
-  if (!told.json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  Told told = told_of_rest(job, scene, controls, all);
   json.update(told.json);
   if (all.empty()) {
     job.sink().report("run-failed", {},

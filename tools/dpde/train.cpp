@@ -87,7 +87,9 @@ class TrainingCheckpoint {
 };
 
 /// Epochs worth a line: the first ones, then about forty.
-bool is_shown(int epoch, int epochs) { return epoch <= 5 || epoch == epochs || epoch % std::max(1, epochs / 40) == 0; }
+bool is_shown_epoch(int epoch, int epochs) {
+  return epoch <= 5 || epoch == epochs || epoch % std::max(1, epochs / 40) == 0;
+}
 
 std::string line_of(int number, const training::Epoch& epoch) {
   std::string text = fmt::format("epoch {:>5}  loss {:<14.8g}", number, shown(epoch.loss));
@@ -100,7 +102,7 @@ std::string line_of(int number, const training::Epoch& epoch) {
 void tell_epochs(Job& job, const training::Trainer& trainer, std::size_t& told) {
   const training::TrainingState& state = trainer.state();
   for (; told < state.epochs.size(); ++told) {
-    if (is_shown(static_cast<int>(told) + 1, trainer.epochs()))
+    if (is_shown_epoch(static_cast<int>(told) + 1, trainer.epochs()))
       job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
   }
 }

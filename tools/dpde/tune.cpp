@@ -48,7 +48,7 @@ std::string courant_text(const ast::File& file, const model::Problem& chosen) {
     const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);
     if (scene == nullptr || scene->name.name != chosen.scene) continue;
     for (const ast::Item& item : scene->items) {
-      const ast::TimeItem* time = std::get_if<ast::TimeItem>(&item.kind);
+      const ast::TimeItem* time = get_if<ast::TimeItem>(&item.kind);
       if (time != nullptr && time->speed) text += ", speed " + print(*time->speed);
     }
   }

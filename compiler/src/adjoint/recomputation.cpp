@@ -2,6 +2,7 @@
 #include "adjoint/recomputation.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "adjoint/regions.h"
 #include "adjoint/solves.h"
@@ -63,92 +64,104 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
       [&](const Solve&) { return is_filled_anew(); }, [&](const Repeat&) { return is_filled_anew(); });
 }
 
-/// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
-std::optional<Repeat> needed_of(const Module& module, const Program& program, Repeat repeat,
-                                const std::set<std::string>& needed, const Saves& saves, std::size_t index,
-                                Module& kernels) {
-  const auto is_needed = [&](const Carry& carry) { return needed.contains(carry.result); };
-  std::erase_if(repeat.saves, [&](const Stacked& save) { return !needed.contains(save.stack); });
-  const auto saved = saves.find(index);
-  if (saved != saves.end()) repeat.saves.insert(repeat.saves.end(), saved->second.begin(), saved->second.end());
-  if (repeat.saves.empty() && std::ranges::none_of(repeat.carries, is_needed)) return std::nullopt;
-  std::set<std::string> inside;
-  for (const Carry& carry : repeat.carries) inside.insert(carry.next);
-  for (const Stacked& save : repeat.saves) inside.insert(save.field);
-  repeat.body = recomputation(module, pass_of(repeat, program), inside, {}, kernels);
-  return repeat;
-}
+/// Goes back along a program: from the fields that are needed behind it to the statements that make them.
+class Recomputation {
+ public:
+  Recomputation(const Module& module, const Program& program, std::set<std::string> needed, const Saves& saves,
+                Module& kernels)
+      : module_(module), program_(program), needed_(std::move(needed)), saves_(saves), kernels_(kernels) {}
+
+  std::vector<Statement> take() {
+    std::vector<Statement> kept;
+    for (index_ = program_.body.size(); index_-- > 0;) {
+      match(
+          program_.body[index_],
+          [&](const Repeat& whole) {
+            if (std::optional<Repeat> repeat = part_of(whole)) kept.push_back(*std::move(repeat));
+          },
+          [&](const auto& statement) {
+            if (keep(statement)) kept.push_back(statement);
+          });
+    }
+    std::ranges::reverse(kept);
+    return kept;
+  }
+
+ private:
+  bool is_needed(const std::string& field) const { return needed_.contains(field); }
+  bool is_one_needed(const auto& fields) const {
+    return std::ranges::any_of(fields, [&](const std::string& field) { return is_needed(field); });
+  }
+  void need(const auto& fields) { needed_.insert(fields.begin(), fields.end()); }
+
+  bool keep(const Fill& fill) {
+    if (!is_needed(fill.field)) return false;
+    need(wall_fields(fill.axes));
+    return true;
+  }
+  bool keep(const Fold& fold) {
+    if (is_one_needed(wall_fields(fold.axes))) needed_.insert(fold.field);
+    return is_needed(fold.field);
+  }
+  bool keep(const Reduce& reduce) {
+    if (!is_needed(reduce.result)) return false;
+    needed_.insert(reduce.field);
+    return true;
+  }
+  bool keep(const NetworkCall& call) {
+    if (!is_one_needed(fields_written(call))) return false;
+    need(fields_read(call));
+    return true;
+  }
+  bool keep(const Transform& transform) {
+    if (!is_needed(transform.result)) return false;
+    for (const Transform::Term& term : transform.terms) needed_.insert(term.field);
+    return true;
+  }
+  bool keep(const Run& run) {
+    const Kernel& kernel = *module_.find_kernel(run.kernel);
+    const Signature s = signature(kernel);
+    if (!is_one_needed(s.writes) && !is_one_needed(s.updates)) return false;
+    for (const auto& read : s.reads) needed_.insert(read.field);
+    if (!kernels_.find_kernel(kernel.name)) kernels_.kernels.push_back(kernel);
+    return true;
+  }
+  bool keep(const Solve& solve) {
+    if (!is_one_needed(solve.unknowns)) return false;
+    need(effects(module_, solve).reads);
+    add_kernels(kernels_, module_, operator_of(solve, program_));
+    return true;
+  }
+
+  /// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
+  std::optional<Repeat> part_of(Repeat repeat) {
+    std::erase_if(repeat.saves, [&](const Stacked& save) { return !is_needed(save.stack); });
+    const auto saved = saves_.find(index_);
+    if (saved != saves_.end()) repeat.saves.insert(repeat.saves.end(), saved->second.begin(), saved->second.end());
+    const bool has_result = std::ranges::any_of(repeat.carries, [&](const Carry& c) { return is_needed(c.result); });
+    if (repeat.saves.empty() && !has_result) return std::nullopt;
+    std::set<std::string> inside;
+    for (const Carry& carry : repeat.carries) inside.insert(carry.next);
+    for (const Stacked& save : repeat.saves) inside.insert(save.field);
+    repeat.body = recomputation(module_, pass_of(repeat, program_), inside, {}, kernels_);
+    need(effects(module_, repeat).reads);
+    for (const Stacked& load : repeat.loads) needed_.insert(load.stack);
+    return repeat;
+  }
+
+  const Module& module_;
+  const Program& program_;
+  std::set<std::string> needed_;
+  const Saves& saves_;
+  Module& kernels_;
+  std::size_t index_ = 0;
+};
 
 }  // namespace
 
 std::vector<Statement> recomputation(const Module& module, const Program& program, std::set<std::string> needed,
                                      const Saves& saves, Module& kernels) {
-  std::vector<Statement> kept;
-  for (std::size_t index = program.body.size(); index-- > 0;) {
-    const Statement* statement = &program.body[index];
-    std::optional<Repeat> repeat;
-    const bool keep = match(
-        *statement,
-        [&](const Fill& fill) {
-          if (!needed.contains(fill.field)) return false;
-          needed.merge(wall_fields(fill.axes));
-          return true;
-        },
-        [&](const Fold& fold) {
-          const std::set<std::string> walls = wall_fields(fold.axes);
-          const bool into_needed =
-              std::any_of(walls.begin(), walls.end(), [&](const std::string& wall) { return needed.contains(wall); });
-          if (into_needed) needed.insert(fold.field);
-          return needed.contains(fold.field);
-        },
-        [&](const Reduce& reduce) {
-          if (!needed.contains(reduce.result)) return false;
-          needed.insert(reduce.field);
-          return true;
-        },
-        [&](const NetworkCall& network_call) {
-          const std::vector<std::string> written = fields_written(network_call);
-          if (std::none_of(written.begin(), written.end(),
-                           [&](const std::string& field) { return needed.contains(field); }))
-            return false;
-          for (const std::string& field : fields_read(network_call)) needed.insert(field);
-          return true;
-        },
-        [&](const Transform& transform) {
-          if (!needed.contains(transform.result)) return false;
-          for (const Transform::Term& term : transform.terms) needed.insert(term.field);
-          return true;
-        },
-        [&](const Run& run) {
-          const Kernel& kernel = *module.find_kernel(run.kernel);
-          const Signature s = signature(kernel);
-          const auto is_needed = [&](const std::string& field) { return needed.contains(field); };
-          if (std::none_of(s.writes.begin(), s.writes.end(), is_needed) &&
-              std::none_of(s.updates.begin(), s.updates.end(), is_needed)) {
-            return false;
-          }
-          for (const auto& read : s.reads) needed.insert(read.field);
-          if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
-          return true;
-        },
-        [&](const Solve& solve) {
-          if (std::ranges::none_of(solve.unknowns, [&](const auto& field) { return needed.contains(field); }))
-            return false;
-          for (const std::string& field : effects(module, solve).reads) needed.insert(field);
-          add_kernels(kernels, module, operator_of(solve, program));
-          return true;
-        },
-        [&](const Repeat& whole) {
-          repeat = needed_of(module, program, whole, needed, saves, index, kernels);
-          if (!repeat) return false;
-          for (const std::string& field : effects(module, *repeat).reads) needed.insert(field);
-          for (const Stacked& load : repeat->loads) needed.insert(load.stack);
-          return true;
-        });
-    if (keep) kept.push_back(repeat ? Statement(*repeat) : *statement);
-  }
-  std::reverse(kept.begin(), kept.end());
-  return kept;
+  return Recomputation(module, program, std::move(needed), saves, kernels).take();
 }
 
 bool is_updated_behind(const Module& module, const Program& program, const std::string& field, int index) {

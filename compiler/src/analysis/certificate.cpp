@@ -248,6 +248,19 @@ double rounding_where_zero(const std::vector<DotCase>& cases, const std::string&
   return result;
 }
 
+/// The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would
+/// show in the others: its remainder is of first order.
+bool is_only_rounding(const std::vector<Remainder>& remainders, double rounding) {
+  return std::all_of(remainders.begin() + 4, remainders.end(),
+                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
+}
+
+std::string note_on(const Certificate& certificate, const std::string& grid) {
+  if (certificate.slope) return "on " + grid + " cells";
+  return certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns around this point"
+                                   : "the remainder shows no slope";
+}
+
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                 const driver::SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = driver::Session::open(source, compiled, options, sink);
@@ -285,15 +298,10 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
-  // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would
-  // show in the others: its remainder is of first order.
-  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
-                                                    [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  certificate.only_rounding = finite && is_only_rounding(certificate.remainders, rounding);
   if (has_hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
-    certificate.second->only_rounding =
-        finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(),
-                              [&](const Remainder& r) { return r.value <= 100 * rounding; });
+    certificate.second->only_rounding = finite && is_only_rounding(with_hessian, rounding);
   }
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
@@ -307,12 +315,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
         "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
     return true;
   }
-  if (certificate.slope) certificate.note = "on " + grid_text(*session) + " cells";
-  if (!certificate.slope) {
-    certificate.note = certificate.only_rounding
-                           ? "the remainder is rounding: the loss is linear in the unknowns around this point"
-                           : "the remainder shows no slope";
-  }
+  certificate.note = note_on(certificate, grid_text(*session));
   return true;
 }
 

@@ -24,7 +24,7 @@ struct Context {
   Precision real;
 };
 
-using Cell = std::array<int, stencil::max_rank>;
+using CellIndex = std::array<int, stencil::max_rank>;
 
 /// Calls `f(cell, element)` for the cells of the layout's interior grown by `grow` along each axis of the grid.
 template <class F>
@@ -32,7 +32,7 @@ void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max
   for (int z = -grow[2]; z < layout.cells[2] + grow[2]; ++z) {
     for (int y = -grow[1]; y < layout.cells[1] + grow[1]; ++y) {
       for (int x = -grow[0]; x < layout.cells[0] + grow[0]; ++x)
-        f(Cell{x, y, z}, x + y * layout.stride[1] + z * layout.stride[2]);
+        f(CellIndex{x, y, z}, x + y * layout.stride[1] + z * layout.stride[2]);
     }
   }
 }
@@ -85,7 +85,7 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
   const std::vector<std::string>& names = context.table->fields;
   for (const std::string& input : context.interface.inputs) {
     const auto number = std::find(names.begin(), names.end(), input) - names.begin();
-    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) {
+    for_each_cell(*layout, grow, [&](const CellIndex& c, std::int64_t i) {
       state.at(input, c) = static_cast<const Real*>(fields[number])[i];
     });
   }
@@ -102,7 +102,7 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
     const bool is_result = name != names[f] || std::find(context.program->keeps.begin(), context.program->keeps.end(),
                                                          name) != context.program->keeps.end();
     if (!is_result || !state.has(name)) continue;
-    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) {
+    for_each_cell(*layout, {}, [&](const CellIndex& c, std::int64_t i) {
       static_cast<Real*>(fields[f])[i] = static_cast<Real>(state.at(name, c));
     });
   }

@@ -29,13 +29,13 @@ class SceneWriter {
       add(scene, ast::GridItem{called(std::string(1, "xyz"[a])), number(0), number(1), number(8), true, {}});
     }
     for (const ast::Item& item : model.items) {
-      if (const auto* fields = std::get_if<ast::FieldItem>(&item.kind)) {
+      if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
         for (const ast::Identifier& name : fields->names) {
           if (given_.insert(name.name).second) add(scene, ast::InitialItem{called(name.name), number(0), {}});
         }
-      } else if (const auto* params = std::get_if<ast::ParamItem>(&item.kind)) {
+      } else if (const auto* params = get_if<ast::ParamItem>(&item.kind)) {
         give_values(scene, params->names);
-      } else if (const auto* coefficients = std::get_if<ast::CoefficientItem>(&item.kind)) {
+      } else if (const auto* coefficients = get_if<ast::CoefficientItem>(&item.kind)) {
         give_values(scene, coefficients->names, coefficients->mask);
       }
     }

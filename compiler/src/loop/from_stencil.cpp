@@ -222,7 +222,7 @@ std::vector<Monomial> ModuleBuilder::monomials(const stencil::Expr& symbol) {
   const auto polynomial = stencil::polynomial_of(symbol);
   require(polynomial.has_value(), "a polynomial of wave numbers");
   std::vector<Monomial> result;
-  for (const stencil::SymbolTerm& term : *polynomial) {
+  for (const stencil::Monomial& term : *polynomial) {
     stencil::Expr coefficient = term.coefficient;
     for (int axis = 0; axis < max_rank; ++axis) {
       const int n = term.powers[static_cast<std::size_t>(axis)];

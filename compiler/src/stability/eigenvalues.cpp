@@ -2,20 +2,31 @@
 #include "stability/eigenvalues.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 namespace dpde::stability {
 
 namespace {
 
+using Complex = std::complex<double>;
+using Eigen::Index;
+
 constexpr int most_on_stack = 4;
 
+/// Memory for the largest of them is on the stack.
+using Small = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, most_on_stack, most_on_stack>;
+
 /// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
-void balance(Eigen::MatrixXcd& a) {
+/// What it gives times an eigenvector of the new `a` is one of the old.
+template <class Matrix>
+Eigen::VectorXd balance(Matrix& a) {
+  Eigen::VectorXd scales = Eigen::VectorXd::Ones(a.rows());
   for (int sweep = 0; sweep < 20; ++sweep) {
     bool has_changed = false;
-    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    for (Index i = 0; i < a.rows(); ++i) {
       const double own = std::abs(a(i, i));
       const double row = a.row(i).cwiseAbs().sum() - own, column = a.col(i).cwiseAbs().sum() - own;
       if (!(row > 0) || !(column > 0)) continue;
@@ -23,38 +34,125 @@ void balance(Eigen::MatrixXcd& a) {
       if (factor == 1) continue;
       a.row(i) /= factor;
       a.col(i) *= factor;
+      scales[i] *= factor;
       has_changed = true;
     }
-    if (!has_changed) return;
+    if (!has_changed) break;
+  }
+  return scales;
+}
+
+/// Householder reflections, column by column, which leave nothing below the first subdiagonal (G. H. Golub and
+/// C. F. Van Loan, Matrix Computations, 7.4.2). Plain loops: Eigen's reduction takes half a minute to compile.
+template <class Matrix>
+void reduce_to_hessenberg(Matrix& a) {
+  using Scalar = typename Matrix::Scalar;
+  const Index size = a.rows();
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1> v(size);
+  for (Index k = 0; k + 2 < size; ++k) {
+    double squares = 0;
+    for (Index i = k + 1; i < size; ++i) {
+      v[i] = a(i, k);
+      squares += Eigen::numext::abs2(v[i]);
+    }
+    const double length = std::sqrt(squares), first = std::abs(v[k + 1]);
+    if (squares == Eigen::numext::abs2(v[k + 1])) continue;
+    const Scalar direction = first > 0 ? v[k + 1] / first : Scalar(1);
+    v[k + 1] += direction * length;
+    const double factor = 1 / (length * (length + first));  // 2/|v|^2
+    for (Index j = k; j < size; ++j) {
+      Scalar sum = 0;
+      for (Index i = k + 1; i < size; ++i) sum += Eigen::numext::conj(v[i]) * a(i, j);
+      sum *= factor;
+      for (Index i = k + 1; i < size; ++i) a(i, j) -= v[i] * sum;
+    }
+    for (Index i = 0; i < size; ++i) {
+      Scalar sum = 0;
+      for (Index j = k + 1; j < size; ++j) sum += a(i, j) * v[j];
+      sum *= factor;
+      for (Index j = k + 1; j < size; ++j) a(i, j) -= sum * Eigen::numext::conj(v[j]);
+    }
+    for (Index i = k + 2; i < size; ++i) a(i, k) = 0;
   }
 }
 
-/// Memory for the largest of them is on the stack.
-using Small = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, most_on_stack, most_on_stack>;
+template <class Matrix>
+Eigen::VectorXcd diagonal_of_schur(Matrix a) {
+  reduce_to_hessenberg(a);
+  Eigen::ComplexSchur<Matrix> schur(a.rows());
+  schur.computeFromHessenberg(a, a, false);
+  return schur.matrixT().diagonal();
+}
+
+/// By elimination with partial pivoting; a pivot that is 0 becomes `least`.
+void solve_in_place(Eigen::MatrixXcd a, Eigen::VectorXcd& x, double least) {
+  const Index size = a.rows();
+  for (Index k = 0; k < size; ++k) {
+    Index pivot = k;
+    for (Index i = k + 1; i < size; ++i) {
+      if (std::abs(a(i, k)) > std::abs(a(pivot, k))) pivot = i;
+    }
+    for (Index j = k; j < size; ++j) std::swap(a(k, j), a(pivot, j));
+    std::swap(x[k], x[pivot]);
+    if (!(std::abs(a(k, k)) > least)) a(k, k) = least;
+    for (Index i = k + 1; i < size; ++i) {
+      const Complex factor = a(i, k) / a(k, k);
+      for (Index j = k; j < size; ++j) a(i, j) -= factor * a(k, j);
+      x[i] -= factor * x[k];
+    }
+  }
+  for (Index k = size; k-- > 0;) {
+    for (Index j = k + 1; j < size; ++j) x[k] -= a(k, j) * x[j];
+    x[k] /= a(k, k);
+  }
+}
 
 }  // namespace
 
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   if (a.rows() == 1) return a.col(0);
   if (a.rows() == 2) {
-    const std::complex<double> mean = 0.5 * (a(0, 0) + a(1, 1)), half = 0.5 * (a(0, 0) - a(1, 1));
-    const std::complex<double> root = std::sqrt(half * half + a(0, 1) * a(1, 0));
+    const Complex mean = 0.5 * (a(0, 0) + a(1, 1)), half = 0.5 * (a(0, 0) - a(1, 1));
+    const Complex root = std::sqrt(half * half + a(0, 1) * a(1, 0));
     return Eigen::Vector2cd(mean + root, mean - root);
   }
   balance(a);
-  if (a.rows() <= most_on_stack) return Eigen::ComplexEigenSolver<Small>(Small(a), false).eigenvalues();
-  return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
+  return a.rows() <= most_on_stack ? diagonal_of_schur(Small(a)) : diagonal_of_schur(std::move(a));
 }
 
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a) {
-  return Eigen::EigenSolver<Eigen::MatrixXd>(a, false).eigenvalues();
+Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a) {
+  balance(a);
+  reduce_to_hessenberg(a);
+  const Index size = a.rows();
+  Eigen::RealSchur<Eigen::MatrixXd> schur(size);
+  schur.computeFromHessenberg(a, a, false);
+  const Eigen::MatrixXd& t = schur.matrixT();
+  Eigen::VectorXcd values(size);
+  for (Index i = 0; i < size; ++i) {
+    values[i] = t(i, i);
+    if (i + 1 == size || t(i + 1, i) == 0) continue;
+    const double mean = 0.5 * (t(i, i) + t(i + 1, i + 1)), half = 0.5 * (t(i, i) - t(i + 1, i + 1));
+    const Complex root = std::sqrt(Complex(half * half + t(i + 1, i) * t(i, i + 1)));  // of a pair
+    values[i] = mean + root;
+    values[++i] = mean - root;
+  }
+  return values;
 }
 
-Eigen::Index largest_component(const Eigen::MatrixXcd& a) {
-  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(a);
-  Eigen::Index of_all = 0, component = 0;
-  solver.eigenvalues().cwiseAbs().maxCoeff(&of_all);
-  solver.eigenvectors().col(of_all).cwiseAbs().maxCoeff(&component);
+Index largest_component(Eigen::MatrixXcd a) {
+  const Eigen::VectorXd scales = balance(a);
+  const Eigen::VectorXcd values = eigenvalues(a);
+  Index of_all = 0, component = 0;
+  values.cwiseAbs().maxCoeff(&of_all);
+  const double size = std::max(a.cwiseAbs().maxCoeff(), std::abs(values[of_all]));
+  a.diagonal().array() -= values[of_all];
+  Eigen::VectorXcd x(a.rows());  // nothing that is orthogonal to it by a symmetry
+  for (Index i = 0; i < x.size(); ++i) x[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i + 1));
+  for (int turn = 0; turn < 3; ++turn) {  // inverse iteration
+    solve_in_place(a, x, 1e-15 * size + 1e-300);
+    x /= x.cwiseAbs().maxCoeff();
+  }
+  (scales.array() * x.array().abs()).maxCoeff(&component);
   return component;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eigenvalues of small dense matrices, by Eigen, whose decompositions are compiled in one source.
+// Eigenvalues of small dense matrices.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@ namespace dpde::stability {
 /// close together, as those of long waves do. Up to 4 x 4 nothing is allocated but the result: waves are looked at by
 /// the hundred thousand.
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a);
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a);
+Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a);
 /// The component that has the largest share in the eigenvector of the largest eigenvalue.
-Eigen::Index largest_component(const Eigen::MatrixXcd& a);
+Eigen::Index largest_component(Eigen::MatrixXcd a);
 
 }  // namespace dpde::stability

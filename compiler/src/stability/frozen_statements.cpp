@@ -56,7 +56,7 @@ void Evaluation::reduce(const Reduce& reduce) {
 /// In angles: the spacings go into the numbers.
 std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) {
   std::vector<NumberMonomial> numbers;
-  for (const SymbolTerm& monomial : polynomial_of(symbol).value_or(std::vector<SymbolTerm>{})) {
+  for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
     double coefficient = value(monomial.coefficient).number;
     for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
       if (monomial.powers[axis] > 0)

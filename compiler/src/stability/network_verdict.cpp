@@ -19,7 +19,7 @@ namespace {
 constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
 constexpr double most_work = 3e6;           // products of a network in one matrix
 constexpr double network_precision = 1e-2;  // of the limit, relative
-constexpr double most_steps = 4096;         // in units of the scene's: no limit is looked for beyond
+constexpr double most_own_steps = 4096;     // in units of the scene's: no limit is looked for beyond
 constexpr std::size_t most_frozen = 6;      // places: of two states
 constexpr double shortest_part = 1e-3;      // in the same units: below there is none
 
@@ -116,7 +116,7 @@ StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Net
   double low = own, high = own;
   if (is_stable(own)) {
     while (is_stable(high)) {
-      if (high > most_steps * own) return {};
+      if (high > most_own_steps * own) return {};
       low = high;
       high *= 2;
     }

@@ -28,7 +28,7 @@ void check_counters(const Module& module, const Program& program, const ast::Pro
     return fmt::format("choose another name{}", free == usual.end() ? "" : fmt::format(": repeat {} in ...", *free));
   };
   ast::for_each_item(source.items, [&](const ast::Item& item) {
-    const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind);
+    const auto* repeat = get_if<ast::RepeatItem>(&item.kind);
     if (!repeat || !repeat->counter || !is_taken(repeat->counter->name)) return;
     const BoundName* known = find_bound_name(repeat->counter->name);
     sink.report("bad-program", repeat->counter->range,

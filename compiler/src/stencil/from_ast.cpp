@@ -84,20 +84,20 @@ class ModuleReader {
   std::optional<int> told_rank(const ast::Program& source) {
     int rank = 0;
     for (const ast::Item& item : source.items) {
-      if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) {
+      if (const auto* axes = get_if<ast::AxesItem>(&item.kind)) {
         return std::min(static_cast<int>(axes->axes.size()), max_rank);
       }
     }
     ast::for_each_item(source.items, [&](const ast::Item& item) {
-      if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
+      if (const auto* reduce = get_if<ast::ReduceItem>(&item.kind)) {
         for (const ast::Identifier& axis : reduce->axes) rank = std::max(rank, axis_of(axis) + 1);
       }
-      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind))
+      if (const auto* apply = get_if<ast::ApplyItem>(&item.kind))
         rank = std::max(rank, stencil::told_rank(source_.file, *apply).value_or(0));
-      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      const auto* run = get_if<ast::RunItem>(&item.kind);
       const KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
       if (kernel && kernel->rank_known) rank = std::max(rank, kernel->kernel.rank);
-      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
+      const auto* fill = get_if<ast::FillItem>(&item.kind);
       for (std::size_t side = 0; fill && side < fill->sides.size(); ++side) {
         const std::optional<Place> place = place_of(fill->sides[side].place.name);
         if (place && place->axis >= 0) rank = std::max(rank, place->axis + 1);
@@ -113,7 +113,7 @@ class ModuleReader {
     if (!rank) return;
     ranks_[source.name.name] = *rank;
     ast::for_each_item(source.items, [&](const ast::Item& item) {
-      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      const auto* run = get_if<ast::RunItem>(&item.kind);
       KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
       if (!kernel || kernel->rank_known) return;
       kernel->kernel.rank = *rank;
@@ -143,9 +143,9 @@ class ModuleReader {
     fields_known_ = true;
     ast::for_each_item(source.items, [&](const ast::Item& item) {
       std::ranges::move(fields_named(item), std::back_inserter(fields));
-      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind))
+      if (const auto* apply = get_if<ast::ApplyItem>(&item.kind))
         fields_known_ = fields_known_ && module_.find_network(apply->network.name);
-      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      const auto* run = get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
       fields_known_ = fields_known_ && (!run || kernel);
       if (!kernel) return;
@@ -161,8 +161,8 @@ class ModuleReader {
   std::vector<Topology> read_topologies(const ast::Program& source) {
     std::vector<Topology> axes(std::clamp(ranks_[source.name.name], 1, max_rank), Topology::periodic);
     ast::for_each_item(source.items, [&](const ast::Item& item) {
-      if (const auto* stated = std::get_if<ast::AxesItem>(&item.kind)) read_axes(*stated, axes);
-      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
+      if (const auto* stated = get_if<ast::AxesItem>(&item.kind)) read_axes(*stated, axes);
+      const auto* fill = get_if<ast::FillItem>(&item.kind);
       if (!fill) return;
       for (const ast::BoundarySide& side : fill->sides) {
         const std::optional<Place> place = place_of(side.place.name);
@@ -187,28 +187,28 @@ class ModuleReader {
   }
 
   void read_item(const ast::Item& item) {
-    if (const auto* fill = std::get_if<ast::FillItem>(&item.kind)) {
+    if (const auto* fill = get_if<ast::FillItem>(&item.kind)) {
       read_fill(*fill, item.range);
-    } else if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
+    } else if (const auto* reduce = get_if<ast::ReduceItem>(&item.kind)) {
       read_reduce(*reduce, item.range);
-    } else if (const auto* transform = std::get_if<ast::TransformItem>(&item.kind)) {
+    } else if (const auto* transform = get_if<ast::TransformItem>(&item.kind)) {
       add(read_transform(*transform, fields_, program_.axes.size(), sink_), item.range);
-    } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
+    } else if (const auto* run = get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
-    } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
+    } else if (const auto* apply = get_if<ast::ApplyItem>(&item.kind)) {
       if (const auto call = read_network_call(source_.file, *apply, module_, sink_)) add(*call, item.range);
-    } else if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
+    } else if (const auto* repeat = get_if<ast::RepeatItem>(&item.kind)) {
       read_repeat(*repeat, item.range);
-    } else if (const auto* solve = std::get_if<ast::SolveItem>(&item.kind)) {
+    } else if (const auto* solve = get_if<ast::SolveItem>(&item.kind)) {
       read_solve(*solve, item.range);
-    } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
+    } else if (const auto* swap = get_if<ast::SwapItem>(&item.kind)) {
       read_swap(*swap);
-    } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {
+    } else if (const auto* keep = get_if<ast::KeepItem>(&item.kind)) {
       for (const ast::Identifier& name : keep->names) {
         check_written(name);
         program_.keeps.push_back(name.name);
       }
-    } else if (!std::holds_alternative<ast::AxesItem>(item.kind)) {
+    } else if (!holds<ast::AxesItem>(item.kind)) {
       sink_.report("not-in-kernels", item.range, {"this item"});
     }
   }
@@ -232,8 +232,8 @@ class ModuleReader {
     std::swap(repeat.body, program_.body);
     ranges_.push_back(range);
     for (const ast::Item& item : source.items) {
-      if (std::holds_alternative<ast::StackItem>(item.kind)) continue;
-      if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
+      if (holds<ast::StackItem>(item.kind)) continue;
+      if (const auto* swap = get_if<ast::SwapItem>(&item.kind)) {
         check_written(swap->next);
       } else {
         blocks_.insert(item.range.begin);

@@ -22,25 +22,25 @@ namespace {
 constexpr std::size_t most_stages = 4;
 using Weight = long double;  // rounded once, when all is added up
 
-struct Row {
+struct StageTerms {
   Weight time;                                     // of the stage, in steps
   std::array<Weight, most_stages> of_rest;         // a_ij, j = 0, 1, ..., i - 1
   std::array<Weight, most_stages> of_solved = {};  // b_ij, j = 1, 2, ..., i - 1
 };
 struct Tableau {
   Weight own;  // g
-  std::span<const Row> rows;
+  std::span<const StageTerms> rows;
 };
 
-constexpr Row ars111[] = {{1, {1}}};
+constexpr StageTerms ars111[] = {{1, {1}}};
 /// (2.6): L-stable of order 2 with g = 1 - 1/sqrt(2), and d = 1 - 1/(2*g) = -1/sqrt(2).
 constexpr Weight root = 0.707106781186547524400844L;
-constexpr Row ars222[] = {{1 - root, {1 - root}}, {1, {-root, 1 + root}, {root}}};
+constexpr StageTerms ars222[] = {{1 - root, {1 - root}}, {1, {-root, 1 + root}, {root}}};
 /// (2.8): L-stable of order 3.
-constexpr Row ars443[] = {{1.L / 2, {1.L / 2}},
-                          {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
-                          {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
-                          {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
+constexpr StageTerms ars443[] = {{1.L / 2, {1.L / 2}},
+                                 {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
+                                 {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
+                                 {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
 
 Tableau tableau_of(model::TimeScheme time) {
   switch (time) {
@@ -76,7 +76,7 @@ std::vector<RightSide> right_sides(const Tableau& tableau) {
   std::vector<RightSide> result;
   std::vector<Changes> rests;  // h*N(U_j)
   for (std::size_t i = 0; i < tableau.rows.size(); ++i) {
-    const Row& row = tableau.rows[i];
+    const StageTerms& row = tableau.rows[i];
     RightSide right{{}, {}, row.of_rest[i]};
     for (std::size_t j = 0; j < i; ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
     right.known = right.of_solved;

@@ -145,8 +145,8 @@ class Factor {
   /// The sum of the sizes of the terms of the argument.
   double size_of(const Waves& waves) const {
     double size = 0;
-    const std::vector<SymbolTerm> terms = polynomial_of(by_.argument).value();
-    for (const SymbolTerm& term : terms) {
+    const std::vector<Monomial> terms = polynomial_of(by_.argument).value();
+    for (const Monomial& term : terms) {
       double part = std::abs(uniform_value(term.coefficient, state_, params_));
       for (std::size_t axis = 0; axis < max_rank; ++axis) part *= std::pow(std::abs(waves[axis]), term.powers[axis]);
       size += part;

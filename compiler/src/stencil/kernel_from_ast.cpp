@@ -69,10 +69,10 @@ std::optional<int> shown_rank(const ast::Kernel& kernel) {
   if (kernel.axes) return kernel.axes;
   for (const ast::Item& item : kernel.items) {
     std::optional<int> rank;
-    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = shown_rank(let->value);
-    if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind)) rank = shown_rank(assign->value);
-    if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) rank = shown_rank(scatter->target);
-    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) rank = shown_rank(adjoint->value);
+    if (const auto* let = get_if<ast::LetItem>(&item.kind)) rank = shown_rank(let->value);
+    if (const auto* assign = get_if<ast::AssignItem>(&item.kind)) rank = shown_rank(assign->value);
+    if (const auto* scatter = get_if<ast::ScatterItem>(&item.kind)) rank = shown_rank(scatter->target);
+    if (const auto* adjoint = get_if<ast::AdjointItem>(&item.kind)) rank = shown_rank(adjoint->value);
     if (rank) return rank;
   }
   return std::nullopt;
@@ -96,7 +96,7 @@ class KernelReader : public ExprReader {
     for (const ast::KernelParameter& parameter : source_.parameters) check_written(parameter);
     check_halos();
     for (const ast::Item& item : source_.items) {
-      if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) read_adjoint(*adjoint);
+      if (const auto* adjoint = get_if<ast::AdjointItem>(&item.kind)) read_adjoint(*adjoint);
     }
     kernel_ = without_idle_formulas(std::move(kernel_));
     return result_;
@@ -152,13 +152,13 @@ class KernelReader : public ExprReader {
 
   // ---- items -------------------------------------------------------------------------------------------------------
   void read_item(const ast::Item& item) {
-    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) {
+    if (const auto* let = get_if<ast::LetItem>(&item.kind)) {
       read_let(*let);
-    } else if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind)) {
+    } else if (const auto* assign = get_if<ast::AssignItem>(&item.kind)) {
       read_assignment(*assign, item.range);
-    } else if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
+    } else if (const auto* scatter = get_if<ast::ScatterItem>(&item.kind)) {
       read_scatter(*scatter);
-    } else if (!std::holds_alternative<ast::AdjointItem>(item.kind)) {
+    } else if (!holds<ast::AdjointItem>(item.kind)) {
       report("not-in-kernels", item.range, {"this item"});
     }
   }

@@ -7,7 +7,7 @@
 
 #include "model/wall_coefficient.h"
 #include "stencil/build.h"
-#include "stencil/custom_adjoint.h"
+#include "stencil/own_names.h"
 #include "stencil/passes/place_fills.h"
 #include "stencil/walls.h"
 #include "support/bound_names.h"
@@ -121,74 +121,6 @@ int widest_read(const std::vector<Stage>& stages, const std::vector<Topology>& a
     }
   }
   return width;
-}
-
-/// Reductions of one stage know nothing of those of another: gives the fields of each names of their own, but for those
-/// that stand for states.
-std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
-                                  const std::map<std::string, std::string>& state_of) {
-  for (const Stage& stage : stages) {
-    for (const Let& let : stage.kernel.lets) taken.reserve(let.name);
-  }
-  for (Stage& stage : stages) {
-    if (stage.before.empty()) continue;
-    std::map<std::string, std::string> names;
-    const auto renamed = [&](const std::string& field) {
-      const auto found = names.find(field);
-      return found == names.end() ? field : found->second;
-    };
-    const auto rename = [&](Kernel& kernel) {
-      kernel = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
-      for (CustomAdjoint& given : kernel.custom_adjoints) {
-        given.input = renamed(given.input);
-        given.value = rename_fields(given.value, [&](const std::string& field) {
-          const std::string* stored = seeded_by(kernel, field);
-          return stored ? bar_of(renamed(*stored)) : renamed(field);
-        });
-      }
-    };
-    const auto rename_stored = [&](Kernel& kernel) {
-      const bool is_operator = !kernel.name.empty();
-      const std::vector<std::string> suffixes =
-          is_operator ? component_suffixes(kernel.stores.size()) : std::vector<std::string>{};
-      const std::string stem = is_operator ? taken.fresh_stem(kernel.name, suffixes) : "";
-      for (std::size_t i = 0; i < kernel.stores.size(); ++i) {
-        names[kernel.stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
-      }
-      rename(kernel);
-      for (Store& store : kernel.stores) store.field = names[store.field];
-      kernel.name = stage.kernel.name + "_" + (is_operator ? stem : kernel.stores[0].field);
-    };
-    for (Preparation& preparation : stage.before) {
-      match(
-          preparation, rename_stored,
-          [&](Reduce& reduce) {
-            reduce.field = renamed(reduce.field);
-            reduce.result = names[reduce.result] = taken.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
-          },
-          [&](NetworkCall& network_call) {
-            for (std::string& input : network_call.inputs) input = renamed(input);
-            for (std::string& result : network_call.results) result = names[result] = taken.fresh(result);
-          },
-          [&](Transform& transform) {
-            for (Transform::Term& term : transform.terms) term.field = renamed(term.field);
-            if (!state_of.contains(transform.result))
-              transform.result = names[transform.result] = taken.fresh(transform.result);
-          },
-          [&](PreparedSolve& solve) {
-            solve.right = renamed(solve.right);
-            solve.guess = renamed(solve.guess);
-            for (std::string* field :
-                 {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
-              *field = names[*field] = taken.fresh(*field);
-            rename(solve.kernel);
-            solve.kernel.stores.front().field = solve.image;
-            solve.kernel.name = stage.kernel.name + "_" + without_dots(solve.image);
-          });
-    }
-    rename(stage.kernel);
-  }
-  return stages;
 }
 
 /// The fields that a stage writes, by the names that they have at the end of the program.
@@ -426,6 +358,56 @@ HaloRule Lowering::rule_for(const std::string& field, std::vector<AxisBoundary> 
   return rule;
 }
 
+/// A program that is being made.
+struct Lowering::Draft {
+  Module& module;
+  Program& program;
+  Walls& walls;
+  const BlockScope& scope;
+  std::set<std::string>& grown;                // what a stage stores for itself as far beyond walls as it reads it
+  std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
+};
+
+/// A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
+void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& time, int grow,
+                         const FieldsOfStates& at, Draft& draft) const {
+  for (Signature::Read read : reads) {
+    if (grow > 0) read.halo[0] += grow;
+    const bool is_outside = draft.scope.is_from_outside(read.field);
+    const bool is_stated = draft.grown.contains(read.field) || has_rule(draft.program.halos, read.field);
+    if (is_stated || !needs_fill(read) || (is_outside && has_value_on_walls(read))) continue;
+    const auto unknown = draft.solved.find(read.field);
+    const model::State* const state = unknown != draft.solved.end() ? &unknown->second : state_beyond_walls(read.field);
+    std::vector<AxisBoundary> boundary = boundary_of(read.field);
+    if (state != nullptr) boundary = draft.walls.boundary(*state, time, draft.module, draft.program, at);
+    draft.program.halos.push_back(rule_for(read.field, std::move(boundary), is_outside));
+  }
+}
+
+void Lowering::add_preparation(const Preparation& preparation, const Stage& stage, int grow, Draft& draft) const {
+  Program& program = draft.program;
+  add_halos(reads_of(preparation), stage.time, grow, stage.at, draft);
+  match(
+      preparation,
+      [&](const Kernel& kernel) {
+        program.body.push_back(Run{add_kernel(draft.module, kernel), grow});
+        for (const Store& store : kernel.stores) {
+          if (grow > 0) draft.grown.insert(store.field);
+        }
+      },
+      [&](const Reduce& reduce) { program.body.push_back(reduce); },
+      [&](const NetworkCall& network_call) {
+        program.body.push_back(network_call);
+        add_networks(draft.module, {*problem_.find_network(network_call.network)});
+      },
+      [&](const Transform& transform) { program.body.push_back(transform); },
+      [&](const PreparedSolve& solve) {
+        draft.solved[solve.unknown] = solve.state;
+        const auto add = [&](const auto& reads) { add_halos(reads, stage.time, 0, stage.at, draft); };
+        add_solve(solve, stage.time, add, draft.walls, draft.module, program);
+      });
+}
+
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
                                const Expr& time_of_results) const {
   const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_, state_of_);
@@ -433,52 +415,14 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   Walls walls(problem_, names_, widest_read(stages, program.axes), plain_boundary());
-  std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
+  std::set<std::string> grown;
   BlockScope scope(stages, program, grown, walls);
-  std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
-  const auto state_halos = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow,
-                               const FieldsOfStates& at = {}) {
-    for (Signature::Read read : reads) {
-      if (grow > 0) read.halo[0] += grow;
-      const bool is_outside = scope.is_from_outside(read.field);
-      // A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
-      const bool is_stated = grown.contains(read.field) || has_rule(program.halos, read.field);
-      if (is_stated || !needs_fill(read) || (is_outside && has_value_on_walls(read))) continue;
-      const auto unknown = solved.find(read.field);
-      const model::State* const state = unknown != solved.end() ? &unknown->second : state_beyond_walls(read.field);
-      std::vector<AxisBoundary> boundary = boundary_of(read.field);
-      if (state != nullptr) boundary = walls.boundary(*state, time, module, program, at);
-      program.halos.push_back(rule_for(read.field, std::move(boundary), is_outside));
-    }
-  };
+  Draft draft{module, program, walls, scope, grown, {}};
   for (const Stage& stage : stages) {
     scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, program.axes);
-    for (std::size_t i = 0; i < stage.before.size(); ++i) {
-      state_halos(reads_of(stage.before[i]), stage.time, grows[i], stage.at);
-      match(
-          stage.before[i],
-          [&](const Kernel& kernel) {
-            program.body.push_back(Run{add_kernel(module, kernel), grows[i]});
-            for (const Store& store : kernel.stores) {
-              if (grows[i] > 0) grown.insert(store.field);
-            }
-          },
-          [&](const Reduce& reduce) { program.body.push_back(reduce); },
-          [&](const NetworkCall& network_call) {
-            program.body.push_back(network_call);
-            add_networks(module, {*problem_.find_network(network_call.network)});
-          },
-          [&](const Transform& transform) { program.body.push_back(transform); },
-          [&](const PreparedSolve& solve) {
-            solved[solve.unknown] = solve.state;
-            const auto state_now = [&](const std::vector<Signature::Read>& reads) {
-              state_halos(reads, stage.time, 0, stage.at);
-            };
-            add_solve(solve, stage.time, state_now, walls, module, program);
-          });
-    }
-    state_halos(signature(stage.kernel).reads, stage.time, 0, stage.at);
+    for (std::size_t i = 0; i < stage.before.size(); ++i) add_preparation(stage.before[i], stage, grows[i], draft);
+    add_halos(signature(stage.kernel).reads, stage.time, 0, stage.at, draft);
     if (!is_idle(stage.kernel)) program.body.push_back(Run{add_kernel(module, stage.kernel)});
   }
   scope.enter(nullptr);
@@ -490,7 +434,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
         results.push_back({field, {}, false});
     }
   }
-  state_halos(results, time_of_results, 0);
+  add_halos(results, time_of_results, 0, {}, draft);
   module.programs.push_back(std::move(program));
   return module.programs.back();
 }

@@ -57,7 +57,7 @@ std::optional<int> told_rank(const ast::File& file, const ast::ApplyItem& apply)
   const ast::Network* network = find_network(file, apply.network.name);
   if (!network) return std::nullopt;
   for (const ast::Item& item : network->items) {
-    const auto* padding = std::get_if<ast::PaddingItem>(&item.kind);
+    const auto* padding = get_if<ast::PaddingItem>(&item.kind);
     if (padding) return std::min(static_cast<int>(padding->axes.size()), max_rank);
   }
   return std::nullopt;

@@ -9,9 +9,9 @@ Repeat read_repeat_head(const ast::RepeatItem& source) {
   Repeat repeat{source.count, {}, {}};
   if (source.counter) repeat.counter = {source.counter->name, source.is_backwards};
   for (const ast::Item& item : source.items) {
-    if (const auto* stack = std::get_if<ast::StackItem>(&item.kind))
+    if (const auto* stack = get_if<ast::StackItem>(&item.kind))
       (stack->is_save ? repeat.saves : repeat.loads).push_back({stack->field.name, stack->stack.name});
-    if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
+    if (const auto* swap = get_if<ast::SwapItem>(&item.kind)) {
       const std::string& result = source.to.at(repeat.carries.size()).name;
       repeat.carries.push_back({swap->state.name, swap->next.name, result});
     }

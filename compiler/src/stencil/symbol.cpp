@@ -13,10 +13,10 @@ namespace dpde::stencil {
 
 namespace {
 
-using SymbolSum = std::vector<SymbolTerm>;
+using Terms = std::vector<Monomial>;
 
-void add(SymbolSum& sum, const SymbolTerm& term) {
-  const auto same = std::ranges::find(sum, term.powers, &SymbolTerm::powers);
+void add(Terms& sum, const Monomial& term) {
+  const auto same = std::ranges::find(sum, term.powers, &Monomial::powers);
   if (same == sum.end()) {
     sum.push_back(term);
   } else {
@@ -24,11 +24,11 @@ void add(SymbolSum& sum, const SymbolTerm& term) {
   }
 }
 
-std::optional<SymbolSum> product(const SymbolSum& a, const SymbolSum& b) {
-  SymbolSum result;
-  for (const SymbolTerm& left : a) {
-    for (const SymbolTerm& right : b) {
-      SymbolTerm term{left.coefficient * right.coefficient, left.powers};
+std::optional<Terms> product(const Terms& a, const Terms& b) {
+  Terms result;
+  for (const Monomial& left : a) {
+    for (const Monomial& right : b) {
+      Monomial term{left.coefficient * right.coefficient, left.powers};
       for (std::size_t axis = 0; axis < max_rank; ++axis) {
         term.powers[axis] += right.powers[axis];
         if (term.powers[axis] > highest_power) return std::nullopt;
@@ -39,26 +39,26 @@ std::optional<SymbolSum> product(const SymbolSum& a, const SymbolSum& b) {
   return result;
 }
 
-SymbolSum times(SymbolSum p, const auto& f) {
-  for (SymbolTerm& term : p) term.coefficient = f(term.coefficient);
+Terms times(Terms p, const auto& f) {
+  for (Monomial& term : p) term.coefficient = f(term.coefficient);
   return p;
 }
 
-std::optional<SymbolSum> power_of(const SymbolSum& base, const Expr& exponent) {
+std::optional<Terms> power_of(const Terms& base, const Expr& exponent) {
   const Literal* number = std::get_if<Literal>(&exponent->kind);
   if (number == nullptr || number->value != std::floor(number->value) || number->value < 1 ||
       number->value > highest_power)
     return std::nullopt;
-  std::optional<SymbolSum> result = base;
+  std::optional<Terms> result = base;
   for (int i = 1; i < static_cast<int>(number->value) && result; ++i) result = product(*result, base);
   return result;
 }
 
-std::optional<SymbolSum> of_binary(const Binary& b) {
-  const std::optional<SymbolSum> left = polynomial_of(b.left);
+std::optional<Terms> of_binary(const Binary& b) {
+  const std::optional<Terms> left = polynomial_of(b.left);
   if (!left) return std::nullopt;
   if (b.op == BinaryOp::power) return power_of(*left, b.right);
-  const std::optional<SymbolSum> right = polynomial_of(b.right);
+  const std::optional<Terms> right = polynomial_of(b.right);
   if (!right) return std::nullopt;
   if (b.op == BinaryOp::multiply) return product(*left, *right);
   if (b.op == BinaryOp::divide) {
@@ -66,9 +66,9 @@ std::optional<SymbolSum> of_binary(const Binary& b) {
     return times(*left, [&](const Expr& c) { return c / b.right; });
   }
   if (b.op != BinaryOp::add && b.op != BinaryOp::subtract) return std::nullopt;
-  SymbolSum sum = *left;
+  Terms sum = *left;
   const bool subtracts = b.op == BinaryOp::subtract;
-  for (const SymbolTerm& term : *right) add(sum, {subtracts ? -term.coefficient : term.coefficient, term.powers});
+  for (const Monomial& term : *right) add(sum, {subtracts ? -term.coefficient : term.coefficient, term.powers});
   return sum;
 }
 
@@ -90,15 +90,15 @@ bool holds_wave_number(const Expr& e) {
   return holds;
 }
 
-std::optional<SymbolSum> polynomial_of(const Expr& e) {
+std::optional<Terms> polynomial_of(const Expr& e) {
   if (const auto axis = wave_axis(e)) {
-    SymbolTerm term{1.0};
+    Monomial term{1.0};
     term.powers[static_cast<std::size_t>(*axis)] = 1;
-    return SymbolSum{term};
+    return Terms{term};
   }
-  if (!holds_wave_number(e)) return SymbolSum{{e}};
+  if (!holds_wave_number(e)) return Terms{{e}};
   if (const Neg* neg = std::get_if<Neg>(&e->kind)) {
-    const std::optional<SymbolSum> operand = polynomial_of(neg->operand);
+    const std::optional<Terms> operand = polynomial_of(neg->operand);
     if (!operand) return std::nullopt;
     return times(*operand, [](const Expr& c) { return -c; });
   }
@@ -106,9 +106,9 @@ std::optional<SymbolSum> polynomial_of(const Expr& e) {
   return b != nullptr ? of_binary(*b) : std::nullopt;
 }
 
-Expr expression_of(const SymbolSum& polynomial) {
+Expr expression_of(const Terms& polynomial) {
   Expr sum = 0.0;
-  for (const SymbolTerm& term : polynomial) {
+  for (const Monomial& term : polynomial) {
     Expr waves = 1.0;
     for (int axis = 0; axis < max_rank; ++axis) {
       const int n = term.powers[static_cast<std::size_t>(axis)];
@@ -123,9 +123,9 @@ namespace {
 
 /// Terms of odd order change their sign.
 Expr with_opposite_waves(const Expr& symbol) {
-  std::optional<SymbolSum> polynomial = polynomial_of(symbol);
+  std::optional<Terms> polynomial = polynomial_of(symbol);
   if (!polynomial) return symbol;  // verify_stencil reports it
-  for (SymbolTerm& term : *polynomial) {
+  for (Monomial& term : *polynomial) {
     if ((term.powers[0] + term.powers[1] + term.powers[2]) % 2 != 0) term.coefficient = -term.coefficient;
   }
   return expression_of(*polynomial);

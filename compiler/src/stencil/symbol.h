@@ -23,14 +23,14 @@ std::optional<int> wave_axis(const Expr& e);
 bool holds_wave_number(const Expr& e);
 
 /// coefficient * ikx^powers[0] * iky^powers[1] * ikz^powers[2]
-struct SymbolTerm {
+struct Monomial {
   Expr coefficient;
   std::array<int, max_rank> powers{};
 };
 /// Each combination of powers once, in the order in which they are met. nullopt: no polynomial, or of too high a power.
-std::optional<std::vector<SymbolTerm>> polynomial_of(const Expr& e);
+std::optional<std::vector<Monomial>> polynomial_of(const Expr& e);
 /// The polynomial as an expression: sums of products.
-Expr expression_of(const std::vector<SymbolTerm>& polynomial);
+Expr expression_of(const std::vector<Monomial>& polynomial);
 
 /// The multiplier of the transposed operator: of k in place of -k.
 Multiplier transposed(Multiplier multiplier);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// match() over std::variant: one case per kind, and a kind without a case does not compile.
+// match() over std::variant and Variant: one case per kind, and a kind without a case does not compile.
 #pragma once
 
 #include <cstdlib>
 #include <type_traits>
 #include <utility>
 #include <variant>
+
+#include "support/variant.h"
 
 namespace dpde {
 
@@ -21,26 +23,35 @@ consteval void require_case() {
   static_assert(handled, "match(): no case for this Kind");
 }
 
+/// A branch for each kind: std::visit's table of functions takes twice as long to compile.
+template <class Result, class Kind, class... Rest, class V, class Cases>
+constexpr Result call_case(V& v, const Cases& cases) {
+  using std::get_if;
+  if (auto* kind = get_if<Kind>(&v)) return cases(*kind);
+  if constexpr (sizeof...(Rest) > 0) return call_case<Result, Rest...>(v, cases);
+  std::abort();  // without a value, after an exception
+}
+
 /// Calls the one case that accepts the active alternative of `v`.
-template <class First, class... Rest, class... Fs>
-constexpr auto match(std::variant<First, Rest...>& v, const Fs&... cases)
+template <template <class...> class V, class First, class... Rest, class... Fs>
+constexpr auto match(V<First, Rest...>& v, const Fs&... cases)
     -> std::invoke_result_t<const Overloaded<Fs...>&, First&> {
   using Cases = Overloaded<Fs...>;
   (require_case<Rest, std::is_invocable_v<const Cases&, Rest&>>(), ...);
   if constexpr ((std::is_invocable_v<const Cases&, Rest&> && ...)) {
-    return std::visit(Cases{cases...}, v);
+    return call_case<std::invoke_result_t<const Cases&, First&>, First, Rest...>(v, Cases{cases...});
   } else {
     std::abort();
   }
 }
 
-template <class First, class... Rest, class... Fs>
-constexpr auto match(const std::variant<First, Rest...>& v, const Fs&... cases)
+template <template <class...> class V, class First, class... Rest, class... Fs>
+constexpr auto match(const V<First, Rest...>& v, const Fs&... cases)
     -> std::invoke_result_t<const Overloaded<Fs...>&, const First&> {
   using Cases = Overloaded<Fs...>;
   (require_case<Rest, std::is_invocable_v<const Cases&, const Rest&>>(), ...);
   if constexpr ((std::is_invocable_v<const Cases&, const Rest&> && ...)) {
-    return std::visit(Cases{cases...}, v);
+    return call_case<std::invoke_result_t<const Cases&, const First&>, First, Rest...>(v, Cases{cases...});
   } else {
     std::abort();
   }

@@ -4,7 +4,7 @@
 
 namespace dpde::ast {
 
-ItemKind::ItemKind() = default;
+ItemKind::ItemKind() : Variant(FieldItem{}) {}
 ItemKind::ItemKind(const ItemKind& other) = default;
 ItemKind::ItemKind(ItemKind&& other) noexcept = default;
 ItemKind& ItemKind::operator=(const ItemKind& other) = default;

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "support/variant.h"
 #include "syntax/expression.h"
 
 namespace dpde::ast {
@@ -373,14 +374,14 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 
 /// A class of its own, and not another name, so that copies of all kinds are compiled once, in ast.cpp.
 struct ItemKind
-    : std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem,
-                   ConstraintItem, HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem,
-                   StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem,
-                   LearnItem, UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem,
-                   TransformItem, RunItem, SwapItem, StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem,
-                   LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,
-                   FramesItem, OptionItem, AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem> {
-  using variant::variant;
+    : Variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
+              HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
+              SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem,
+              TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
+              StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
+              StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
+              ReferenceItem, ChoicesItem, ErrorItem> {
+  using Variant::Variant;
   ItemKind();
   ItemKind(const ItemKind& other);
   ItemKind(ItemKind&& other) noexcept;
@@ -431,7 +432,6 @@ struct Loop {  // loop t in 0 .. 32 { wave_step }
   int from = 0, to = 0;
   std::vector<Identifier> body;
 };
-
 struct Function {  // function f(a, b) = expr       operator lap9(u) order 2 = (u[+1, 0] + ...)/hx^2
   Identifier name;
   std::vector<Identifier> parameters;

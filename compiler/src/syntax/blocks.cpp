@@ -69,7 +69,7 @@ const std::vector<Item>* block_of(const Item& item) {
 }
 
 const StackItem* load_of(const Item& item) {
-  const auto* stack = std::get_if<StackItem>(&item.kind);
+  const auto* stack = get_if<StackItem>(&item.kind);
   return stack && !stack->is_save ? stack : nullptr;
 }
 
@@ -89,11 +89,11 @@ void add_given(const File& file, const std::vector<Item>& items, Names loaded, N
 void add_flat(const std::vector<Item>& items, bool is_inside, const Names& given, std::vector<Item>& flat) {
   for (const Item& item : items) {
     const StackItem* load = load_of(item);
-    if (is_inside && std::holds_alternative<SwapItem>(item.kind)) continue;
-    if (std::holds_alternative<StackItem>(item.kind) && (!load || given.contains(load->field.name))) continue;
+    if (is_inside && holds<SwapItem>(item.kind)) continue;
+    if (holds<StackItem>(item.kind) && (!load || given.contains(load->field.name))) continue;
     flat.push_back(item);
-    if (auto* repeat = std::get_if<RepeatItem>(&flat.back().kind)) repeat->items.clear();
-    if (auto* solve = std::get_if<SolveItem>(&flat.back().kind)) solve->items.clear();
+    if (auto* repeat = get_if<RepeatItem>(&flat.back().kind)) repeat->items.clear();
+    if (auto* solve = get_if<SolveItem>(&flat.back().kind)) solve->items.clear();
     if (const auto* block = block_of(item)) add_flat(*block, true, given, flat);
   }
 }
@@ -111,7 +111,7 @@ std::vector<Item> without_blocks(const File& file, const std::vector<Item>& item
 bool adds_to(const File& file, const RepeatItem& repeat, const std::string& field) {
   bool found = false;
   for_each_item(repeat.items, [&](const Item& item) {
-    const auto* run = std::get_if<RunItem>(&item.kind);
+    const auto* run = get_if<RunItem>(&item.kind);
     for (const Declaration& declaration : file.declarations) {
       const auto* kernel = std::get_if<Kernel>(&declaration.kind);
       if (!run || !kernel || kernel->name.name != run->kernel.name) continue;

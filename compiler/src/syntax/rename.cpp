@@ -69,11 +69,10 @@ Rename with_adjoints(const Kernel& kernel, const Rename& field) {
 void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>& inputs) {
   std::map<std::string, std::vector<AdjointItem>> given;
   for (const Item& item : items) {
-    if (const AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind))
-      given[adjoint->target.name].push_back(*adjoint);
+    if (const AdjointItem* adjoint = get_if<AdjointItem>(&item.kind)) given[adjoint->target.name].push_back(*adjoint);
   }
   std::erase_if(items, [&](Item& item) {
-    AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind);
+    AdjointItem* adjoint = get_if<AdjointItem>(&item.kind);
     const auto merged = adjoint == nullptr ? inputs.end() : inputs.find(adjoint->target.name);
     if (merged == inputs.end() || merged->second == 1) return false;
     std::vector<AdjointItem>& all = given.at(adjoint->target.name);

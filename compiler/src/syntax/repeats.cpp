@@ -19,7 +19,7 @@ namespace {
 
 bool has_repeat(const Program& program) {
   return std::any_of(program.items.begin(), program.items.end(),
-                     [](const Item& item) { return std::holds_alternative<RepeatItem>(item.kind); });
+                     [](const Item& item) { return holds<RepeatItem>(item.kind); });
 }
 
 const Kernel* find_kernel(const File& file, const std::string& name) {
@@ -150,10 +150,10 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
 /// Fields to which repeats add and that are kept: what the last repeat gives has the name.
 void ProgramResolver::find_kept_sums() {
   for (const Item& item : program_.items) {
-    const KeepItem* keep = std::get_if<KeepItem>(&item.kind);
+    const KeepItem* keep = get_if<KeepItem>(&item.kind);
     for (std::size_t i = 0; keep && i < keep->names.size(); ++i) {
       for (const Item& other : program_.items) {
-        const RepeatItem* repeat = std::get_if<RepeatItem>(&other.kind);
+        const RepeatItem* repeat = get_if<RepeatItem>(&other.kind);
         if (repeat && adds_to(file_, *repeat, keep->names[i].name)) kept_sums_[keep->names[i].name] = repeat;
       }
     }
@@ -286,7 +286,7 @@ void ProgramResolver::check_keep(const KeepItem& keep) {
 void ProgramResolver::check_swaps(const RepeatItem& repeat) {
   std::set<std::string> states;
   for (const Item& item : repeat.items) {
-    const SwapItem* swap = std::get_if<SwapItem>(&item.kind);
+    const SwapItem* swap = get_if<SwapItem>(&item.kind);
     if (!swap) continue;
     const std::string& state = swap->state.name;
     const char* problem = state == swap->next.name ? "with itself" : !states.insert(state).second ? "twice" : nullptr;

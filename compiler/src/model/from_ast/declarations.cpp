@@ -55,13 +55,13 @@ void bind_velocities(Draft& draft) {
 
 void declare_model(Draft& draft) {
   for (const ast::Item& item : draft.model->items) {
-    if (const auto* fields = std::get_if<ast::FieldItem>(&item.kind)) {
+    if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
       for (const ast::Identifier& name : fields->names) declare(draft, name, Role::state, fields->vector);
     }
-    if (const auto* given = std::get_if<ast::CoefficientItem>(&item.kind)) {
+    if (const auto* given = get_if<ast::CoefficientItem>(&item.kind)) {
       for (const ast::Identifier& name : given->names) declare(draft, name, Role::coefficient, given->vector);
     }
-    if (const auto* params = std::get_if<ast::ParamItem>(&item.kind)) {
+    if (const auto* params = get_if<ast::ParamItem>(&item.kind)) {
       for (const ast::Identifier& name : params->names) {
         if (declare(draft, name, Role::parameter)) draft.problem.params.push_back({name.name});
       }
@@ -81,7 +81,7 @@ void declare_model(Draft& draft) {
 
 void bind_fields(Draft& draft) {
   for (const ast::Item& item : draft.model->items) {
-    if (const auto* fields = std::get_if<ast::FieldItem>(&item.kind)) {
+    if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
       for_each_declared(draft, *fields, Role::state, [&](const std::string& name) {
         int number = fields->vector ? 0 : -1;
         for (const std::string& component : declare_components(draft, name)) {
@@ -92,7 +92,7 @@ void bind_fields(Draft& draft) {
         }
       });
     }
-    if (const auto* given = std::get_if<ast::CoefficientItem>(&item.kind)) {
+    if (const auto* given = get_if<ast::CoefficientItem>(&item.kind)) {
       for_each_declared(draft, *given, Role::coefficient, [&](const std::string& name) {
         int number = given->vector ? 0 : -1;
         for (const std::string& component : declare_components(draft, name)) {

@@ -139,7 +139,7 @@ template <class Kind>
 std::vector<Found<Kind>> items_of(const std::vector<ast::Item>& items) {
   std::vector<Found<Kind>> found;
   for (const ast::Item& item : items) {
-    if (const auto* kind = std::get_if<Kind>(&item.kind)) found.push_back({*kind, item.range});
+    if (const auto* kind = get_if<Kind>(&item.kind)) found.push_back({*kind, item.range});
   }
   return found;
 }

@@ -75,8 +75,8 @@ void bind_multipliers(Draft& draft, std::map<std::string, SourceRange>& seen) {
 
 void bind_equations(Draft& draft) {
   for (const ast::Item& item : draft.model->items) {
-    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) bind_let(draft, *let);
-    if (const auto* solved = std::get_if<ast::SolvedItem>(&item.kind)) bind_solved(draft, *solved, item.range);
+    if (const auto* let = get_if<ast::LetItem>(&item.kind)) bind_let(draft, *let);
+    if (const auto* solved = get_if<ast::SolvedItem>(&item.kind)) bind_solved(draft, *solved, item.range);
   }
   std::map<std::string, SourceRange> seen;
   bind_multipliers(draft, seen);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/from_ast/names.h"
+#include "model/from_ast/seed.h"
 #include "model/network_from_ast.h"
 
 namespace dpde::model {
@@ -19,7 +20,7 @@ template <class Kind, class F>
 void for_only(const ast::Network& source, const char* what, DiagnosticSink& sink, const F& f) {
   bool seen = false;
   for (const ast::Item& item : source.items) {
-    const Kind* found = std::get_if<Kind>(&item.kind);
+    const Kind* found = get_if<Kind>(&item.kind);
     if (!found) continue;
     if (seen) {
       sink.report("repeated", item.range, {what});
@@ -100,14 +101,12 @@ class PaddingReader {
   std::vector<Padding> result_;
 };
 
-bool is_seed(double value) { return value >= 0 && value < 0x1p53 && value == std::floor(value); }
-
 /// The axes that padding x periodic, y zero names.
 std::optional<std::vector<Topology>> stated_axes(const ast::Network& source, DiagnosticSink& sink) {
   std::vector<Topology> axes;
   bool fine = true;
   for (const ast::Item& item : source.items) {
-    const auto* padding = std::get_if<ast::PaddingItem>(&item.kind);
+    const auto* padding = get_if<ast::PaddingItem>(&item.kind);
     for (const ast::PaddingItem::Axis& axis : padding ? padding->axes : std::vector<ast::PaddingItem::Axis>{}) {
       fine = fine && axes.size() < 3 && axis.name.name == axis_name(static_cast<int>(axes.size()));
       axes.push_back(axis.padding.name == "periodic" ? Topology::periodic : Topology::bounded);
@@ -167,8 +166,7 @@ bool read_host(const ast::Network& source, const NumberOf& number_of, network::N
   if (!network.is_host()) return false;
   network.real = Precision::f64;  // what the host gets
   for (const ast::Item& item : source.items) {
-    if (std::holds_alternative<ast::HostItem>(item.kind) || std::holds_alternative<ast::PaddingItem>(item.kind))
-      continue;
+    if (holds<ast::HostItem>(item.kind) || holds<ast::PaddingItem>(item.kind)) continue;
     sink.report("bad-network", item.range,
                 {fmt::format("network {} is the host's own: it has neither layers nor a start of its weights",
                              source.name.name)},
@@ -179,8 +177,7 @@ bool read_host(const ast::Network& source, const NumberOf& number_of, network::N
 }
 
 bool has_host(const ast::Network& source) {
-  return std::ranges::any_of(source.items,
-                             [](const ast::Item& item) { return std::holds_alternative<ast::HostItem>(item.kind); });
+  return std::ranges::any_of(source.items, [](const ast::Item& item) { return holds<ast::HostItem>(item.kind); });
 }
 
 }  // namespace
@@ -213,7 +210,7 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, Dia
   const auto axes = stated_axes(source, sink);
   if (!axes) return std::nullopt;
   for (const ast::Item& item : source.items) {
-    if (!std::holds_alternative<ast::SymmetryItem>(item.kind)) continue;
+    if (!holds<ast::SymmetryItem>(item.kind)) continue;
     sink.report("bad-network", item.range,
                 {"symmetric stands in networks whose inputs have names: what is a vector is not known here"},
                 "write out the copies: reorient(v, x = -x, channels = (-1, 2)), conv(..., weights = v1)");

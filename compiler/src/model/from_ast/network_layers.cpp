@@ -43,7 +43,7 @@ class LayerReader {
 
  private:
   static bool is_value_form(const ast::Item& item) {
-    return std::holds_alternative<ast::LetItem>(item.kind) || std::holds_alternative<ast::AssignItem>(item.kind);
+    return holds<ast::LetItem>(item.kind) || holds<ast::AssignItem>(item.kind);
   }
 
   // ---- messages ----------------------------------------------------------------------------------------------------

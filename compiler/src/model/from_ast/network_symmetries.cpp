@@ -27,7 +27,7 @@ class SymmetryReader {
   std::vector<Orientation> run() {
     bool seen = false;
     for (const ast::Item& item : declared_.source->items) {
-      const auto* symmetries = std::get_if<ast::SymmetryItem>(&item.kind);
+      const auto* symmetries = get_if<ast::SymmetryItem>(&item.kind);
       if (!symmetries) continue;
       if (seen) draft_.sink.report("repeated", item.range, {"the symmetries"});
       for (const ast::SymmetryItem::Part& part : symmetries->parts) read(part);
@@ -172,7 +172,7 @@ class SymmetryReader {
 
 SourceRange symmetries_range(const ast::Network& source) {
   for (const ast::Item& item : source.items) {
-    if (std::holds_alternative<ast::SymmetryItem>(item.kind)) return item.range;
+    if (holds<ast::SymmetryItem>(item.kind)) return item.range;
   }
   return source.name.range;
 }

@@ -99,12 +99,10 @@ int rank_of(const ast::Kernel& kernel) {
   if (kernel.axes) return *kernel.axes;
   int rank = 0;
   for (const ast::Item& item : kernel.items) {
-    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
-    if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind))
-      rank = std::max(rank, largest_rank(assign->value));
-    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind))
-      rank = std::max(rank, largest_rank(adjoint->value));
-    if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
+    if (const auto* let = get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
+    if (const auto* assign = get_if<ast::AssignItem>(&item.kind)) rank = std::max(rank, largest_rank(assign->value));
+    if (const auto* adjoint = get_if<ast::AdjointItem>(&item.kind)) rank = std::max(rank, largest_rank(adjoint->value));
+    if (const auto* scatter = get_if<ast::ScatterItem>(&item.kind)) {
       rank = std::max({rank, largest_rank(scatter->target), largest_rank(scatter->value)});
     }
   }

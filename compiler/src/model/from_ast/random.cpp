@@ -14,6 +14,7 @@
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/seed.h"
 
 namespace dpde::model {
 
@@ -22,8 +23,6 @@ namespace {
 constexpr double two_pi = 6.283185307179586;
 constexpr double highest_number = 64;  // of waves along the grid
 constexpr std::size_t most_waves = 48;
-
-bool is_seed(double value) { return value >= 0 && value < 0x1p53 && value == std::floor(value); }
 
 struct Wave {
   std::array<int, 3> number{};  // of its periods along each axis

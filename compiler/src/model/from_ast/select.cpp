@@ -138,7 +138,7 @@ bool select_model(Draft& draft) {
 
 /// `item` without the coefficients among `provided`.
 ast::Item without(ast::Item item, const std::set<std::pair<std::string, bool>>& provided) {
-  auto* given = std::get_if<ast::CoefficientItem>(&item.kind);
+  auto* given = get_if<ast::CoefficientItem>(&item.kind);
   if (!given || given->control) return item;
   std::erase_if(given->names, [&](const ast::Identifier& name) {
     return provided.contains({name.name, given->vector});

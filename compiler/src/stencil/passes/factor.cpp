@@ -10,7 +10,7 @@ namespace dpde::stencil {
 namespace {
 
 /// Instructions of `+ coefficient * monomial`: the last multiplication adds too.
-int cost(const Monomial& monomial, const Coefficient& c) {
+int cost(const Powers& monomial, const Coefficient& c) {
   return std::max(1, degree(monomial) - (is_sign(c) || monomial.empty() ? 1 : 0));
 }
 
@@ -106,7 +106,7 @@ class Factoring {
   }
 
   Candidate best_pair() {
-    std::map<Monomial, int> saved;
+    std::map<Powers, int> saved;
     for (Polynomial* sum : all_sums()) {
       for (const auto& [monomial, c] : *sum) {
         for (auto x = monomial.begin(); x != monomial.end(); ++x) {
@@ -140,14 +140,14 @@ class Factoring {
     result_.definitions.emplace(atom, candidate.divisor);
   }
 
-  static Polynomial with_pair_as(const Polynomial& p, const Monomial& pair, int atom) {
+  static Polynomial with_pair_as(const Polynomial& p, const Powers& pair, int atom) {
     Polynomial result;
     for (const auto& [monomial, c] : p) {
       const bool has = std::all_of(pair.begin(), pair.end(), [&](const auto& factor) {
         const auto found = monomial.find(factor.first);
         return found != monomial.end() && found->second >= factor.second;
       });
-      Monomial rest = monomial;
+      Powers rest = monomial;
       if (has) {
         for (const auto& [factor, exponent] : pair) rest = product(rest, {{factor, -exponent}});
         rest = product(rest, {{atom, 1}});
@@ -168,7 +168,7 @@ bool is_sign(const Coefficient& c) {
   return c.size() == 1 && c.begin()->first.empty() && std::abs(c.begin()->second) == 1;
 }
 
-int degree(const Monomial& monomial) {
+int degree(const Powers& monomial) {
   int total = 0;
   for (const auto& [atom, exponent] : monomial) total += exponent;
   return total;

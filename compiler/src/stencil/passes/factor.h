@@ -25,6 +25,6 @@ Factored factor(const std::vector<Polynomial>& sums, Atoms& atoms, First first);
 /// True for 1 and -1.
 bool is_sign(const Coefficient& c);
 /// Factors of the monomial, repeated ones counted.
-int degree(const Monomial& monomial);
+int degree(const Powers& monomial);
 
 }  // namespace dpde::stencil

@@ -95,7 +95,7 @@ Polynomial sum(Polynomial a, const Polynomial& b) {
   return a;
 }
 
-Monomial product(Monomial a, const Monomial& b) {
+Powers product(Powers a, const Powers& b) {
   for (const auto& [atom, exponent] : b) {
     const int total = a[atom] += exponent;
     if (total == 0) a.erase(atom);
@@ -119,7 +119,7 @@ Polynomial product(const Polynomial& a, const Polynomial& b) {
   return result;
 }
 
-Monomial without(Monomial monomial, int atom) { return product(std::move(monomial), {{atom, -1}}); }
+Powers without(Powers monomial, int atom) { return product(std::move(monomial), {{atom, -1}}); }
 
 std::set<std::string> Expansion::carried_fields(const Expr& e) {
   std::set<std::string> fields;
@@ -195,7 +195,7 @@ Polynomial Expansion::times(const Polynomial& a, const Polynomial& b) {
   return is_complete() ? product(a, b) : Polynomial{};
 }
 
-bool Expansion::is_open(const Monomial& monomial, const std::set<std::string>& carried) const {
+bool Expansion::is_open(const Powers& monomial, const std::set<std::string>& carried) const {
   return std::any_of(monomial.begin(), monomial.end(), [&](const auto& factor) {
     const Atom& atom = atoms_[factor.first];
     const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
@@ -250,7 +250,7 @@ std::optional<Coefficient> Expansion::inverse(const Expr& e) {
   const Coefficient value = uniform(e);
   if (value.empty()) return std::nullopt;
   if (value.size() > 1) return Coefficient{{{{atoms_.of(e, true), -1}}, 1.0}};
-  Monomial below;
+  Powers below;
   for (const auto& [atom, exponent] : value.begin()->first) below[atom] = -exponent;
   const double number = 1 / value.begin()->second;
   if (!std::isnormal(number)) return std::nullopt;

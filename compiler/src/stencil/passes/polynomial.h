@@ -16,9 +16,9 @@
 
 namespace dpde::stencil {
 
-using Monomial = std::map<int, int>;  // atom -> exponent, none 0
-using Coefficient = std::map<Monomial, double>;
-using Polynomial = std::map<Monomial, Coefficient>;
+using Powers = std::map<int, int>;  // atom -> exponent, none 0
+using Coefficient = std::map<Powers, double>;
+using Polynomial = std::map<Powers, Coefficient>;
 inline const Coefficient unit_coefficient = {{{}, 1.0}};
 
 struct Atom {
@@ -46,11 +46,11 @@ Coefficient negated(Coefficient coefficient);
 Polynomial negated(Polynomial p);
 Coefficient sum(Coefficient a, const Coefficient& b);
 Polynomial sum(Polynomial a, const Polynomial& b);
-Monomial product(Monomial a, const Monomial& b);
+Powers product(Powers a, const Powers& b);
 Coefficient product(const Coefficient& a, const Coefficient& b);
 Polynomial product(const Polynomial& a, const Polynomial& b);
 /// `monomial` without one factor `atom`.
-Monomial without(Monomial monomial, int atom);
+Powers without(Powers monomial, int atom);
 
 /// Writes expressions as polynomials. A product is multiplied out over those terms of a sum that read one of the
 /// `carried` fields; what is left of the sum is an atom (so that differences of other fields stay exact).
@@ -71,7 +71,7 @@ class Expansion {
   Polynomial expand_binary(const Expr& e, const Binary& b, const std::set<std::string>& carried);
   void add_weights(const Expr& e, double scale, std::map<std::string, double>& weights);
   Polynomial closed(const Polynomial& p, const std::set<std::string>& carried);
-  bool is_open(const Monomial& monomial, const std::set<std::string>& carried) const;
+  bool is_open(const Powers& monomial, const std::set<std::string>& carried) const;
   Polynomial atom(const Expr& e) { return {{{{atoms_.of(e, false), 1}}, {{{}, 1.0}}}}; }
   Coefficient uniform(const Expr& e);
   std::optional<Coefficient> uniform_binary(const Binary& b);

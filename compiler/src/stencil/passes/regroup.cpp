@@ -59,7 +59,7 @@ class Writer {
  private:
   struct Group {
     Coefficient c;
-    std::vector<std::pair<Monomial, bool>> terms;  // and whether with -c
+    std::vector<std::pair<Powers, bool>> terms;  // and whether with -c
   };
 
   /// Terms with the same coefficient but for its sign, in order of first appearance; the constant first.
@@ -79,7 +79,7 @@ class Writer {
     return groups;
   }
 
-  Expr write(const Monomial& monomial) {
+  Expr write(const Powers& monomial) {
     Expr result = 1.0;
     for (const auto& [index, exponent] : monomial) {
       const Expr factor = value_of(index);

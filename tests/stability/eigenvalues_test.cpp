@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Eigenvalues that are known in closed form: circulants, companions of polynomials, and similar matrices.
+#include "stability/eigenvalues.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace dpde::stability {
+namespace {
+
+using Complex = std::complex<double>;
+using Eigen::Index;
+
+/// The largest distance of an expected value from the one that is found next to it; each is found once.
+double distance(std::vector<Complex> expected, const Eigen::VectorXcd& found) {
+  EXPECT_EQ(static_cast<Index>(expected.size()), found.size());
+  double largest = 0;
+  for (const Complex value : found) {
+    const auto nearest = std::ranges::min_element(expected, {}, [&](Complex e) { return std::abs(e - value); });
+    largest = std::max(largest, std::abs(*nearest - value));
+    expected.erase(nearest);
+  }
+  return largest;
+}
+
+TEST(Eigenvalues, OfCirculantsAreTheirFourierSums) {
+  for (const int size : {1, 2, 3, 4, 5, 17, 60}) {
+    const std::vector<Complex> row{Complex(1, 0.25), -0.5, Complex(0, 2)};
+    Eigen::MatrixXcd a = Eigen::MatrixXcd::Zero(size, size);
+    std::vector<Complex> expected(static_cast<std::size_t>(size));
+    for (int k = 0; k < std::min(size, 3); ++k) {
+      const auto entry = row[static_cast<std::size_t>(k)];
+      for (int i = 0; i < size; ++i) {
+        a(i, (i + k) % size) += entry;
+        expected[static_cast<std::size_t>(i)] += entry * std::polar(1.0, 2 * std::numbers::pi * i * k / size);
+      }
+    }
+    EXPECT_LT(distance(expected, eigenvalues(a)), 1e-12) << size;
+  }
+}
+
+TEST(Eigenvalues, OfCompanionsAreTheRoots) {
+  const std::vector<Complex> roots{1, -2, Complex(0.5, 1.5), Complex(0.5, -1.5), 3, Complex(0, -0.25)};
+  std::vector<Complex> polynomial{1};  // from the highest power on
+  for (const Complex root : roots) {
+    polynomial.push_back(0);
+    for (std::size_t i = polynomial.size(); i-- > 1;) polynomial[i] -= root * polynomial[i - 1];
+  }
+  const auto size = static_cast<Index>(roots.size());
+  Eigen::MatrixXcd a = Eigen::MatrixXcd::Zero(size, size);
+  for (Index i = 0; i < size; ++i) a(0, i) = -polynomial[static_cast<std::size_t>(i) + 1];
+  for (Index i = 1; i < size; ++i) a(i, i - 1) = 1;
+  EXPECT_LT(distance(roots, eigenvalues(a)), 1e-11);
+}
+
+/// a = S D S^-1 with S of unit lower triangle, in other units for each row (10^-8 .. 10^8).
+std::pair<Eigen::MatrixXcd, Eigen::MatrixXcd> similar_to(const std::vector<Complex>& values, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto size = static_cast<Index>(values.size());
+  Eigen::MatrixXcd s = Eigen::MatrixXcd::Identity(size, size), a = s;
+  for (Index i = 0; i < size; ++i) {
+    for (Index j = 0; j < i; ++j) s(i, j) = Complex(number(random), number(random));
+  }
+  for (Index i = 0; i < size; ++i) {  // a S = S D, column by column of a from the last on
+    for (Index j = size; j-- > 0;) {
+      a(i, j) = s(i, j) * values[static_cast<std::size_t>(j)];
+      for (Index k = j + 1; k < size; ++k) a(i, j) -= a(i, k) * s(k, j);
+    }
+  }
+  for (Index i = 0; i < size; ++i) {
+    const double unit = std::exp(std::log(1e8) * number(random));
+    a.row(i) *= unit;
+    a.col(i) /= unit;
+    s.row(i) *= unit;
+  }
+  return {a, s};
+}
+
+TEST(Eigenvalues, OfSimilarMatricesAreTheSame) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    for (const std::size_t size : {3u, 4u, 6u, 9u}) {
+      std::vector<Complex> values;
+      for (std::size_t i = 0; i < size; ++i) values.emplace_back(static_cast<double>(i) - 1, i % 2 == 0 ? 0.5 : -0.5);
+      EXPECT_LT(distance(values, eigenvalues(similar_to(values, seed).first)), 1e-9) << size;
+    }
+  }
+}
+
+/// The second difference between walls that hold 0, and a rotation beside it.
+TEST(Eigenvalues, OfRealMatricesArePairsOrReal) {
+  for (const int size : {1, 2, 3, 8, 40}) {
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(size + 2, size + 2);
+    std::vector<Complex> expected{Complex(0.5, 2), Complex(0.5, -2)};
+    for (int i = 0; i < size; ++i) {
+      a(i, i) = -2;
+      if (i > 0) a(i, i - 1) = a(i - 1, i) = 1;
+      expected.emplace_back(-2 + 2 * std::cos(std::numbers::pi * (i + 1) / (size + 1)));
+    }
+    a(size, size) = a(size + 1, size + 1) = 0.5;
+    a(size, size + 1) = 4;
+    a(size + 1, size) = -1;
+    for (int i = 0; i < size; ++i) a(i, size) = 1 + i;  // which changes no eigenvalue
+    EXPECT_LT(distance(expected, eigenvalues(a)), 1e-11) << size;
+  }
+}
+
+TEST(Eigenvalues, LargestComponentIsThatOfTheEigenvector) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+    const std::vector<Complex> values{0.5, Complex(0, 1.25), -1, 0.125, 0};
+    const auto [a, s] = similar_to(values, seed);
+    Index expected = 0;
+    s.col(1).cwiseAbs().maxCoeff(&expected);
+    EXPECT_EQ(largest_component(a), expected) << seed;
+  }
+  EXPECT_EQ(largest_component(Eigen::MatrixXcd::Zero(2, 2)), 0);
+}
+
+}  // namespace
+}  // namespace dpde::stability
