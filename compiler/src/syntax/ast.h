@@ -269,13 +269,13 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-/// solve y = b for x from g by multigrid tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
+/// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
 /// The block makes y of x.
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
   std::optional<Identifier> guess;
-  std::optional<Identifier> method;
+  std::optional<Identifier> method, smoother;
   std::optional<Expr> tolerance, iterations;
   bool warns = false;
   std::vector<Item> items;

@@ -457,6 +457,7 @@ std::string print_solve(const SolveItem& solve) {
                                  print_names(solve.rights), print_names(solve.unknowns));
   if (solve.guess) head += " from " + solve.guess->name;
   if (solve.method) head += " by " + solve.method->name;
+  if (solve.smoother) head += " smoother " + solve.smoother->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
   if (solve.iterations) head += " iterations " + print(*solve.iterations);
   if (solve.warns) head += " or warn";

@@ -29,7 +29,7 @@ void CycleLevel::for_each_row(const F& f) const {
   }
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
+CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
       diagonal_(rows_, level.diagonal),
@@ -37,6 +37,9 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
       share_(rows_, level.share),
       is_share_restricted_(is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; })),
       from_(level.from),
+      is_in_colours_(smoother == SmootherKind::red_black),
+      is_chequered_(is_in_colours_),
+      factors_(factors_of(smoother, least_share(level))),
       kernels_(row_kernels()) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     coupling_[axis] = CoefficientRows(rows_, level.coupling[axis]);
@@ -108,6 +111,21 @@ void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
   rows_.close_ring(line);
 }
 
+void CycleLevel::relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const {
+  const std::int64_t line = row.number * rows_.stride();
+  for (const int half : {0, 1}) {
+    const std::int64_t at = line + rows_.begin(half);
+    kernels_.relax[axes_](terms(row, half, b, x), factor, x + at, to + at);
+  }
+  rows_.close_ring(to + line);
+}
+
+void CycleLevel::begin_row(const Row& row, double factor, const double* b, double* to) const {
+  const std::int64_t line = row.number * rows_.stride();
+  for (const int half : {0, 1}) kernels_.scale_by(terms(row, half, b, to), factor, to + line + rows_.begin(half));
+  rows_.close_ring(to + line);
+}
+
 void CycleLevel::find_residual(const Row& row, const double* b, const double* x) {
   double* line = residual_.data() + row.number * rows_.stride();
   for (const int half : {0, 1}) {
@@ -162,7 +180,15 @@ void CycleLevel::in_turns(const Stages&... stages) const {
 
 void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse) {
   const auto residual = [&](const Row& row) { find_residual(row, b, x); };
-  if (is_chequered_) {
+  double* between = residual_.data();
+  const auto [first, second] = factors_;
+  if (!is_in_colours_) {
+    in_turns(
+        [&](const Row& row) {
+          is_guess_zero ? begin_row(row, first, b, between) : relax_row(row, first, b, x, between);
+        },
+        [&](const Row& row) { relax_row(row, second, b, between, x); }, residual);
+  } else if (is_chequered_) {
     in_turns([&](const Row& row) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
              [&](const Row& row) { smooth_row(row, black, b, x); }, residual);
   } else {
@@ -177,6 +203,11 @@ void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLe
 void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse) {
   const int first = is_backwards ? black : red, second = 1 - first;
   const auto add = [&](const Row& row) { add_correction(row, second, coarse, x); };
+  double* between = residual_.data();
+  if (!is_in_colours_)
+    return in_turns(
+        add, [&](const Row& row) { relax_row(row, factors_[1], b, x, between); },
+        [&](const Row& row) { relax_row(row, factors_[0], b, between, x); });
   if (is_chequered_)
     return in_turns(
         add, [&](const Row& row) { smooth_row(row, first, b, x); },

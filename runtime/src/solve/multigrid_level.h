@@ -48,6 +48,10 @@ void complete(MultigridLevel& level);
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
 /// `share` of the fine level, of a coarse one that is complete.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse);
+/// The least share that an axis which became coarser has of what cells are coupled with, on the whole.
+double least_share(const MultigridLevel& level);
+/// Whether cells are coupled along one axis less than half as strongly as along another.
+bool is_uneven(const MultigridLevel& level);
 StencilMatrix matrix_of(const MultigridLevel& level);
 
 }  // namespace dpde

@@ -35,13 +35,15 @@ struct InterpolatedRow {
   const double *at_near, *at_far;
 };
 
-/// Index: the number of axes - 1.
+/// Index: the number of axes - 1; `factor`: of a step of relaxation.
 struct RowKernels {
-  void (*scale)(const RowTerms& terms, double* x);                         // x = inverse*b
-  void (*smooth[3])(const RowTerms& terms, double* x);                     // x = inverse*(b + sum)
-  void (*residual[3])(const RowTerms& terms, const double* x, double* r);  // r = b - A*x
-  double (*squared_residual[3])(const RowTerms& terms, const double* x);   // |b - A*x|^2
-  void (*multiply[3])(const RowTerms& terms, const double* x, double* y);  // y = A*x
+  void (*scale)(const RowTerms& terms, double* x);                                      // x = inverse*b
+  void (*smooth[3])(const RowTerms& terms, double* x);                                  // x = inverse*(b + sum)
+  void (*scale_by)(const RowTerms& terms, double factor, double* x);                    // x = factor*inverse*b
+  void (*relax[3])(const RowTerms& terms, double factor, const double* x, double* to);  // x + factor*inverse*(b - A*x)
+  void (*residual[3])(const RowTerms& terms, const double* x, double* r);               // r = b - A*x
+  double (*squared_residual[3])(const RowTerms& terms, const double* x);                // |b - A*x|^2
+  void (*multiply[3])(const RowTerms& terms, const double* x, double* y);               // y = A*x
   void (*sum)(const RowSum& terms, double* result);
   void (*restrict_along)(const RestrictedRow& row, double* coarse);
   void (*add_interpolated)(const InterpolatedRow& row, double* x);

@@ -29,6 +29,20 @@ void smooth(const RowTerms& terms, double* x) {
   for (std::int64_t i = 0; i < t.count; ++i) x[i] = t.inverse[i] * (t.b[i] + sum_of_neighbours<rank>(t, i));
 }
 
+void scale_by(const RowTerms& terms, double factor, double* x) {
+  const RowTerms t = terms;
+#pragma omp simd
+  for (std::int64_t i = 0; i < t.count; ++i) x[i] = factor * t.inverse[i] * t.b[i];
+}
+
+template <int rank>
+void relax(const RowTerms& terms, double factor, const double* x, double* to) {
+  const RowTerms t = terms;
+#pragma omp simd
+  for (std::int64_t i = 0; i < t.count; ++i)
+    to[i] = x[i] + factor * t.inverse[i] * (t.b[i] - t.diagonal[i] * x[i] + sum_of_neighbours<rank>(t, i));
+}
+
 template <int rank>
 void residual(const RowTerms& terms, const double* x, double* r) {
   const RowTerms t = terms;
@@ -102,6 +116,8 @@ void take_share(std::int64_t count, const double* share, double* r) {
 RowKernels loops() {
   return {.scale = scale,
           .smooth = {smooth<1>, smooth<2>, smooth<3>},
+          .scale_by = scale_by,
+          .relax = {relax<1>, relax<2>, relax<3>},
           .residual = {residual<1>, residual<2>, residual<3>},
           .squared_residual = {squared_residual<1>, squared_residual<2>, squared_residual<3>},
           .multiply = {multiply<1>, multiply<2>, multiply<3>},

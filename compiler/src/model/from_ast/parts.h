@@ -197,6 +197,7 @@ void check_histories(Draft& draft);
 // else ""
 std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin);
 void check_guess(Draft& draft);
+void check_smoother(Draft& draft);
 
 // usage.cpp: drops what nobody reads, and says so
 void drop_unused(Draft& draft);
