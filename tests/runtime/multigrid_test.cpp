@@ -232,35 +232,58 @@ TEST(Multigrid, GoesAroundObstacles) {
   }
 }
 
-TEST(RowKernels, OfAllInstructionSetsAgree) {
-  constexpr std::int64_t count = 37;
+/// A level of 75 x 3 x 3 cells whose coefficients are the same rows for all; vectors are longer than it needs.
+struct ManyRows {
+  explicit ManyRows(bool is_even) {
+    for (unsigned seed = 0; seed < 5; ++seed) rows.push_back(arbitrary_values(stride, seed));
+    for (std::size_t k = 0; k < 5; ++k) row_of[k].assign(9, rows[k].data() + 8);
+    level = {.cells = {75, 3, 3}, .is_ring = {false, true, false}, .stride = stride, .odd = 48};
+    for (std::size_t axis = 0; axis < 3; ++axis) level.coupling[axis] = row_of[axis].data(), level.even[axis] = 0.3;
+    level.diagonal = row_of[3].data();
+    level.inverse = row_of[4].data();
+    level.is_even = is_even;
+  }
+  static constexpr std::int64_t stride = 112;
   std::vector<std::vector<double>> rows;
-  for (unsigned seed = 0; seed < 15; ++seed) rows.push_back(arbitrary_values(count, seed));
-  RowTerms terms{.count = count, .b = rows[0].data(), .diagonal = rows[1].data(), .inverse = rows[2].data()};
-  for (std::size_t k = 0; k < 6; ++k) terms.x[k] = rows[3 + k].data(), terms.w[k] = rows[9 + k].data();
+  std::array<std::vector<const double*>, 5> row_of;
+  LevelRows level;
+};
+
+TEST(RowKernels, OfAllInstructionSetsAgree) {
+  constexpr std::int64_t count = 37, size = 10 * ManyRows::stride;
+  std::vector<std::vector<double>> rows;
+  for (unsigned seed = 0; seed < 13; ++seed) rows.push_back(arbitrary_values(size, seed + 9));
+  const double *b = rows[0].data() + 8, *x = rows[1].data() + 8;
   RowSum sum{.count = count, .terms = 13};
   for (std::size_t k = 0; k < 13; ++k)
     sum.values[k] = rows[k].data(), sum.weights[k] = 0.1 * static_cast<double>(k + 1);
+  const ManyRows even(true), uneven_rows(false);
   const auto results_of = [&](const RowKernels& kernels) {
     std::vector<double> results;
     const auto keep = [&](const auto& f) {
-      std::vector<double> values(count);
-      f(values.data());
+      std::vector<double> values(rows[2]);
+      f(values.data() + 8);
       results.insert(results.end(), values.begin(), values.end());
     };
-    for (std::size_t rank = 0; rank < 3; ++rank) {
-      keep([&](double* to) { kernels.smooth[rank](terms, to); });
-      keep([&](double* to) { kernels.relax[rank](terms, 0.7, rows[8].data(), to); });
-      keep([&](double* to) { kernels.residual[rank](terms, rows[8].data(), to); });
-      keep([&](double* to) { kernels.multiply[rank](terms, rows[8].data(), to); });
-      results.push_back(kernels.squared_residual[rank](terms, rows[8].data()));
+    for (const LevelRows* level : {&even.level, &uneven_rows.level}) {
+      for (const RowPlace& row : {RowPlace{0, 0, 0}, RowPlace{4, 1, 1}, RowPlace{8, 2, 2}}) {
+        for (const int half : {0, 1}) {
+          for (std::size_t rank = 0; rank < 3; ++rank) {
+            keep([&](double* to) { kernels.smooth[rank](*level, row, half, b, to); });
+            keep([&](double* to) { kernels.relax[rank](*level, row, half, 0.7, b, x, to); });
+            keep([&](double* to) { kernels.residual[rank](*level, row, half, b, x, to); });
+            keep([&](double* to) { kernels.multiply[rank](*level, row, half, x, to); });
+            results.push_back(kernels.squared_residual[rank](*level, row, half, b, x));
+          }
+          keep([&](double* to) { kernels.scale(*level, row, half, 0.7, b, to); });
+        }
+      }
     }
-    keep([&](double* to) { kernels.scale(terms, to); });
-    keep([&](double* to) { kernels.scale_by(terms, 0.7, to); });
+    keep([&](double* to) { kernels.interleave(count, b, x, to); });
     keep([&](double* to) { kernels.sum(sum, to); });
     const InterpolatedRow row{count, rows[1].data(), rows[2].data(), rows[3].data(), rows[4].data(), rows[5].data()};
     keep([&](double* to) { kernels.add_interpolated(row, to); });
-    keep([&](double* to) { kernels.scale(terms, to), kernels.take_share(count, rows[6].data(), to); });
+    keep([&](double* to) { kernels.take_share(count, rows[6].data(), to); });
     return results;
   };
   const std::vector<double> portable = results_of(row_kernels_portable()), chosen = results_of(row_kernels());

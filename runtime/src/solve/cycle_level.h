@@ -30,28 +30,24 @@ class CycleLevel {
 
   /// Smooths for the guess 0 or the one in x; then what b - A*x is on the coarse level.
   void descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse);
-  /// x += what is interpolated of the coarse level; then smooths, backwards or as before.
-  void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse);
+  /// x += what is interpolated of the coarse level; then smooths, backwards or as before. `squares`: null, or becomes
+  /// |b - A*x|^2.
+  void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares = nullptr);
   /// |b - A*x|^2
-  double squared_residual(const double* b, const double* x, bool is_of_red_alone) const;
+  double squared_residual(const double* b, const double* x) const;
   void multiply(const double* x, double* y) const;
-  /// Cells are smoothed by colours, and no neighbours are of one: b - A*x is 0 in cells smoothed last, and smoothing
-  /// forgets what cells were. Not so around odd rings.
-  bool is_chequered() const { return is_chequered_; }
 
   Numbers b, x;  // of levels below the finest
 
  private:
-  struct Row {
-    std::int64_t number, y, z;
-  };
+  using Row = RowPlace;
   static constexpr int red = 0, black = 1;
 
   double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
   std::int64_t count_of_rows() const { return cells_[1] * cells_[2]; }
-  RowTerms terms(const Row& row, int half, const double* b, const double* x) const;
+  LevelRows level_rows(const MultigridLevel& level) const;
   template <class F>
   void for_each_row(const F& f) const;
   /// Backwards matters where two of a colour are neighbours around an odd ring.
@@ -61,6 +57,9 @@ class CycleLevel {
   template <class... Stages>
   void in_turns(const Stages&... stages) const;
   void scale_row(const Row& row, const double* b, double* x) const;
+  double squares_of(const Row& row, int half, const double* b, const double* x) const {
+    return kernels_.squared_residual[axes_](level_, row, half, b, x);
+  }
   void smooth_row(const Row& row, int colour, const double* b, double* x) const;
   void relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const;
   /// The same for x = 0.
@@ -77,9 +76,13 @@ class CycleLevel {
   std::size_t axes_ = 0;  // number of the last one with several cells
   std::array<CoefficientRows, 3> coupling_;
   CoefficientRows diagonal_, inverse_, share_;
+  LevelRows level_{};
   bool is_share_restricted_ = false;  // the transpose of interpolation
   std::array<AxisInterpolation, 3> from_;
-  bool is_in_colours_ = true, is_chequered_ = true, is_outer_ring_ = false;
+  bool is_in_colours_ = true, is_outer_ring_ = false;
+  /// Cells are smoothed by colours, and no neighbours are of one: b - A*x is 0 in cells smoothed last, and smoothing
+  /// forgets what cells were. Not so around odd rings.
+  bool is_chequered_ = true;
   std::array<double, 2> factors_{};    // of steps of relaxation, where it is not in colours
   std::array<Numbers, 2> near_, far_;  // weights along x, of each half
   std::array<Numbers, 4> restricting_;

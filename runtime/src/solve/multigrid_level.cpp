@@ -231,6 +231,19 @@ double least_share(const MultigridLevel& level) {
   return least;
 }
 
+std::optional<std::array<double, 3>> even_couplings(const MultigridLevel& level) {
+  std::array<double, 3> found{};
+  for (std::size_t axis = 0; axis < 3; ++axis) found[axis] = level.coupling[axis].front();
+  bool are_even = true;
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool is_end = !level.periodic[axis] && cell[axis] + 1 == level.cells[axis];
+      are_even = are_even && level.coupling[axis][number] == (is_end ? 0 : found[axis]);
+    }
+  });
+  return are_even ? std::optional(found) : std::nullopt;
+}
+
 bool is_uneven(const MultigridLevel& level) {
   const std::array<double, 3> strength = strengths(level);
   const double strongest = *std::ranges::max_element(strength);
