@@ -39,8 +39,7 @@ double worst_error(const std::string& text) {
     const double exact = gradient.dot(direction);
     double best = INFINITY;
     for (const double h : {1e-4, 2e-5, 4e-6}) {
-      const double found =
-          (inverse->value(start + h * direction) - inverse->value(start - h * direction)) / (2 * h);
+      const double found = (inverse->value(start + h * direction) - inverse->value(start - h * direction)) / (2 * h);
       best = std::min(best, std::abs(found / exact - 1));
     }
     worst = std::max(worst, best);

@@ -47,6 +47,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
+  check_projected_starts(draft);
   check_steady(draft);
   check_wall_weights(draft);
   check_radiating(draft);

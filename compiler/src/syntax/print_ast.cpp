@@ -248,7 +248,8 @@ std::string print_item(const Item& item) {
                (i.every ? " every " + print(*i.every) : "");
       },
       [](const InitialItem& i) {
-        return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "");
+        return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "") +
+               (i.projected ? " projected" : "");
       },
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },

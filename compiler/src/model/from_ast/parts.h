@@ -168,6 +168,7 @@ void bind_boundaries(Draft& draft);
 std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place);
 // projections.cpp: constraints
 void bind_projections(Draft& draft);
+void check_projected_starts(Draft& draft);
 /// Of a field that the model solves for, which is no state.
 std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name);
 /// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.
