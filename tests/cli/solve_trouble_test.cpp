@@ -62,6 +62,9 @@ TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
   const Outcome run = dpde("run s.dpde");
   EXPECT_EQ(run.status, 1);
   EXPECT_NE(run.err.find("it comes no nearer: take cg"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("s.dpde:5:3: error[E0807]"), std::string::npos) << run.err;  // the equation
+  const Outcome gradient = dpde("gradient s.dpde t");
+  EXPECT_NE(gradient.err.find("s.dpde:5:3: error[E0807]"), std::string::npos) << gradient.err;
   const Outcome by_cg = dpde("run s.dpde --set 'solve=cg(1e-6, 60)'");
   EXPECT_EQ(by_cg.status, 0) << by_cg.err;
   const Outcome few = dpde("run s.dpde --set 'solve=cg(1e-6, 12)'");
