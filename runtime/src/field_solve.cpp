@@ -30,6 +30,15 @@ SolverMethod method_of(int32_t kind) {
   }
 }
 
+SmootherKind smoother_of(int32_t kind) {
+  switch (kind) {
+    case DPDE_SMOOTHER_RED_BLACK: return SmootherKind::red_black;
+    case DPDE_SMOOTHER_JACOBI: return SmootherKind::jacobi;
+    case DPDE_SMOOTHER_CHEBYSHEV: return SmootherKind::chebyshev;
+    default: return SmootherKind::automatic;
+  }
+}
+
 /// As far as the iterations that were made tell.
 std::string what_helps(const SolveReport& report, double tolerance) {
   constexpr double too_many = 20;  // times those that were made
@@ -75,6 +84,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   options_ = {.method = method_of(solve_.method),
               .tolerance = solve_.tolerance,
               .most_iterations = solve_.most_iterations,
+              .smoother = smoother_of(solve_.smoother),
               .rounding = rounding};
   if (fits(options_.method)) return;
   if (matrix_.size() <= few_cells) {

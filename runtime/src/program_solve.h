@@ -3,8 +3,10 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <variant>
 
+#include "dpde/runtime/error.h"
 #include "field_solve.h"
 #include "newton_solve.h"
 
@@ -14,7 +16,8 @@ class ProgramSolve {
  public:
   ProgramSolve() = default;
   ProgramSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
-               const std::shared_ptr<SolverShelf>& shelf) {
+               const std::shared_ptr<SolverShelf>& shelf)
+      : unknown_(program.fields[solve.unknowns[0]]) {
     if (solve.is_linear == 0) {
       solve_.emplace<NewtonSolve>(solve, program, layout, *shelf);
     } else if (solve.count > 1) {
@@ -26,7 +29,7 @@ class ProgramSolve {
 
   /// `apply` runs the operations, `apply_step` those of a step of Newton's method. References to them need no memory.
   template <class Apply, class ApplyStep>
-  void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step) {
+  void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step) try {
     if (auto* newton = std::get_if<NewtonSolve>(&solve_)) {
       newton->run(fields, params, std::ref(apply), std::ref(apply_step));
     } else if (auto* coupled = std::get_if<CoupledSolve>(&solve_)) {
@@ -34,9 +37,13 @@ class ProgramSolve {
     } else {
       std::get<FieldSolve>(solve_).run(fields, params, std::ref(apply));
     }
+  } catch (Error& error) {
+    error.set_solve_for(unknown_);
+    throw;
   }
 
  private:
+  std::string unknown_;
   std::variant<FieldSolve, CoupledSolve, NewtonSolve> solve_;
 };
 

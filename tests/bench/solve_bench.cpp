@@ -66,7 +66,7 @@ void multigrid_cycle(benchmark::State& state) {
   constexpr int cycles = 10;
   const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
   std::string why;
-  std::optional<Multigrid> multigrid = Multigrid::of(matrix, NullSpace(matrix, 0x1p-52), 0x1p-52, false, why);
+  std::optional<Multigrid> multigrid = Multigrid::of(matrix, NullSpace(matrix, 0x1p-52), {}, why);
   std::vector<double> right(static_cast<std::size_t>(matrix.size()));
   for (std::size_t i = 0; i < right.size(); ++i) right[i] = std::sin(static_cast<double>(i) * 1.7);
   Numbers b(multigrid->size()), x(multigrid->size());

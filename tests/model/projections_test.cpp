@@ -48,5 +48,27 @@ TEST(Projections, SayWhatTheyCannotMakeTrue) {
             "sold is no mask: a field is held inside of one: E0569 did you mean solid?");
 }
 
+TEST(Projections, OfStartsSayWhatTheyCannotTake) {
+  const auto with = [](const std::string& u, const std::string& t) {
+    std::string text = flow(constraint);
+    text.replace(text.find("initial u = 0"), 13, "initial u = " + u);
+    text.replace(text.find("initial T = 0"), 13, "initial T = " + t);
+    return refusal_of(text);
+  };
+  EXPECT_EQ(with("(y, x) projected", "0"), "");
+  EXPECT_EQ(with("0", "x projected"),
+            "projected cannot appear in the initial state of T, which no constraint binds: E0311 leave it out");
+  EXPECT_NE(with("(load(\"u.npy\"), 0) projected", "0").find("begin with a file"), std::string::npos);
+  std::string seeks = flow("  field q\n  coefficient k\n  dt(q) = k*q\n" + constraint,
+                           "boundary u: x = 0\n  boundary q: x = 0\n  initial q = x\n  k = x");
+  seeks.replace(seeks.find("initial u = 0"), 13, "initial u = (y, x) projected");
+  EXPECT_EQ(refusal_of(seeks), "");
+  const std::string task = "task t : s { unknown k; minimise mean(q^2) }\n";
+  Selection selection;
+  selection.name = "t";
+  EXPECT_EQ(outcome_of(seeks + task, selection).code_and_hint(),
+            "E0311 leave it out: the first step makes the constraint true, and has derivatives by both");
+}
+
 }  // namespace
 }  // namespace dpde::model

@@ -48,6 +48,10 @@ TEST(SolveBy, IsAMethodWithATolerance) {
   EXPECT_EQ(by("gmres(1e-6)"), (SolveBy{SolveMethod::gmres, 1e-6}));
   EXPECT_EQ(by("multigrid(1e-9, 50)"), (SolveBy{SolveMethod::multigrid, 1e-9, 50}));
   EXPECT_EQ(by("automatic(1e-9, 50, warn)"), (SolveBy{SolveMethod::automatic, 1e-9, 50, true}));
+  const SolveBy smoothed{SolveMethod::cg, 1e-6, SolveBy{}.most_iterations, false, Smoother::chebyshev};
+  EXPECT_EQ(by("cg(1e-6); smoother = chebyshev"), smoothed);
+  EXPECT_EQ(by("cg; smoother = chebyshev; real = f64").smoother, Smoother::chebyshev);
+  EXPECT_NE(refusal_of(text + "cg; smoother = gauss }\n").find("red_black, jacobi, chebyshev"), std::string::npos);
   for (const char* wrong : {"cg(2)", "cg(1e-9, 0.5)", "cg(1e-9, 50, never)", "gauss(1e-9)", "cg(1e-9, 50, warn, 1)"})
     EXPECT_NE(refusal_of(text + wrong + " }\n").find("cg(1e-12, 200, warn)"), std::string::npos) << wrong;
 }

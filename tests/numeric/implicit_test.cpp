@@ -20,6 +20,7 @@ model heat { field u; param nu, k, h; dt(u) = nu*lap(u) }
 model heat_on_faces { field u on faces.x; param nu, k, h; dt(u) = nu*lap(u) }
 model heated { field u; param nu; dt(u) = nu*lap(u) + cos(t)*x + t*sin(t) }
 model carry { field u; param nu, h; dt(u) = -advect(1, u) + nu*lap(u) }
+model waves { field e; field u on faces.x; dt(e) = -dx(u); dt(u) = -dx(e) }
 model burgers { vector u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
 scheme s { time = ars222 }
 scene rod : heat with s {
@@ -52,6 +53,13 @@ scene ring : carry with s {
   nu = 0.2; h = 2*pi/16
   initial u = sin(x)
   exact u = exp(-rate(nu, 1, h)*t)*sin(x - sin(h)/h*t)
+  time 0 .. 1, step 1/8
+}
+scene sea : waves with s {
+  grid x = 0 .. 2*pi, cells 128, periodic
+  initial e = cos(x); initial u = 0
+  exact e = cos(x)*cos(2*sin(pi/128)/(2*pi/128)*t)
+  exact u = sin(x)*sin(2*sin(pi/128)/(2*pi/128)*t)
   time 0 .. 1, step 1/8
 }
 scene line : burgers with s {
@@ -118,6 +126,15 @@ TEST(ImplicitOrder, OfBurgersEquation) {
     expect_order_in_time(scene, "ars222", 2, 1e-4, fine);
   }
   expect_order_in_time("line", "ars443", 3, 1e-6, fine);
+}
+
+/// Steps of up to 1.3 cells, beyond the explicit limit of the shortest waves.
+TEST(ImplicitOrder, OfWaves) {
+  const Overrides all{{"implicit", "all"}};
+  expect_order_in_time("sea", "backward_euler", 1, 1e-2, all);
+  expect_order_in_time("sea", "crank_nicolson", 2, 1e-4, all);
+  expect_order_in_time("sea", "ars222", 2, 1e-4, all);
+  expect_order_in_time("sea", "ars443", 3, 1e-6, all);
 }
 
 const std::string heated_ring = R"(

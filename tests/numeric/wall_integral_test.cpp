@@ -37,7 +37,7 @@ std::pair<std::map<std::string, double>, std::map<std::string, double>> observed
   return found;
 }
 
-std::string plate(const std::string& initial, const std::string& rest, const std::string& x = "0 .. 1, cells 12") {
+std::string flux_plate(const std::string& initial, const std::string& rest, const std::string& x = "0 .. 1, cells 12") {
   return R"(
 model heat { field T; param k; dt(T) = k*lap(T) }
 scheme c { time = euler }
@@ -59,7 +59,7 @@ scene s : heat with c {
 
 /// What a step adds is what goes through the walls.
 TEST(WallIntegral, FluxesBalance) {
-  const auto [begin, end] = observed(plate("1 + sin(3*x + y)", ""));
+  const auto [begin, end] = observed(flux_plate("1 + sin(3*x + y)", ""));
   EXPECT_NEAR((end.at("heat") - begin.at("heat")) / 1e-3, begin.at("gain") + begin.at("up"), 1e-11);
   EXPECT_NEAR(begin.at("up") - 0.7 * (-0.3), 2 * 0.7 * (0 - std::sin(0)), 10);  // it is a number
 }
@@ -68,7 +68,7 @@ TEST(WallIntegral, OfLinearProfilesIsExact) {
   const std::string lines =
       "  observe low = integral(dx(T), at = x.low)\n  observe value = mean(T^2*x, at = y.high)\n"
       "    observe product = integral(dx(k*T*x), at = x.low)\n";
-  const auto begin = observed(plate("1 + 3*x", lines)).first;
+  const auto begin = observed(flux_plate("1 + 3*x", lines)).first;
   EXPECT_NEAR(begin.at("low"), 3 * 2, 1e-12);
   EXPECT_NEAR(begin.at("product"), 0.7 * 2, 1e-12);  // T is 1 there
   EXPECT_NEAR(begin.at("value"), 0, 1e-12);          // T is 0 there

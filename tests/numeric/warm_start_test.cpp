@@ -149,6 +149,32 @@ TEST(WarmStart, HasTheDerivativesOfTheSolution) {
   expect_certified(uneven_bed("time = ab2; solve = cg(1e-13); guess = last"), true);
 }
 
+/// Forward, tangent and adjoint solves by cycles with each smoother; the gradient is that of sparse factors.
+TEST(Smoothers, HaveTheDerivativesOfTheSolution) {
+  const auto gradient_by = [](const std::string& scheme) {
+    return task_gradient(uneven_bed("time = rk2; guess = none; " + scheme), "t").gradient.at("w");
+  };
+  const std::vector<double> direct = gradient_by("solve = direct");
+  for (const std::string smoother : {"red_black", "jacobi", "chebyshev"}) {
+    for (const char* method : {"multigrid", "cg", "bicgstab"}) {
+      const std::string scheme = std::string("solve = ") + method + "(1e-13); smoother = " + smoother;
+      const std::vector<double> gradient = gradient_by(scheme);
+      for (std::size_t i = 0; i < direct.size(); ++i) EXPECT_NEAR(gradient[i], direct[i], 1e-12) << scheme;
+    }
+    expect_certified(uneven_bed("time = rk2; solve = multigrid(1e-13); smoother = " + smoother), true);
+    expect_certified(disc_in_channel("time = rk2; solve = cg(1e-13); smoother = " + smoother), true);
+  }
+}
+
+TEST(Smoothers, AreSaidWithTheMethod) {
+  const SourceFile source("test.dpde", uneven_bed("time = rk2; solve = multigrid; smoother = chebyshev"));
+  const auto session = warm_session(source, "s");
+  ASSERT_TRUE(session);
+  session->rollout().run();
+  EXPECT_NE(session->rollout().solve_notes().front().reason.find("cycles, smoothed by a polynomial of Chebyshev"),
+            std::string::npos);
+}
+
 /// Bit-identical for any number of checkpoints and threads: what a solve begins with is a state.
 TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
   for (const auto& scene : {disc_in_channel, uneven_bed}) {

@@ -162,6 +162,9 @@ TEST(StencilFromAst, SolvesSayWhatIsWrong) {
             "E0368 gauss is no method to solve by ");
   EXPECT_EQ(in_solve("solve r = u for w by multigird", "fill w periodic; run k"),
             "E0368 multigird is no method to solve by | multigird | did you mean multigrid?");
+  EXPECT_EQ(in_solve("solve r = u for w by multigrid smoother chebyshev", "fill w periodic; run k"), "");
+  EXPECT_EQ(in_solve("solve r = u for w by multigrid smoother jakobi", "fill w periodic; run k"),
+            "E0368 jakobi is no smoother of multigrid | jakobi | did you mean jacobi?");
   EXPECT_EQ(in_solve("solve r = u for w from u by cg", "fill w periodic; run k"), "");
   EXPECT_EQ(in_solve("solve r = u for w from w", "fill w periodic; run k").substr(0, 53),
             "E0368 program p solves for w, which it begins with | ");

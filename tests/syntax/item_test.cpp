@@ -88,7 +88,7 @@ TEST(Items, OfScenes) {
       "  grid x = -1 .. 1, cells 128, periodic\n"
       "  grid y = 0 .. 2*pi\n"
       "  nu = 0.01/pi\n"
-      "  initial u = -sin(pi*x)\n"
+      "  initial u = -sin(pi*x) projected\n"
       "  exact u = exp(-t)*sin(x)\n"
       "  boundary u: x.low = 0, x.high = 1, y = periodic\n"
       "  boundary v = 0\n"

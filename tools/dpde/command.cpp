@@ -13,9 +13,11 @@
 #include <limits>
 #include <thread>
 
+#include "dpde/runtime/error.h"
 #include "driver/cache_folder.h"
 #include "driver/declared.h"
 #include "driver/session.h"
+#include "driver/solve_report.h"
 #include "files/files.h"
 #include "files/imports.h"
 #include "interrupt.h"
@@ -88,6 +90,13 @@ std::shared_ptr<codegen::CodeCache> Job::open_cache() {
 }
 
 SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }
+
+SourceRange Job::place(const std::exception& error) const {
+  const auto* known = dynamic_cast<const Error*>(&error);
+  const SourceRange found =
+      known != nullptr && compiled_ ? driver::place_of_solve(*compiled_, known->solve_for()) : SourceRange{};
+  return found.is_known() ? found : place();
+}
 
 void Job::say(const std::string& text) {
   if (!options_.quiet && !options_.json) fmt::print("{}", text);
@@ -241,7 +250,7 @@ bool guarded(Job& job, const std::function<void()>& body) {
     body();
     return true;
   } catch (const std::exception& error) {
-    driver::report_error(error, job.sink(), job.place());
+    driver::report_error(error, job.sink(), job.place(error));
     return false;
   }
 }

@@ -48,6 +48,10 @@ class Job {
   bool failed() const { return sink_.has_errors(); }
   /// Where the task or scene that the command names is declared.
   SourceRange place() const;
+  /// Where the solve was written that `error` comes from, else that place.
+  SourceRange place(const std::exception& error) const;
+  /// What is run from now on.
+  void runs(std::shared_ptr<const driver::Compiled> compiled) { compiled_ = std::move(compiled); }
 
   /// Reads options().file; false and a diagnostic when that fails.
   bool load_source(bool imports = true);
@@ -68,6 +72,7 @@ class Job {
 
   CommonOptions options_;
   SourceFile source_;
+  std::shared_ptr<const driver::Compiled> compiled_;
   DiagnosticSink sink_;
   std::vector<std::string> files_;
 };

@@ -258,7 +258,7 @@ void Run::look_at_start() {
     misses_at_start_[miss.multiplier] = json_number(miss.value);
     job_.say(fmt::format(
         "the first step changes the initial state: it misses the constraint that gives {} by {:.3g}, of terms of "
-        "{:.3g}\n",
+        "{:.3g}; write projected behind its formula to begin where it is true\n",
         miss.multiplier, miss.value, miss.terms));
   }
 }

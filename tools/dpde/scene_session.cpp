@@ -45,7 +45,9 @@ std::unique_ptr<driver::Session> open_scene(Job& job, driver::CompileOptions opt
   driver::SessionOptions session;
   session.threads = thread_count(job.options());
   session.stop = &interrupt_flag();
-  return driver::Session::open(job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session, sink);
+  const auto code = std::make_shared<driver::Compiled>(std::move(*compiled));
+  job.runs(code);
+  return driver::Session::open(job.source(), code, session, sink);
 }
 
 bool has_finite_exact(driver::Session& session, DiagnosticSink& sink) {

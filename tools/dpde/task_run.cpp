@@ -62,6 +62,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
+  job.runs(run.compiled);
   if (!is_possible(job, options, *run.compiled)) return false;
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
   job.say(certificate_text(run));

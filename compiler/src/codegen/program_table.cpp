@@ -85,6 +85,16 @@ int32_t kind_of(SolveMethod method) {
   unreachable("kind of solve");
 }
 
+int32_t kind_of(Smoother smoother) {
+  switch (smoother) {
+    case Smoother::automatic: return DPDE_SMOOTHER_AUTOMATIC;
+    case Smoother::red_black: return DPDE_SMOOTHER_RED_BLACK;
+    case Smoother::jacobi: return DPDE_SMOOTHER_JACOBI;
+    case Smoother::chebyshev: return DPDE_SMOOTHER_CHEBYSHEV;
+  }
+  unreachable("kind of smoother");
+}
+
 int32_t mode_of(loop::Stream::Mode mode) {
   switch (mode) {
     case loop::Stream::Mode::in: return 0;
@@ -314,6 +324,7 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           static_cast<int32_t>(block.size()),
           block.data(),
           kind_of(source.by.method),
+          kind_of(source.by.smoother),
           source.by.tolerance,
           source.by.most_iterations,
           source.by.warns,

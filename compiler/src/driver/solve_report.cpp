@@ -55,6 +55,11 @@ const stencil::Solve* find_solve(const Compiled& compiled, const std::string& un
 
 }  // namespace
 
+SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown) {
+  const stencil::Solve* solve = unknown.empty() ? nullptr : find_solve(compiled, unknown);
+  return solve == nullptr ? SourceRange{} : solve->written.range;
+}
+
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
   const bool is_asked = compiled.problem && compiled.problem->scheme.guess == model::Guess::last;
   std::vector<SolveReport> reports;

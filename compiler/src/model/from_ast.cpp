@@ -47,6 +47,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
+  check_projected_starts(draft);
   check_steady(draft);
   check_wall_weights(draft);
   check_radiating(draft);
@@ -59,6 +60,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_split(draft);
   check_implicit(draft);
   if (draft.model) check_guess(draft);
+  if (draft.model) check_smoother(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_uniform_coordinates(std::move(draft.problem));

@@ -240,6 +240,8 @@ struct State {
   int parts = 1;            // its equation makes so many equal steps within each, after those that make fewer
   std::optional<Expr> rhs;  // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
+  std::optional<Origin> projected =
+      {};                     // its initial state is taken to where its constraint is true: where that is said
   std::optional<Expr> exact;  // of x, y, z, t, params
   Origin origin;              // of the equation
 };

@@ -245,7 +245,9 @@ std::vector<std::string> scene_lines(const Problem& p) {
     const std::string boundary = boundary_text(p, state);
     if (!boundary.empty()) lines.push_back(boundary);
   }
-  for (const State& state : p.states) lines.push_back(fmt::format("initial {} = {}", state.name, print(state.initial)));
+  for (const State& state : p.states)
+    lines.push_back(
+        fmt::format("initial {} = {}{}", state.name, print(state.initial), state.projected ? " projected" : ""));
   for (const State& state : p.states) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }

@@ -81,7 +81,9 @@ std::string print(const Scheme& s) {
   std::string others = s.dealias ? "; dealias = two_thirds" : "";
   if (s.is_split()) others += "; split = " + split_text(s.split);
   if (s.implicit != Implicit::linear) others += fmt::format("; implicit = {}", name_of(s.implicit));
-  if (s.solve != SolveBy{}) others += "; solve = " + print(s.solve);
+  const std::string solve = print(s.solve);
+  if (solve != print(SolveBy{})) others += "; solve = " + solve;
+  if (s.solve.smoother != Smoother::automatic) others += fmt::format("; smoother = {}", name_of(s.solve.smoother));
   if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", s.guess == Guess::last ? "last" : "none");
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));

@@ -61,12 +61,9 @@ bool is_of_waves(const Solve& solve, const Scheme& scheme) {
   return holds_waves(solve, scheme) && is_of_waves(solve.operation, solve.name, scheme);
 }
 
-bool begins_with_last(const Problem& problem) {
-  const Guess guess = problem.scheme.guess;
-  if (guess == Guess::none) return false;
-  const auto is_held = [](const State& state) { return state.held.has_value(); };
-  switch (problem.scheme.solve.method) {
-    case SolveMethod::automatic: return guess == Guess::last || std::ranges::any_of(problem.states, is_held);
+bool comes_near_by_steps(SolveMethod method) {
+  switch (method) {
+    case SolveMethod::automatic:
     case SolveMethod::direct:
     case SolveMethod::tridiagonal:
     case SolveMethod::fourier: return false;
@@ -76,6 +73,15 @@ bool begins_with_last(const Problem& problem) {
     case SolveMethod::gmres: return true;
   }
   unreachable("kind of solve");
+}
+
+bool begins_with_last(const Problem& problem) {
+  const Guess guess = problem.scheme.guess;
+  const SolveMethod method = problem.scheme.solve.method;
+  if (guess == Guess::none) return false;
+  if (method != SolveMethod::automatic) return comes_near_by_steps(method);
+  const auto is_held = [](const State& state) { return state.held.has_value(); };
+  return guess == Guess::last || std::ranges::any_of(problem.states, is_held);
 }
 
 bool are_constraints(const Problem& problem) {

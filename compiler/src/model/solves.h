@@ -21,6 +21,7 @@ bool is_of_waves(const Solve& solve, const Scheme& scheme);
 /// Whether solves of a step begin with what is known from before: a scheme says so, or names a method by steps; others
 /// begin with nothing. Where the method is left open masks leave no other ones for large grids (transforms need
 /// mirrors).
+bool comes_near_by_steps(SolveMethod method);  // not so automatic
 bool begins_with_last(const Problem& problem);
 
 /// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.

@@ -187,6 +187,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's order is "
      "lost"},
     {"W0506", "guess-not-used", Severity::warning, "nothing begins with guess = last: {}"},
+    {"W0507", "smoother-not-used", Severity::warning, "no cycles of multigrid smooth by {}: {}"},
     {"W0504", "sign-at-wall", Severity::warning,
      "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},

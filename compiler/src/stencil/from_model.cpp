@@ -4,6 +4,7 @@
 #include "stencil/from_model.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "model/build.h"
@@ -15,6 +16,7 @@
 #include "stencil/lowering.h"
 #include "stencil/operator_order.h"
 #include "stencil/passes/place_fills.h"
+#include "stencil/projections.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/step.h"
@@ -153,6 +155,26 @@ std::vector<Formula> initial_formulas(const model::Problem& problem) {
     if (s.initial.formula) formulas.push_back({s.name, *s.initial.formula, s.initial.origin, s.placement});
   }
   return formulas;
+}
+
+/// The formulas; where states are to begin with their constraint true, what a projection makes of them.
+void add_initial(Module& module, Lowering& lowering, const std::string& name) {
+  const model::Problem& problem = lowering.problem();
+  std::vector<Formula> formulas = initial_formulas(problem);
+  FieldsOfStates before, into;
+  for (const model::State& state : problem.states) {
+    if (state.projected) into[state.name] = state.name;
+    if (state.projected) before[state.name] = lowering.field_beside(state.name, "given");
+  }
+  if (into.empty()) return add_formulas(module, lowering, name, formulas);
+  for (Formula& formula : formulas) {
+    if (before.contains(formula.field)) formula.field = before.at(formula.field);
+  }
+  std::vector<Stage> stages = formula_stages(lowering, name, formulas);
+  std::ranges::move(projection_stages(lowering, {name, before, into, problem.t_begin, 1.0}),
+                    std::back_inserter(stages));
+  Program& program = lowering.add_program(module, name, stages, problem.t_begin);
+  for (const Formula& formula : initial_formulas(problem)) program.keeps.push_back(formula.field);
 }
 
 bool is_control(const model::Problem& problem, const model::Unknown& unknown) {
@@ -358,7 +380,7 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   check_idle_walls(lowering, sink);
   if (sink.has_errors()) return module;
   add_formulas(module, lowering, names.coefficients, coefficient_formulas(problem));
-  add_formulas(module, lowering, names.initial, initial_formulas(problem));
+  add_initial(module, lowering, names.initial);
   if (problem.task) add_formulas(module, lowering, names.start, start_formulas(lowering, *problem.task));
   add_control_fields(module, lowering, names);
   Lowering same_names = lowering;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/projections.h"
 
+#include <algorithm>
+
 #include "stencil/build.h"
 
 namespace dpde::stencil {
@@ -18,6 +20,8 @@ FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into)
 std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage) {
   std::vector<Stage> stages;
   for (const model::Projection& projection : lowering.problem().projections) {
+    if (!std::ranges::all_of(projection.updates, [&](const auto& update) { return stage.into.contains(update.state); }))
+      continue;
     Reading reading;
     reading.fields = stage.from;
     reading.time = stage.time;

@@ -18,8 +18,8 @@ struct ProjectedStage {
   FieldsOfStates from, into;  // of before_projection; what the results go to
   Expr time, length;          // of the results; over which the stage took the rates
 };
-/// The stages that take what one stage leaves to where the constraints are true. What constraints give is stored where
-/// `into` names it.
+/// The stages that take what one stage leaves to where the constraints are true, those whose states `into` names. What
+/// constraints give is stored where it names that.
 std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage);
 
 }  // namespace dpde::stencil

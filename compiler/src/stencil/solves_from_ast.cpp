@@ -20,20 +20,33 @@ std::vector<std::string> names_of(const std::vector<ast::Identifier>& all) {
   return names;
 }
 
+template <class Choice>
+std::vector<std::string> names_up_to(Choice last) {
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(last); ++i) names.emplace_back(name_of(static_cast<Choice>(i)));
+  return names;
+}
+
 /// nullopt where something was reported.
 std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSink& sink) {
   SolveBy by;
   if (source.method) {
     const std::optional<SolveMethod> method = find_solve_method(source.method->name);
     if (!method) {
-      std::vector<std::string> names;
-      for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i)
-        names.emplace_back(name_of(static_cast<SolveMethod>(i)));
       sink.report("bad-program", source.method->range, {source.method->name + " is no method to solve by"},
-                  did_you_mean(source.method->name, names));
+                  did_you_mean(source.method->name, names_up_to(SolveMethod::gmres)));
       return std::nullopt;
     }
     by.method = *method;
+  }
+  if (source.smoother) {
+    const std::optional<Smoother> smoother = find_smoother(source.smoother->name);
+    if (!smoother) {
+      sink.report("bad-program", source.smoother->range, {source.smoother->name + " is no smoother of multigrid"},
+                  did_you_mean(source.smoother->name, names_up_to(Smoother::chebyshev)));
+      return std::nullopt;
+    }
+    by.smoother = *smoother;
   }
   by.warns = source.warns;
   const auto number_of = [](const ast::Expr& e) {

@@ -178,6 +178,23 @@ std::optional<SolveMethod> find_solve_method(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view name_of(Smoother smoother) {
+  switch (smoother) {
+    case Smoother::automatic: return "automatic";
+    case Smoother::red_black: return "red_black";
+    case Smoother::jacobi: return "jacobi";
+    case Smoother::chebyshev: return "chebyshev";
+  }
+  unreachable("name of a smoother");
+}
+
+std::optional<Smoother> find_smoother(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(Smoother::chebyshev); ++i) {
+    if (name_of(static_cast<Smoother>(i)) == name) return static_cast<Smoother>(i);
+  }
+  return std::nullopt;
+}
+
 std::string_view name_of(Precision real) { return real == Precision::f32 ? "f32" : "f64"; }
 
 int bytes_of(Precision real) { return real == Precision::f32 ? 4 : 8; }

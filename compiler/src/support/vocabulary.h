@@ -50,12 +50,15 @@ enum class Topology { periodic, bounded };
 enum class Reduction { mean, sum, max, min };
 /// How a linear system is solved; automatic: as the operator's properties say.
 enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
+/// What the cycles of multigrid smooth by; automatic: as the runtime chooses.
+enum class Smoother { automatic, red_black, jacobi, chebyshev };
 /// How, and how well. What does not come near enough is an error, or where `warns` a warning.
 struct SolveBy {
   SolveMethod method = SolveMethod::automatic;
   double tolerance = 1e-12;
   int most_iterations = 200;
   bool warns = false;
+  Smoother smoother = Smoother::automatic;
   bool operator==(const SolveBy&) const = default;
 };
 /// What the values of fields are, and what is computed with them.
@@ -94,6 +97,8 @@ std::optional<Reduction> find_reduction(std::string_view name);
 
 std::string_view name_of(SolveMethod method);
 std::optional<SolveMethod> find_solve_method(std::string_view name);
+std::string_view name_of(Smoother smoother);
+std::optional<Smoother> find_smoother(std::string_view name);
 
 /// "f64", "f32"
 std::string_view name_of(Precision real);

@@ -87,12 +87,13 @@ struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the
   std::optional<Expr> every;          // of a control: F = sin(t) every 0.1
   std::optional<Identifier> of = {};  // of a scheme: advect marker = maccormack
 };
-// initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5
+// initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5      initial u = (y, 0) projected
 // initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
 struct InitialItem {
   Identifier field;
   Expr value;
   std::optional<Expr> at;
+  std::optional<SourceRange> projected = {};
 };
 struct ExactItem {  // exact u = exp(-t)*sin(x)
   Identifier field;
@@ -270,13 +271,12 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-/// solve y = b for x from g by multigrid tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
+/// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
 /// The block makes y of x.
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
-  std::optional<Identifier> guess;
-  std::optional<Identifier> method;
+  std::optional<Identifier> guess, method, smoother;
   std::optional<Expr> tolerance, iterations;
   bool warns = false;
   std::vector<Item> items;

@@ -189,6 +189,7 @@ ItemKind parse_initial(Cursor& cursor) {
     cursor.expect(TokenKind::assign);
     item.at = parse_expression(cursor);
   }
+  if (cursor.at_word("projected")) item.projected = cursor.expect_name("projected").range;
   return item;
 }
 

@@ -248,7 +248,8 @@ std::string print_item(const Item& item) {
                (i.every ? " every " + print(*i.every) : "");
       },
       [](const InitialItem& i) {
-        return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "");
+        return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "") +
+               (i.projected ? " projected" : "");
       },
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
@@ -457,6 +458,7 @@ std::string print_solve(const SolveItem& solve) {
                                  print_names(solve.rights), print_names(solve.unknowns));
   if (solve.guess) head += " from " + solve.guess->name;
   if (solve.method) head += " by " + solve.method->name;
+  if (solve.smoother) head += " smoother " + solve.smoother->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
   if (solve.iterations) head += " iterations " + print(*solve.iterations);
   if (solve.warns) head += " or warn";

@@ -223,6 +223,13 @@ enum {
   DPDE_SOLVE_BICGSTAB = 6,
   DPDE_SOLVE_GMRES = 7
 };
+/* Of the cycles of multigrid. */
+enum {
+  DPDE_SMOOTHER_AUTOMATIC = 0,
+  DPDE_SMOOTHER_RED_BLACK = 1,
+  DPDE_SMOOTHER_JACOBI = 2,
+  DPDE_SMOOTHER_CHEBYSHEV = 3
+};
 /* The operations make `images` of `unknowns`, linearly: these become what makes them equal to `rights` (indices into
  * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its
  * coefficients and parameters only. Where it is not linear the unknowns are what Newton's method comes to that begins
@@ -234,6 +241,7 @@ typedef struct dpde_solve {
   int32_t operation_count;
   const struct dpde_operation* operations;
   int32_t method;
+  int32_t smoother;
   double tolerance;             /* of |images - rights| / |rights|; not linear: of the last change / unknowns */
   int32_t most_iterations;      /* of methods that come near step by step */
   int32_t warns;                /* what does not come to the tolerance is no error */

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 8
+#define DPDE_SCENE_VERSION 9
 
 typedef struct dpde_axis {
   const char* name;

@@ -18,6 +18,7 @@ class CoefficientRows {
   /// `values`: of all cells, row behind row.
   CoefficientRows(const HalfRows& rows, std::span<const double> values);
 
+  const double* const* rows() const { return rows_.data(); }
   const double* row(std::int64_t number) const { return rows_[static_cast<std::size_t>(number)]; }
 
  private:

@@ -29,7 +29,7 @@ void CycleLevel::for_each_row(const F& f) const {
   }
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
+CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
       diagonal_(rows_, level.diagonal),
@@ -37,6 +37,9 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
       share_(rows_, level.share),
       is_share_restricted_(is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; })),
       from_(level.from),
+      is_in_colours_(smoother == SmootherKind::red_black),
+      is_chequered_(is_in_colours_),
+      factors_(factors_of(smoother, least_share(level))),
       kernels_(row_kernels()) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     coupling_[axis] = CoefficientRows(rows_, level.coupling[axis]);
@@ -44,6 +47,7 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric)
     if (level.periodic[axis] && cells_[axis] % 2 == 1) is_chequered_ = false;
   }
   is_outer_ring_ = level.periodic[axes_];
+  level_ = level_rows(level);
   residual_ = Numbers(size());
   halves_ = Numbers(static_cast<std::size_t>(rows_.stride()));
   line_ = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
@@ -69,51 +73,51 @@ void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
     rows_.unpack(vector + row * rows_.stride(), cells.data() + row * rows_.cells());
 }
 
-/// Beyond bounded ends couplings are 0: reading around them takes nothing.
-RowTerms CycleLevel::terms(const Row& row, int half, const double* b, const double* x) const {
-  const std::int64_t stride = rows_.stride(), here = rows_.begin(half), other = rows_.begin(1 - half);
-  const auto values_at = [&](std::int64_t number) { return x + number * stride; };
-  const double* of_x = coupling_[0].row(row.number);
-  RowTerms terms{.count = rows_.count(half),
-                 .b = b + row.number * stride + here,
-                 .diagonal = diagonal_.row(row.number) + here,
-                 .inverse = inverse_.row(row.number) + here,
-                 .x = {values_at(row.number) + other + half, values_at(row.number) + other + half - 1},
-                 .w = {of_x + here, of_x + other + half - 1}};
-  const std::array<std::int64_t, 3> place{0, row.y, row.z}, step{0, 1, cells_[1]};
-  for (std::size_t axis = 1; axis <= axes_; ++axis) {
-    const std::int64_t around = step[axis] * (cells_[axis] - 1);
-    const std::int64_t next = row.number + (place[axis] + 1 == cells_[axis] ? -around : step[axis]);
-    const std::int64_t before = row.number + (place[axis] == 0 ? around : -step[axis]);
-    terms.x[2 * axis] = values_at(next) + here;
-    terms.w[2 * axis] = coupling_[axis].row(row.number) + here;
-    terms.x[2 * axis + 1] = values_at(before) + here;
-    terms.w[2 * axis + 1] = coupling_[axis].row(before) + here;
+/// Memory of coefficients stays where it is when a level is moved.
+LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
+  LevelRows rows{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    rows.cells[axis] = cells_[axis];
+    rows.is_ring[axis] = level.periodic[axis];
+    rows.coupling[axis] = coupling_[axis].rows();
   }
-  return terms;
+  rows.stride = rows_.stride();
+  rows.odd = rows_.begin(1);
+  rows.diagonal = diagonal_.rows();
+  rows.inverse = inverse_.rows();
+  if (const auto even = even_couplings(level)) {
+    rows.is_even = true;
+    std::ranges::copy(*even, rows.even);
+  }
+  return rows;
 }
 
 void CycleLevel::smooth_row(const Row& row, int colour, const double* b, double* x) const {
-  const int half = half_of(row, colour);
-  double* line = x + row.number * rows_.stride();
-  kernels_.smooth[axes_](terms(row, half, b, x), line + rows_.begin(half));
-  rows_.close_ring(line);
+  kernels_.smooth[axes_](level_, row, half_of(row, colour), b, x);
+  rows_.close_ring(x + row.number * rows_.stride());
 }
 
 /// Red cells, where all others are 0.
 void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
-  const int half = half_of(row, red);
-  double* line = x + row.number * rows_.stride();
-  kernels_.scale(terms(row, half, b, x), line + rows_.begin(half));
-  rows_.close_ring(line);
+  kernels_.scale(level_, row, half_of(row, red), 1, b, x);
+  rows_.close_ring(x + row.number * rows_.stride());
+}
+
+void CycleLevel::relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const {
+  for (const int half : {0, 1}) kernels_.relax[axes_](level_, row, half, factor, b, x, to);
+  rows_.close_ring(to + row.number * rows_.stride());
+}
+
+void CycleLevel::begin_row(const Row& row, double factor, const double* b, double* to) const {
+  for (const int half : {0, 1}) kernels_.scale(level_, row, half, factor, b, to);
+  rows_.close_ring(to + row.number * rows_.stride());
 }
 
 void CycleLevel::find_residual(const Row& row, const double* b, const double* x) {
   double* line = residual_.data() + row.number * rows_.stride();
   for (const int half : {0, 1}) {
     if (is_chequered_ && half != half_of(row, red)) continue;
-    const double* values = x + row.number * rows_.stride() + rows_.begin(half);
-    kernels_.residual[axes_](terms(row, half, b, x), values, line + rows_.begin(half));
+    kernels_.residual[axes_](level_, row, half, b, x, residual_.data());
     if (is_share_restricted_)
       kernels_.take_share(rows_.count(half), share_.row(row.number) + rows_.begin(half), line + rows_.begin(half));
   }
@@ -162,7 +166,15 @@ void CycleLevel::in_turns(const Stages&... stages) const {
 
 void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse) {
   const auto residual = [&](const Row& row) { find_residual(row, b, x); };
-  if (is_chequered_) {
+  double* between = residual_.data();
+  const auto [first, second] = factors_;
+  if (!is_in_colours_) {
+    in_turns(
+        [&](const Row& row) {
+          is_guess_zero ? begin_row(row, first, b, between) : relax_row(row, first, b, x, between);
+        },
+        [&](const Row& row) { relax_row(row, second, b, between, x); }, residual);
+  } else if (is_chequered_) {
     in_turns([&](const Row& row) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
              [&](const Row& row) { smooth_row(row, black, b, x); }, residual);
   } else {
@@ -174,36 +186,39 @@ void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLe
   coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
 }
 
-void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse) {
+void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares) {
   const int first = is_backwards ? black : red, second = 1 - first;
+  double *between = residual_.data(), sum = 0;
   const auto add = [&](const Row& row) { add_correction(row, second, coarse, x); };
-  if (is_chequered_)
-    return in_turns(
-        add, [&](const Row& row) { smooth_row(row, first, b, x); },
-        [&](const Row& row) { smooth_row(row, second, b, x); });
-  for_each_row(add);
-  smooth(first, is_backwards, b, x);
-  smooth(second, is_backwards, b, x);
+  const auto count_all = [&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); };
+  const auto in_turns_or_counted = [&](const auto& one, const auto& other, const auto& count) {
+    squares == nullptr ? in_turns(add, one, other) : in_turns(add, one, other, count);
+  };
+  if (!is_in_colours_) {
+    in_turns_or_counted([&](const Row& row) { relax_row(row, factors_[1], b, x, between); },
+                        [&](const Row& row) { relax_row(row, factors_[0], b, between, x); }, count_all);
+  } else if (is_chequered_) {
+    in_turns_or_counted([&](const Row& row) { smooth_row(row, first, b, x); },
+                        [&](const Row& row) { smooth_row(row, second, b, x); },
+                        [&](const Row& row) { sum += squares_of(row, half_of(row, first), b, x); });
+  } else {
+    for_each_row(add);
+    smooth(first, is_backwards, b, x);
+    smooth(second, is_backwards, b, x);
+    if (squares != nullptr) for_each_row(count_all);
+  }
+  if (squares != nullptr) *squares = sum;
 }
 
-double CycleLevel::squared_residual(const double* b, const double* x, bool is_of_red_alone) const {
+double CycleLevel::squared_residual(const double* b, const double* x) const {
   double sum = 0;
-  for_each_row([&](const Row& row) {
-    for (const int half : {0, 1}) {
-      if (is_of_red_alone && half != half_of(row, red)) continue;
-      const double* line = x + row.number * rows_.stride() + rows_.begin(half);
-      sum += kernels_.squared_residual[axes_](terms(row, half, b, x), line);
-    }
-  });
+  for_each_row([&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); });
   return sum;
 }
 
 void CycleLevel::multiply(const double* x, double* y) const {
   for_each_row([&](const Row& row) {
-    for (const int half : {0, 1}) {
-      const std::int64_t at = row.number * rows_.stride() + rows_.begin(half);
-      kernels_.multiply[axes_](terms(row, half, x, x), x + at, y + at);
-    }
+    for (const int half : {0, 1}) kernels_.multiply[axes_](level_, row, half, x, y);
   });
 }
 
@@ -266,7 +281,8 @@ void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, 
   spread(row, coarse, sum);
   double *halves = coarse.halves_.data(), *line = coarse.line(), *values = x + row.number * rows_.stride();
   kernels_.sum(sum, halves);
-  from.unpack(halves, line);
+  kernels_.interleave(from.count(1), halves, halves + from.begin(1), line);
+  if (from.count(0) > from.count(1)) line[from.cells() - 1] = halves[from.count(1)];
   if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
   for (const int half : {0, 1}) {
     if (is_chequered_ && half != half_of(row, colour)) continue;

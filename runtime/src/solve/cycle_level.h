@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One level of multigrid as its cycles need it: vectors and coefficients in half rows, sweeps over one colour. A cell
-// is red where the sum of its places along the axes is even, and black elsewhere.
+// One level of multigrid as its cycles need it: vectors and coefficients in half rows, sweeps over one colour or over
+// all cells (solve/smoother.h). A cell is red where the sum of its places along the axes is even, and black elsewhere.
 #pragma once
 
 #include <array>
@@ -13,12 +13,13 @@
 #include "solve/multigrid_level.h"
 #include "solve/numbers.h"
 #include "solve/row_kernels.h"
+#include "solve/smoother.h"
 
 namespace dpde {
 
 class CycleLevel {
  public:
-  CycleLevel(const MultigridLevel& level, bool is_symmetric);
+  CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother);
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(rows_.stride() * count_of_rows()); }
@@ -27,30 +28,26 @@ class CycleLevel {
   void pack(std::span<const double> cells, double* vector) const;
   void unpack(const double* vector, std::span<double> cells) const;
 
-  /// Red cells, then black ones, for the guess 0 or the one in x; then what b - A*x is on the coarse level.
+  /// Smooths for the guess 0 or the one in x; then what b - A*x is on the coarse level.
   void descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse);
-  /// x += what is interpolated of the coarse level; then black and red cells, backwards, or red and black ones.
-  void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse);
+  /// x += what is interpolated of the coarse level; then smooths, backwards or as before. `squares`: null, or becomes
+  /// |b - A*x|^2.
+  void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares = nullptr);
   /// |b - A*x|^2
-  double squared_residual(const double* b, const double* x, bool is_of_red_alone) const;
+  double squared_residual(const double* b, const double* x) const;
   void multiply(const double* x, double* y) const;
-  /// No neighbours are of one colour: b - A*x is 0 in cells smoothed last, and smoothing forgets what cells were. Not
-  /// so around odd rings.
-  bool is_chequered() const { return is_chequered_; }
 
   Numbers b, x;  // of levels below the finest
 
  private:
-  struct Row {
-    std::int64_t number, y, z;
-  };
+  using Row = RowPlace;
   static constexpr int red = 0, black = 1;
 
   double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
   std::int64_t count_of_rows() const { return cells_[1] * cells_[2]; }
-  RowTerms terms(const Row& row, int half, const double* b, const double* x) const;
+  LevelRows level_rows(const MultigridLevel& level) const;
   template <class F>
   void for_each_row(const F& f) const;
   /// Backwards matters where two of a colour are neighbours around an odd ring.
@@ -60,7 +57,13 @@ class CycleLevel {
   template <class... Stages>
   void in_turns(const Stages&... stages) const;
   void scale_row(const Row& row, const double* b, double* x) const;
+  double squares_of(const Row& row, int half, const double* b, const double* x) const {
+    return kernels_.squared_residual[axes_](level_, row, half, b, x);
+  }
   void smooth_row(const Row& row, int colour, const double* b, double* x) const;
+  void relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const;
+  /// The same for x = 0.
+  void begin_row(const Row& row, double factor, const double* b, double* to) const;
   void find_residual(const Row& row, const double* b, const double* x);
   void restrict_to(const Row& row_of_coarse, CycleLevel& coarse);
   void add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const;
@@ -71,14 +74,19 @@ class CycleLevel {
   std::array<std::int64_t, 3> cells_;
   HalfRows rows_;
   std::size_t axes_ = 0;  // number of the last one with several cells
-  bool is_chequered_ = true, is_outer_ring_ = false;
   std::array<CoefficientRows, 3> coupling_;
   CoefficientRows diagonal_, inverse_, share_;
+  LevelRows level_{};
   bool is_share_restricted_ = false;  // the transpose of interpolation
   std::array<AxisInterpolation, 3> from_;
+  bool is_in_colours_ = true, is_outer_ring_ = false;
+  /// Cells are smoothed by colours, and no neighbours are of one: b - A*x is 0 in cells smoothed last, and smoothing
+  /// forgets what cells were. Not so around odd rings.
+  bool is_chequered_ = true;
+  std::array<double, 2> factors_{};    // of steps of relaxation, where it is not in colours
   std::array<Numbers, 2> near_, far_;  // weights along x, of each half
   std::array<Numbers, 4> restricting_;
-  Numbers residual_, halves_, line_;
+  Numbers residual_, halves_, line_;  // the residual; before it is known, x between two steps of relaxation
   const RowKernels& kernels_;
 };
 

@@ -60,6 +60,16 @@ std::string words_on_rooms(const NullSpace& null_space, std::size_t cells) {
                     : fmt::format("; {} rooms are cut off from one another: the mean of each is 0", rooms);
 }
 
+std::string words_on(SmootherKind smoother) {
+  switch (smoother) {
+    case SmootherKind::automatic: break;
+    case SmootherKind::red_black: return "smoothed by red and black cells in turns";
+    case SmootherKind::jacobi: return "smoothed by Jacobi's iteration";
+    case SmootherKind::chebyshev: return "smoothed by a polynomial of Chebyshev";
+  }
+  return "";
+}
+
 [[noreturn]] void refuse(SolverMethod method, const char* why, const char* instead) {
   throw Error(ErrorKind::run, fmt::format("the method {} does not fit: {}; {}", name_of(method), why, instead));
 }
@@ -108,6 +118,7 @@ struct LinearSolver::Impl {
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
   /// What rounding of the entries makes of A*x, over |x|.
   double rounding_of_x() const { return 8 * options.rounding * largest_row; }
+  MultigridOptions cycles(bool are_symmetric) const { return {options.rounding, are_symmetric, options.smoother}; }
   bool has_steps() const { return iterations || gmres || is_packed; }
   bool is_symmetric() const {
     const Rows difference = rows - Rows(rows.transpose());
@@ -173,15 +184,15 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
 }
 
 bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
-  multigrid = Multigrid::of(matrix, null_space, options.rounding, wanted == SolverMethod::cg, no_multigrid);
+  multigrid = Multigrid::of(matrix, null_space, cycles(wanted == SolverMethod::cg), no_multigrid);
   if (!multigrid) return false;
   is_packed = true;
   packed_right = Numbers(multigrid->size());
   packed_x = Numbers(multigrid->size());
   method = wanted;
-  reason = "symmetric, each cell coupled with its neighbours: multigrid cycles";
+  reason = "symmetric, each cell coupled with its neighbours: multigrid cycles, " + words_on(multigrid->smoother());
   if (wanted == SolverMethod::multigrid) return true;
-  reason += " as the preconditioner of conjugate gradients";
+  reason += ", as the preconditioner of conjugate gradients";
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
                      [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
                      options.tolerance, options.most_iterations);
@@ -193,7 +204,7 @@ bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod
 void LinearSolver::Impl::precondition_by_multigrid() {
   packed_right = Numbers(multigrid->size());
   packed_x = Numbers(multigrid->size());
-  reason += ", preconditioned by multigrid of the symmetric part";
+  reason += ", preconditioned by multigrid of the symmetric part, " + words_on(multigrid->smoother());
   make_iterations([this](std::span<const double> r, std::span<double> z) {
     multigrid->pack_right(r, packed_right);
     multigrid->cycle(packed_right, packed_x);
@@ -225,7 +236,7 @@ void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMet
            "take direct, or write it in the form of fluxes");
   method = wanted;
   reason = wanted == SolverMethod::gmres ? "GMRES" : "not symmetric: BiCGStab";
-  multigrid = Multigrid::of_symmetric_part(matrix, null_space, options.rounding, false, no_multigrid);
+  multigrid = Multigrid::of_symmetric_part(matrix, null_space, cycles(false), no_multigrid);
   if (multigrid) return precondition_by_multigrid();
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "solve/smoother.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -19,7 +20,8 @@ struct SolveOptions {
   double tolerance =
       1e-12;  // of |A*x - b|/|b|, or what rounding of A*x leaves; of methods without steps it is at least 1e-9
   int most_iterations = 200;
-  double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
+  SmootherKind smoother = SmootherKind::automatic;  // of multigrid
+  double rounding = 0x1p-52;                        // relative error of the entries: what sums to less is 0
   bool operator==(const SolveOptions&) const = default;
 };
 

@@ -25,15 +25,15 @@ void Multigrid::descend(std::size_t level, const double* b, double* x) {
   cycle_from(level, b, x, true);
 }
 
-void Multigrid::cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero) {
+void Multigrid::cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero, double* squares) {
   CycleLevel &here = levels_[level], &coarse = levels_[level + 1];
   here.descend(b, x, is_guess_zero, coarse);
   descend(level + 1, coarse.b.data(), coarse.x.data());
-  here.ascend(b, x, is_symmetric_, coarse);
+  here.ascend(b, x, is_symmetric_, coarse, squares);
 }
 
 double Multigrid::residual(std::span<const double> b, std::span<const double> x) const {
-  return std::sqrt(levels_.front().squared_residual(b.data(), x.data(), false));
+  return std::sqrt(levels_.front().squared_residual(b.data(), x.data()));
 }
 
 IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding,
@@ -41,17 +41,18 @@ IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> 
   CycleLevel& finest = levels_.front();
   const double size = norm(b);
   IterationReport report;
+  double squares = finest.squared_residual(b.data(), x.data());
   for (;; ++report.iterations) {
-    const bool is_of_red_alone = report.iterations > 0 && finest.is_chequered() && !is_symmetric_;
-    const double left = std::sqrt(finest.squared_residual(b.data(), x.data(), is_of_red_alone));
+    const double left = std::sqrt(squares);
     report.residual = size == 0 ? left : left / size;
     const bool is_near = report.residual <= 1e-7;  // before, |x| need not be known
     report.converged = report.residual <= tolerance || (is_near && left <= rounding * norm(x));
     if (report.converged || report.iterations == most || !std::isfinite(report.residual)) return report;
     if (levels_.size() == 1) {
       descend(0, b.data(), x.data());
+      squares = finest.squared_residual(b.data(), x.data());
     } else {
-      cycle_from(0, b.data(), x.data(), false);
+      cycle_from(0, b.data(), x.data(), false, &squares);
     }
   }
 }

@@ -3,10 +3,10 @@
 // one sign: diffusion with coefficients, obstacles and walls, with or without a term of its own (Brandt 1977; of cells
 // in place of nodes, Wesseling 1988). solve/multigrid_level.h has the equations of the levels.
 //
-// One V-cycle smooths red cells, then black ones, on the way down and up. Interpolation is linear. A symmetric cycle,
-// to precondition CG, smooths in reverse on the way up, and its restriction is the transpose of interpolation. A cycle
-// that is used alone comes nearer with the plain sum of residuals (to 1e-6 on 512^2 and 128^3: 6 and 7 cycles for 8 and
-// 10). The coarsest level has sparse factors.
+// One V-cycle smooths on the way down and up, by red cells, then black ones, or as solve/smoother.h has it.
+// Interpolation is linear. A symmetric cycle, to precondition CG, smooths in reverse on the way up, and its restriction
+// is the transpose of interpolation. A cycle that is used alone comes nearer with the plain sum of residuals (to 1e-6
+// on 512^2 and 128^3: 6 and 7 cycles for 8 and 10). The coarsest level has sparse factors.
 //
 // Vectors are in half rows (solve/half_rows.h), times the sign that makes the diagonal positive: pack and unpack.
 #pragma once
@@ -26,14 +26,20 @@
 
 namespace dpde {
 
+struct MultigridOptions {
+  double rounding = 0x1p-52;  // as in SolveOptions
+  bool is_symmetric = false;  // to precondition CG
+  SmootherKind smoother = SmootherKind::automatic;
+};
+
 class Multigrid {
  public:
   /// Nothing where the operator has another form: `why` is what it has.
-  static std::optional<Multigrid> of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
-                                     bool is_symmetric, std::string& why);
+  static std::optional<Multigrid> of(const StencilMatrix& matrix, const NullSpace& null_space,
+                                     const MultigridOptions& options, std::string& why);
   /// Of the symmetric part of the neighbours' entries; for preconditioners of operators that have others too.
   static std::optional<Multigrid> of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                    double rounding, bool is_symmetric, std::string& why);
+                                                    const MultigridOptions& options, std::string& why);
 
   std::size_t size() const { return levels_.front().size(); }  // of a vector
   void pack_right(std::span<const double> b, std::span<double> vector) const;
@@ -46,18 +52,21 @@ class Multigrid {
   IterationReport iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding, int most);
   void multiply(std::span<const double> x, std::span<double> y) const { levels_.front().multiply(x.data(), y.data()); }
   double residual(std::span<const double> b, std::span<const double> x) const;  // |b - A*x|
+  SmootherKind smoother() const { return smoother_; }
   int levels() const { return static_cast<int>(levels_.size()); }
 
  private:
-  static std::optional<Multigrid> make(MultigridLevel finest, double sign, bool is_symmetric, std::string& why);
+  static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
+                                       std::string& why);
   void descend(std::size_t level, const double* b, double* x);
-  void cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero);
+  void cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero, double* squares = nullptr);
 
   std::vector<CycleLevel> levels_;
   std::optional<SymmetricFactors> coarsest_;
   std::vector<double> coarsest_b_, coarsest_x_;
   double sign_ = 1;
   bool is_symmetric_ = false;
+  SmootherKind smoother_ = SmootherKind::red_black;
 };
 
 }  // namespace dpde

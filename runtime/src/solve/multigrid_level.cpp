@@ -10,6 +10,7 @@ namespace dpde {
 namespace {
 
 constexpr double least_coupling = 0.25;  // of the strongest axis
+constexpr double least_even = 0.5;       // the same
 constexpr double largest_change = 10;    // between couplings that follow one another
 
 /// Walls with a value leave more of the rows beside them than of those farther inside.
@@ -31,14 +32,20 @@ void find_walls(MultigridLevel& level) {
   }
 }
 
-/// Which axes become coarser.
-std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
+/// The mean of the couplings along each axis.
+std::array<double, 3> strengths(const MultigridLevel& level) {
   std::array<double, 3> strength{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double sum = 0, count = 0;
-    for (const double w : fine.coupling[axis]) sum += w, count += w > 0 ? 1 : 0;
+    for (const double w : level.coupling[axis]) sum += w, count += w > 0 ? 1 : 0;
     strength[axis] = count > 0 ? sum / count : 0;
   }
+  return strength;
+}
+
+/// Which axes become coarser.
+std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
+  const std::array<double, 3> strength = strengths(fine);
   const double strongest = *std::ranges::max_element(strength);
   std::array<bool, 3> halved{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -212,6 +219,35 @@ bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetri
   for_each_cell(fine.cells,
                 [&](std::size_t number, const GridPlace& cell) { add_cell(fine, coarse, halved, number, cell); });
   return true;
+}
+
+double least_share(const MultigridLevel& level) {
+  const std::array<double, 3> strength = strengths(level);
+  const double all = strength[0] + strength[1] + strength[2];
+  double least = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (level.from[axis].is_halved) least = std::min(least, strength[axis] / all);
+  }
+  return least;
+}
+
+std::optional<std::array<double, 3>> even_couplings(const MultigridLevel& level) {
+  std::array<double, 3> found{};
+  for (std::size_t axis = 0; axis < 3; ++axis) found[axis] = level.coupling[axis].front();
+  bool are_even = true;
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool is_end = !level.periodic[axis] && cell[axis] + 1 == level.cells[axis];
+      are_even = are_even && level.coupling[axis][number] == (is_end ? 0 : found[axis]);
+    }
+  });
+  return are_even ? std::optional(found) : std::nullopt;
+}
+
+bool is_uneven(const MultigridLevel& level) {
+  const std::array<double, 3> strength = strengths(level);
+  const double strongest = *std::ranges::max_element(strength);
+  return std::ranges::any_of(strength, [&](double one) { return one > 0 && one < least_even * strongest; });
 }
 
 StencilMatrix matrix_of(const MultigridLevel& level) {

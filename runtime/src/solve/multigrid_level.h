@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "solve/stencil_matrix.h"
@@ -48,6 +49,12 @@ void complete(MultigridLevel& level);
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
 /// `share` of the fine level, of a coarse one that is complete.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse);
+/// The least share that an axis which became coarser has of what cells are coupled with, on the whole.
+double least_share(const MultigridLevel& level);
+/// What all cells are coupled with along each axis, but for those at its bounded end; nothing where they differ.
+std::optional<std::array<double, 3>> even_couplings(const MultigridLevel& level);
+/// Whether cells are coupled along one axis less than half as strongly as along another.
+bool is_uneven(const MultigridLevel& level);
 StencilMatrix matrix_of(const MultigridLevel& level);
 
 }  // namespace dpde

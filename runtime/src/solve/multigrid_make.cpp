@@ -81,9 +81,9 @@ MultigridLevel level_of(const StencilMatrix& matrix) {
 
 }  // namespace
 
-std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
-                                       bool is_symmetric, std::string& why) {
-  const double zero = 64 * rounding * largest_of(matrix);
+std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
+                                       const MultigridOptions& options, std::string& why) {
+  const double zero = 64 * options.rounding * largest_of(matrix);
   why = "the operator is not symmetric";
   if (null_space.is_lopsided() || !is_symmetric_to(matrix, zero)) return std::nullopt;
   why = "cells are coupled with others than their neighbours along the axes";
@@ -92,11 +92,11 @@ std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSp
         std::ranges::any_of(matrix.values[k], [&](double value) { return std::abs(value) > zero; }))
       return std::nullopt;
   }
-  return of_symmetric_part(matrix, null_space, rounding, is_symmetric, why);
+  return of_symmetric_part(matrix, null_space, options, why);
 }
 
 std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                      double rounding, bool is_symmetric, std::string& why) {
+                                                      const MultigridOptions& options, std::string& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (matrix.periodic[axis] && matrix.cells[axis] == 2) return std::nullopt;
@@ -104,7 +104,7 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
   MultigridLevel level = level_of(matrix);
   double trace = 0;
   for (const double value : level.rest) trace += value;
-  const double sign = trace < 0 ? -1 : 1, zero = 8 * rounding * largest_of(matrix);
+  const double sign = trace < 0 ? -1 : 1, zero = 8 * options.rounding * largest_of(matrix);
   why = "cells are coupled with their neighbours with both signs";
   for (auto& coupling : level.coupling) {
     for (double& w : coupling) {
@@ -130,35 +130,39 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
   for (const auto& part : null_space.parts()) {
     for (const std::uint32_t cell : part) level.rest[cell] = 0;  // rounding has left no more
   }
-  return make(std::move(level), sign, is_symmetric, why);
+  return make(std::move(level), sign, options, why);
 }
 
-std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, bool is_symmetric, std::string& why) {
+std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, const MultigridOptions& options,
+                                         std::string& why) {
   std::vector<MultigridLevel> levels;
   complete(finest);
   levels.push_back(std::move(finest));
   while (levels.back().size() > most_of_coarsest) {
     MultigridLevel coarse;
-    if (!make_coarser(levels.back(), coarse, is_symmetric)) break;
+    if (!make_coarser(levels.back(), coarse, options.is_symmetric)) break;
     complete(coarse);
     find_shares(levels.back(), coarse);
     levels.push_back(std::move(coarse));
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
   if (levels.back().size() > most_factored) return std::nullopt;
-  if (!is_symmetric) {
+  if (!options.is_symmetric) {
     for (double& share : levels.front().share) share *= over_correction;
   }
   Multigrid result;
   result.sign_ = sign;
-  result.is_symmetric_ = is_symmetric;
+  result.is_symmetric_ = options.is_symmetric;
+  result.smoother_ = options.smoother;
+  if (options.smoother == SmootherKind::automatic)
+    result.smoother_ = is_uneven(levels.front()) ? SmootherKind::chebyshev : SmootherKind::red_black;
   result.coarsest_.emplace(matrix_of(levels.back()));
   why = "the factors of the coarsest grid have a zero in their diagonal";
   if (!result.coarsest_->is_there()) return std::nullopt;
   result.coarsest_b_.assign(levels.back().size(), 0.0);
   result.coarsest_x_ = result.coarsest_b_;
   for (const MultigridLevel& level : levels) {
-    CycleLevel& packed = result.levels_.emplace_back(level, is_symmetric);
+    CycleLevel& packed = result.levels_.emplace_back(level, options.is_symmetric, result.smoother_);
     if (result.levels_.size() == 1) continue;
     packed.b = Numbers(packed.size());
     packed.x = Numbers(packed.size());

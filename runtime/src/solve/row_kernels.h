@@ -6,12 +6,19 @@
 
 namespace dpde {
 
-/// One half of a row of A*x = b: (A*x)_i = diagonal_i*x_i - sum_k w[k]_i*x[k]_i over the neighbours k.
-struct RowTerms {
-  std::int64_t count;
-  const double *b, *diagonal, *inverse;
-  const double* x[6];
-  const double* w[6];
+struct RowPlace {
+  std::int64_t number, y, z;
+};
+
+/// A*x of a level, (A*x)_i = diagonal_i*x_i - sum_j w_ij*x_j over the neighbours j; coefficients row by row.
+struct LevelRows {
+  std::int64_t cells[3];
+  bool is_ring[3];
+  std::int64_t stride, odd;          // from a row to the next one; from its even cells to its odd ones
+  const double* const* coupling[3];  // of each cell with the next one along the axis
+  const double *const *diagonal, *const *inverse;
+  bool is_even;    // couplings along an axis are the same in all cells, but for 0 at bounded ends
+  double even[3];  // these
 };
 
 struct RowSum {
@@ -35,13 +42,18 @@ struct InterpolatedRow {
   const double *at_near, *at_far;
 };
 
-/// Index: the number of axes - 1.
+/// One half of a row. Index: the number of axes - 1; `factor`: of a step of relaxation. Vectors are those of the level.
 struct RowKernels {
-  void (*scale)(const RowTerms& terms, double* x);                         // x = inverse*b
-  void (*smooth[3])(const RowTerms& terms, double* x);                     // x = inverse*(b + sum)
-  void (*residual[3])(const RowTerms& terms, const double* x, double* r);  // r = b - A*x
-  double (*squared_residual[3])(const RowTerms& terms, const double* x);   // |b - A*x|^2
-  void (*multiply[3])(const RowTerms& terms, const double* x, double* y);  // y = A*x
+  using Of = const LevelRows&;
+  using At = const RowPlace&;
+  void (*scale)(Of level, At row, int half, double factor, const double* b, double* x);  // x = factor*inverse*b
+  void (*smooth[3])(Of level, At row, int half, const double* b, double* x);             // x = inverse*(b + sum)
+  /// to = x + factor*inverse*(b - A*x)
+  void (*relax[3])(Of level, At row, int half, double factor, const double* b, const double* x, double* to);
+  void (*residual[3])(Of level, At row, int half, const double* b, const double* x, double* r);  // r = b - A*x
+  double (*squared_residual[3])(Of level, At row, int half, const double* b, const double* x);   // |b - A*x|^2
+  void (*multiply[3])(Of level, At row, int half, const double* x, double* y);                   // y = A*x
+  void (*interleave)(std::int64_t pairs, const double* even, const double* odd, double* both);
   void (*sum)(const RowSum& terms, double* result);
   void (*restrict_along)(const RestrictedRow& row, double* coarse);
   void (*add_interpolated)(const InterpolatedRow& row, double* x);

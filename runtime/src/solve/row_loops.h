@@ -8,51 +8,129 @@
 namespace dpde {
 namespace {
 
+/// One half of a row and what stands around it.
 template <int rank>
-inline double sum_of_neighbours(const RowTerms& t, std::int64_t i) {
-  double sum = t.w[0][i] * t.x[0][i] + t.w[1][i] * t.x[1][i];
-  if constexpr (rank > 1) sum += t.w[2][i] * t.x[2][i] + t.w[3][i] * t.x[3][i];
-  if constexpr (rank > 2) sum += t.w[4][i] * t.x[4][i] + t.w[5][i] * t.x[5][i];
+struct HalfRow {
+  std::int64_t count, begin;  // cells; where they begin in a vector
+  const double *diagonal, *inverse;
+  const double* x[2 * rank];
+  const double* w[2 * rank];
+  double even[2 * rank];
+};
+
+/// Beyond bounded ends couplings are 0, or x is, in the rooms of a row: reading around them takes nothing.
+template <int rank, bool is_even>
+inline HalfRow<rank> half_row(const LevelRows& level, const RowPlace& row, int half, const double* x) {
+  const std::int64_t here = half == 0 ? 0 : level.odd, other = level.odd - here, line = row.number * level.stride;
+  HalfRow<rank> made;
+  made.count = (level.cells[0] + 1 - half) / 2;
+  made.begin = line + here;
+  made.diagonal = level.diagonal[row.number] + here;
+  made.inverse = level.inverse[row.number] + here;
+  made.x[0] = x + line + other + half;
+  made.x[1] = made.x[0] - 1;
+  if constexpr (is_even) {
+    made.even[0] = made.even[1] = level.even[0];
+  } else {
+    made.w[0] = level.coupling[0][row.number] + here;
+    made.w[1] = level.coupling[0][row.number] + other + half - 1;
+  }
+  for (int axis = 1; axis < rank; ++axis) {
+    const std::int64_t step = axis == 1 ? 1 : level.cells[1], place = axis == 1 ? row.y : row.z;
+    const std::int64_t around = step * (level.cells[axis] - 1);
+    const bool is_first = place == 0, is_last = place + 1 == level.cells[axis], is_ring = level.is_ring[axis];
+    const std::int64_t next = row.number + (is_last ? -around : step),
+                       before = row.number + (is_first ? around : -step);
+    made.x[2 * axis] = x + next * level.stride + here;
+    made.x[2 * axis + 1] = x + before * level.stride + here;
+    if constexpr (is_even) {
+      made.even[2 * axis] = is_last && !is_ring ? 0 : level.even[axis];
+      made.even[2 * axis + 1] = is_first && !is_ring ? 0 : level.even[axis];
+    } else {
+      made.w[2 * axis] = level.coupling[axis][row.number] + here;
+      made.w[2 * axis + 1] = level.coupling[axis][before] + here;
+    }
+  }
+  return made;
+}
+
+template <int rank, bool is_even>
+inline double sum_of_neighbours(const HalfRow<rank>& t, std::int64_t i) {
+  const auto part = [&](int k) { return (is_even ? t.even[k] : t.w[k][i]) * t.x[k][i]; };
+  double sum = part(0) + part(1);
+  if constexpr (rank > 1) sum += part(2) + part(3);
+  if constexpr (rank > 2) sum += part(4) + part(5);
   return sum;
 }
 
-void scale(const RowTerms& terms, double* x) {
-  const RowTerms t = terms;
+/// f(the half row, i, the sum of its neighbours) of each cell.
+template <int rank, bool is_even, class F>
+inline void over_cells(const LevelRows& level, const RowPlace& row, int half, const double* x, const F& f) {
+  const HalfRow<rank> t = half_row<rank, is_even>(level, row, half, x);
 #pragma omp simd
-  for (std::int64_t i = 0; i < t.count; ++i) x[i] = t.inverse[i] * t.b[i];
+  for (std::int64_t i = 0; i < t.count; ++i) f(t, i, sum_of_neighbours<rank, is_even>(t, i));
+}
+template <int rank, class F>
+inline void over_cells(const LevelRows& level, const RowPlace& row, int half, const double* x, const F& f) {
+  level.is_even ? over_cells<rank, true>(level, row, half, x, f) : over_cells<rank, false>(level, row, half, x, f);
+}
+
+void scale(const LevelRows& level, const RowPlace& row, int half, double factor, const double* b, double* x) {
+  const HalfRow<1> t = half_row<1, true>(level, row, half, x);
+#pragma omp simd
+  for (std::int64_t i = 0; i < t.count; ++i) x[t.begin + i] = factor * t.inverse[i] * b[t.begin + i];
 }
 
 template <int rank>
-void smooth(const RowTerms& terms, double* x) {
-  const RowTerms t = terms;
-#pragma omp simd
-  for (std::int64_t i = 0; i < t.count; ++i) x[i] = t.inverse[i] * (t.b[i] + sum_of_neighbours<rank>(t, i));
+void smooth(const LevelRows& level, const RowPlace& row, int half, const double* b, double* x) {
+  over_cells<rank>(level, row, half, x, [=](const HalfRow<rank>& t, std::int64_t i, double sum) {
+    x[t.begin + i] = t.inverse[i] * (b[t.begin + i] + sum);
+  });
 }
 
 template <int rank>
-void residual(const RowTerms& terms, const double* x, double* r) {
-  const RowTerms t = terms;
-#pragma omp simd
-  for (std::int64_t i = 0; i < t.count; ++i) r[i] = t.b[i] - t.diagonal[i] * x[i] + sum_of_neighbours<rank>(t, i);
+void relax(const LevelRows& level, const RowPlace& row, int half, double factor, const double* b, const double* x,
+           double* to) {
+  over_cells<rank>(level, row, half, x, [=](const HalfRow<rank>& t, std::int64_t i, double sum) {
+    const double here = x[t.begin + i];
+    to[t.begin + i] = here + factor * t.inverse[i] * (b[t.begin + i] - t.diagonal[i] * here + sum);
+  });
 }
 
 template <int rank>
-double squared_residual(const RowTerms& terms, const double* x) {
-  const RowTerms t = terms;
+void residual(const LevelRows& level, const RowPlace& row, int half, const double* b, const double* x, double* r) {
+  over_cells<rank>(level, row, half, x, [=](const HalfRow<rank>& t, std::int64_t i, double sum) {
+    r[t.begin + i] = b[t.begin + i] - t.diagonal[i] * x[t.begin + i] + sum;
+  });
+}
+
+template <int rank, bool is_even>
+double squares_of(const LevelRows& level, const RowPlace& row, int half, const double* b, const double* x) {
+  const HalfRow<rank> t = half_row<rank, is_even>(level, row, half, x);
   double squares = 0;
 #pragma omp simd reduction(+ : squares)
   for (std::int64_t i = 0; i < t.count; ++i) {
-    const double left = t.b[i] - t.diagonal[i] * x[i] + sum_of_neighbours<rank>(t, i);
+    const double left = b[t.begin + i] - t.diagonal[i] * x[t.begin + i] + sum_of_neighbours<rank, is_even>(t, i);
     squares += left * left;
   }
   return squares;
 }
+template <int rank>
+double squared_residual(const LevelRows& level, const RowPlace& row, int half, const double* b, const double* x) {
+  return level.is_even ? squares_of<rank, true>(level, row, half, b, x)
+                       : squares_of<rank, false>(level, row, half, b, x);
+}
 
 template <int rank>
-void multiply(const RowTerms& terms, const double* x, double* y) {
-  const RowTerms t = terms;
+void multiply(const LevelRows& level, const RowPlace& row, int half, const double* x, double* y) {
+  over_cells<rank>(level, row, half, x, [=](const HalfRow<rank>& t, std::int64_t i, double sum) {
+    y[t.begin + i] = t.diagonal[i] * x[t.begin + i] - sum;
+  });
+}
+
+void interleave(std::int64_t pairs, const double* even, const double* odd, double* both) {
 #pragma omp simd
-  for (std::int64_t i = 0; i < t.count; ++i) y[i] = t.diagonal[i] * x[i] - sum_of_neighbours<rank>(t, i);
+  for (std::int64_t i = 0; i < pairs; ++i) both[2 * i] = even[i], both[2 * i + 1] = odd[i];
 }
 
 template <int terms>
@@ -102,9 +180,11 @@ void take_share(std::int64_t count, const double* share, double* r) {
 RowKernels loops() {
   return {.scale = scale,
           .smooth = {smooth<1>, smooth<2>, smooth<3>},
+          .relax = {relax<1>, relax<2>, relax<3>},
           .residual = {residual<1>, residual<2>, residual<3>},
           .squared_residual = {squared_residual<1>, squared_residual<2>, squared_residual<3>},
           .multiply = {multiply<1>, multiply<2>, multiply<3>},
+          .interleave = interleave,
           .sum = sum_rows,
           .restrict_along = restrict_along,
           .add_interpolated = add_interpolated,

@@ -168,6 +168,7 @@ void bind_boundaries(Draft& draft);
 std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place);
 // projections.cpp: constraints
 void bind_projections(Draft& draft);
+void check_projected_starts(Draft& draft);
 /// Of a field that the model solves for, which is no state.
 std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name);
 /// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.
@@ -197,6 +198,7 @@ void check_histories(Draft& draft);
 // else ""
 std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin);
 void check_guess(Draft& draft);
+void check_smoother(Draft& draft);
 
 // usage.cpp: drops what nobody reads, and says so
 void drop_unused(Draft& draft);

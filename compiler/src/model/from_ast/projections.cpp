@@ -258,4 +258,36 @@ void bind_projections(Draft& draft) {
   if (has_stages(draft, range, "a mask")) draft.problem.projections.push_back(std::move(alone));
 }
 
+/// What a projected start depends on and has no derivative by is refused.
+void check_projected_starts(Draft& draft) {
+  const Problem& problem = draft.problem;
+  const auto is_sought = [&](const Unknown& unknown) {
+    return unknown.kind == Unknown::Kind::coefficient || unknown.kind == Unknown::Kind::control;
+  };
+  for (const State& state : problem.states) {
+    if (!state.projected) continue;
+    const auto refuse = [&](std::string in, std::string hint) {
+      draft.sink.report("not-allowed-here", state.projected->range, {"projected", std::move(in)}, std::move(hint));
+    };
+    const auto binds = [&](const Projection& projection) {
+      return projection.potential &&
+             std::ranges::find(projection.updates, state.name, &Event::Update::state) != projection.updates.end();
+    };
+    const auto by = std::ranges::find_if(problem.projections, binds);
+    if (by == problem.projections.end())
+      return refuse(fmt::format("the initial state of {}, which no constraint binds", state.name), "leave it out");
+    const auto has_formula = [&](const std::string& name) {
+      const State* other = problem.find_state(name);
+      return other->initial.formula && (other->projected || name == by->multiplier);
+    };
+    const bool all = std::ranges::all_of(by->updates, [&](const auto& update) { return has_formula(update.state); });
+    if (!all || !has_formula(by->multiplier))
+      return refuse("a scene where fields of the constraint begin with a file or without it",
+                    "give each of them a formula and write projected behind it, or leave it out everywhere");
+    if (problem.task && std::ranges::any_of(problem.task->unknowns, is_sought))
+      return refuse("a task that seeks a coefficient or a control",
+                    "leave it out: the first step makes the constraint true, and has derivatives by both");
+  }
+}
+
 }  // namespace dpde::model

@@ -51,7 +51,12 @@ void set_dealias(Scheme& scheme) {
 
 template <SolveMethod method>
 void set_solve(Scheme& scheme) {
-  scheme.solve = {method};
+  scheme.solve = {method, SolveBy{}.tolerance, SolveBy{}.most_iterations, false, scheme.solve.smoother};
+}
+
+template <Smoother smoother>
+void set_smoother(Scheme& scheme) {
+  scheme.solve.smoother = smoother;
 }
 
 template <Guess guess>
@@ -119,6 +124,10 @@ constexpr Choice choices[] = {
     {"solve", "cg", {}, set_solve<SolveMethod::cg>},
     {"solve", "bicgstab", {}, set_solve<SolveMethod::bicgstab>},
     {"solve", "gmres", {}, set_solve<SolveMethod::gmres>},
+    {"smoother", "automatic", {}, set_smoother<Smoother::automatic>},
+    {"smoother", "red_black", {}, set_smoother<Smoother::red_black>},
+    {"smoother", "jacobi", {}, set_smoother<Smoother::jacobi>},
+    {"smoother", "chebyshev", {}, set_smoother<Smoother::chebyshev>},
     {"guess", "automatic", {}, set_guess<Guess::automatic>},
     {"guess", "last", {}, set_guess<Guess::last>},
     {"guess", "none", {}, set_guess<Guess::none>},
@@ -184,8 +193,8 @@ void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx",    "lap",  "dealias", "implicit",
-                                             "solve",  "guess", "time", "real",    "networks"};
+  static const std::vector<std::string> keys{"advect",   "dx",    "lap",  "dealias", "implicit", "solve",
+                                             "smoother", "guess", "time", "real",    "networks"};
   return keys;
 }
 
@@ -217,7 +226,9 @@ static std::optional<SolveBy> solve_by(const ast::Expr& value) {
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value) {
   if (std::holds_alternative<ast::Error>(value->kind)) return std::nullopt;
   if (const std::optional<SolveBy> by = key == "solve" ? solve_by(value) : std::nullopt) {
+    const Smoother smoother = scheme.solve.smoother;
     scheme.solve = *by;
+    scheme.solve.smoother = smoother;
     return std::nullopt;
   }
   const std::string text = ast::print(value);

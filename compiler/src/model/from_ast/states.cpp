@@ -134,6 +134,7 @@ void bind_states(Draft& draft) {
         for (std::size_t i = 0; i < states.size(); ++i) states[i]->initial = sources[i];
         for (State* state : states) {
           if (item.at) bind_time_of(draft, *item.at, state->initial);
+          if (item.projected) state->projected = Origin{*item.projected};
         }
       });
   started.merge(started_by_task(draft, true));

@@ -30,9 +30,13 @@ class Error : public std::runtime_error {
   ErrorKind kind() const { return kind_; }
   /// What the compiler said, warnings too; what() is the same as text with source lines. Empty for errors of a run.
   const std::vector<Message>& messages() const { return messages_; }
+  /// The first unknown of the solve that it comes from; "": of none.
+  const std::string& solve_for() const { return solve_for_; }
+  void set_solve_for(const std::string& unknown) { solve_for_ = unknown; }
 
  private:
   ErrorKind kind_;
+  std::string solve_for_;
   std::vector<Message> messages_;
 };
 
