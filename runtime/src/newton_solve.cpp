@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "solve/finite.h"
 
 namespace dpde {
 
@@ -16,10 +17,13 @@ namespace {
 constexpr int most_newton_steps = 50, most_halvings = 8;
 constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
 
+/// Squares of large numbers are none.
 double length(std::span<const double> values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum);
+  double sum = 0, largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  if (largest == 0) return 0;
+  for (const double value : values) sum += (value / largest) * (value / largest);
+  return largest * std::sqrt(sum);
 }
 
 }  // namespace
@@ -29,7 +33,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
       loose_(std::sqrt(rounding_of(given))),
-      nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)) {
+      nothing_(given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) {
   if (solve.step == nullptr) return;  // an interpreter runs the program
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};
@@ -51,7 +55,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   rights_.read(fields, right_);
   x_ = right_;
   unknowns_.write(fields, x_);
-  if (!std::isfinite(length(right_))) return;  // a run that has blown up: who looks after it finds it in the result
+  if (!are_finite(right_)) return;  // a run that has blown up: who looks after it finds it in the result
   double left = distance(fields, apply), last = std::numeric_limits<double>::infinity();
   int growing = 0;
   for (int k = 0; k < most_newton_steps; ++k) {

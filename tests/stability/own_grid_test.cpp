@@ -95,6 +95,41 @@ TEST(OwnGrid, ImplicitSchemesAreLimitedByWavesThatFit) {
   EXPECT_NEAR(search_limit(*limited, limit, 4e-3, 2, {.steps = 2000}).largest, limit, 0.01 * limit);
 }
 
+/// What explicit schemes cannot do on an endless line they can on 20 cells: the run decays. A mean that drifts by right
+/// is no growth of the scheme's; a limit is found however far it is.
+TEST(OwnGrid, WavesThatDoNotFitLimitNothing) {
+  const auto verdict = [](const std::string& equations, const std::string& scheme, const std::string& rest,
+                          double step) {
+    return own_verdict(*open_scene(
+        fmt::format("model m {{ {} }}\nscheme c {{ {} }}\nscene s : m with c {{\n  {}\n  time 0 .. {}, step {}\n}}\n",
+                    equations, scheme, rest, 1000 * step, step)));
+  };
+  const std::string slopes = "grid x = 0 .. 1, cells 20; boundary u: all = zero_gradient; initial u = cos(pi*x)";
+  for (const int cells : {8, 16, 20, 33}) {
+    const std::string box = fmt::format(
+        "grid x = 0 .. 1, cells {}; boundary u: all = zero_gradient; initial u = cos(pi*x); initial dt(u) = 0", cells);
+    // 2 sqrt(2)/omega of the shortest wave between slopes, 2 n cos(pi/(2n))
+    const double limit = std::numbers::sqrt2 / cells / std::cos(pi / (2 * cells));
+    EXPECT_NEAR(verdict("field u; dt(dt(u)) = lap(u)", "time = rk4", box, 1e-3).limit.step, limit, 2e-3 * limit);
+  }
+  const Verdict ring = verdict("field u; coefficient c; dt(dt(u)) = div(c*grad(u))", "time = rk4",
+                               "grid x = 0 .. 1, cells 20, periodic; c = 1 + 0.5*sin(2*pi*x); initial u = cos(2*pi*x); "
+                               "initial dt(u) = 0",
+                               1e-3);
+  EXPECT_NEAR(ring.limit.step, 0.0597, 0.01 * 0.0597);  // as runs have it
+}
+
+/// A limit that waves have found may be the grid's too: what lies above it grows, and is refused.
+TEST(OwnGrid, StepsAboveALimitGrow) {
+  const auto session = open_scene(
+      "model m { field u; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 1, cells "
+      "40\n  boundary u: all = 0\n  initial u = sin(pi*x)\n  time 0 .. 1, step 1/1600\n}\n");
+  const Verdict verdict = own_verdict(*session);
+  EXPECT_NEAR(verdict.growth, 3, 0.02);  // |1 - 4 dt/h^2|
+  EXPECT_TRUE(verdict.is_above());
+  EXPECT_TRUE(verdict.ruins_run());
+}
+
 /// Their steps are others where the state, or time, is another.
 TEST(OwnGrid, IsNotAskedWhereTheStateOrTimeMatters) {
   const auto is_asked = [](const std::string& equation, const std::string& more) {
@@ -107,7 +142,10 @@ TEST(OwnGrid, IsNotAskedWhereTheStateOrTimeMatters) {
   EXPECT_TRUE(is_asked("dt(u) = 0.1*lap(u) + cos(t)", ""));
   EXPECT_FALSE(is_asked("dt(u) = 0.1*lap(u) - u^3", ""));
   EXPECT_FALSE(is_asked("dt(u) = (2 + cos(t))*lap(u)", ""));
+  EXPECT_FALSE(is_asked("dt(u) = if(t > 0.5, 100, 1)*lap(u)", ""));
+  EXPECT_FALSE(is_asked("dt(u) = (1 + max(0, 10*(t - 0.5)))*lap(u)", ""));
   EXPECT_FALSE(is_asked("control F; dt(u) = F*lap(u)", "  F = 0.1 every 0.1\n"));
+  EXPECT_FALSE(is_asked("control field F; dt(u) = F*lap(u)", "  F = 0.1 every 0.1\n"));
 }
 
 class Lot {

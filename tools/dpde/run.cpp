@@ -256,10 +256,13 @@ void Run::look_at_start() {
   for (const driver::Session::Miss& miss : session_->misses(session_->problem().t_begin, states)) {
     if (!(miss.value > rounding_of_constraints() * miss.terms)) continue;
     misses_at_start_[miss.multiplier] = json_number(miss.value);
+    const bool has_file =
+        std::ranges::any_of(session_->problem().states, [](const model::State& s) { return !s.initial.file.empty(); });
     job_.say(fmt::format(
         "the first step changes the initial state: it misses the constraint that gives {} by {:.3g}, of terms of "
-        "{:.3g}; write projected behind its formula to begin where it is true\n",
-        miss.multiplier, miss.value, miss.terms));
+        "{:.3g}{}\n",
+        miss.multiplier, miss.value, miss.terms,
+        has_file ? "" : "; write projected behind its formula to begin where it is true"));
   }
 }
 

@@ -288,7 +288,10 @@ bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& r
                                 {"growth", json_number(trial.growth)},
                                 {"steps", trial.steps}});
   job_.say(fmt::format("{} = {:.5g}: predicted {}, measured {}, ratio {}\n", sweep.name, value,
-                       has_limit ? fmt::format("{:.5g}", verdict.limit.step) : "no limit",
+                       has_limit ? fmt::format("{:.5g}", verdict.limit.step)
+                       : verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::never
+                           ? "that no step is stable"
+                           : "no limit",
                        is_found            ? fmt::format("{:.5g}", found.largest)
                        : found.largest > 0 ? fmt::format("none up to {:.5g}", found.largest)
                                            : "no stable step",

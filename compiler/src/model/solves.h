@@ -18,10 +18,11 @@ bool holds_waves(const Solve& solve, const Scheme& scheme);
 /// make of it is their mean, so that the operator's inverse would not be the mean of the inverses.
 bool is_of_waves(const Solve& solve, const Scheme& scheme);
 
+/// Multigrid and Krylov methods; not so automatic.
+bool comes_near_by_steps(SolveMethod method);
 /// Whether solves of a step begin with what is known from before: a scheme says so, or names a method by steps; others
 /// begin with nothing. Where the method is left open masks leave no other ones for large grids (transforms need
 /// mirrors).
-bool comes_near_by_steps(SolveMethod method);  // not so automatic
 bool begins_with_last(const Problem& problem);
 
 /// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.

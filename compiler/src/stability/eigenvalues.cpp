@@ -50,13 +50,13 @@ void reduce_to_hessenberg(Matrix& a) {
   const Index size = a.rows();
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1> v(size);
   for (Index k = 0; k + 2 < size; ++k) {
-    double squares = 0;
+    double below = 0;
     for (Index i = k + 1; i < size; ++i) {
       v[i] = a(i, k);
-      squares += Eigen::numext::abs2(v[i]);
+      if (i > k + 1) below += Eigen::numext::abs2(v[i]);
     }
-    const double length = std::sqrt(squares), first = std::abs(v[k + 1]);
-    if (squares == Eigen::numext::abs2(v[k + 1])) continue;
+    if (below == 0) continue;
+    const double first = std::abs(v[k + 1]), length = std::sqrt(below + first * first);
     const Scalar direction = first > 0 ? v[k + 1] / first : Scalar(1);
     v[k + 1] += direction * length;
     const double factor = 1 / (length * (length + first));  // 2/|v|^2

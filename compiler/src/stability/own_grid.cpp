@@ -7,6 +7,7 @@
 #include <random>
 
 #include "stability/eigenvalues.h"
+#include "stability/equations.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -15,24 +16,38 @@ namespace dpde::stability {
 namespace {
 
 constexpr double most_unknowns = 256;
-constexpr int doublings = 20, parts_of_short = 10;  // a short step is 2^-10 of one
-constexpr double tolerated_power = 10;
-constexpr double sum_tolerance = 1e-9;  // of a column that colours may have mixed up
+constexpr int first_doublings = 9, all_doublings = 18;  // of steps: 512, and a quarter of a million
+constexpr int doublings_of_parts = 3;                   // of a step: eighths
+constexpr double tenfold = 10;
+constexpr double told_from_rounding = 1e-5;  // ln of what is not told from rounding in a step
+constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
+constexpr double largest_square = 1e120;     // squares of it are numbers still
 
-/// The largest norm of g^(2^j) for j up to k, for each k up to `most`, or fewer where powers have settled; the last is
-/// infinite where they leave all bounds.
-std::vector<double> largest_powers(Eigen::MatrixXd g, int most) {
-  std::vector<double> largest{g.norm()};
+/// The norms of g^(2^k) for k up to `most`, or fewer where powers have settled; the last is infinite where they leave
+/// all bounds.
+std::vector<double> norms_of_powers(Eigen::MatrixXd g, int most) {
+  std::vector<double> norms{g.norm()};
   for (int k = 0; k < most; ++k) {
     Eigen::MatrixXd squared = g * g;
-    const double norm = squared.norm();
-    largest.push_back(norm < 1e30 ? std::max(largest.back(), norm) : std::numeric_limits<double>::infinity());
-    const bool has_settled = norm < 1e-3 || (squared - g).norm() < 1e-9 * norm;
-    if (has_settled || !std::isfinite(largest.back())) break;
+    norms.push_back(squared.norm());
+    if (!(norms.back() < largest_square)) {
+      norms.back() = std::numeric_limits<double>::infinity();
+      break;
+    }
+    const bool has_settled = norms.back() < 1e-3 || (squared - g).norm() < 1e-9 * norms.back();
+    if (has_settled) break;
     g = std::move(squared);
   }
-  return largest;
+  return norms;
 }
+
+/// Of the first 2^k powers.
+double largest_of(const std::vector<double>& norms, int k) {
+  const auto count = std::min(norms.size(), static_cast<std::size_t>(k) + 1);
+  return *std::max_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+double largest_real_part(const Eigen::VectorXcd& values) { return values.real().maxCoeff(); }
 
 /// Cells that can be disturbed at once: so far from one another that no cell is reached by two.
 class CellGroups {
@@ -87,6 +102,16 @@ class CellGroups {
   std::vector<stencil::Cell> places_;
 };
 
+/// Schemes with a memory ask for the time to know their first steps: there it is looked for in the equations' own step.
+bool reads_time(const LinearStep& linear, const model::Problem& problem) {
+  const auto reads = [](const LinearStep& step) {
+    return contains(stencil::interface_of(step.module(), step.program()).params, std::string("t"));
+  };
+  if (!reads(linear) || !problem.program.empty()) return reads(linear);
+  const std::optional<LinearStep> euler = linear_step(by_euler(problem));
+  return !euler || reads(*euler);
+}
+
 stencil::State memory_of(const driver::Session& session, const LinearStep& linear) {
   stencil::Grid grid;
   grid.rank = static_cast<int>(session.axes().size());
@@ -115,7 +140,6 @@ OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const Froze
       memory_.set(input, session.workspace().dense(input));
     }
   }
-  params_["t"] = std::numeric_limits<double>::quiet_NaN();  // what depends on it shows
 }
 
 std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
@@ -123,15 +147,21 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   const auto is_state = [&](const std::string& name) {
     return !stencil::is_coordinate(name) && session.engine().state_index(name) >= 0;
   };
+  const auto is_control = [&](const std::string& name) {
+    const auto found = std::ranges::find(session.problem().coefficients, name, &model::Coefficient::name);
+    return found != session.problem().coefficients.end() && found->is_control();
+  };
+  const bool varies_in_time = reads_time(linear, session.problem()) || !session.problem().controls.empty() ||
+                              std::ranges::any_of(linear.inputs(), is_control);
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
-  if (unknowns > most_unknowns || linear.has_networks() || std::ranges::any_of(linear.inputs(), is_state) ||
-      !session.problem().controls.empty())
+  if (unknowns > most_unknowns || linear.has_networks() || varies_in_time ||
+      std::ranges::any_of(linear.inputs(), is_state))
     return std::nullopt;
   OwnGrid result(session, linear, point);
   const Eigen::Index size = result.cells() * static_cast<Eigen::Index>(result.active_.size());
   if (!result.applied(Eigen::VectorXd::Ones(size), step).allFinite()) return std::nullopt;
-  result.measure_short_steps(step);
+  result.measure_rate(step);
   return result;
 }
 
@@ -140,37 +170,43 @@ Eigen::Index OwnGrid::cells() const {
   return static_cast<Eigen::Index>(cells[0]) * cells[1] * cells[2];
 }
 
-void OwnGrid::measure_short_steps(double step) {
-  constexpr int most = 60;  // doublings: of steps however long
-  short_step_ = std::exp2(-parts_of_short) * step;
-  const Eigen::MatrixXd g = tangent(short_step_);
-  short_powers_ = largest_powers(g, most);
-  if (std::isfinite(short_powers_.back())) return;
-  for (const std::complex<double> value : eigenvalues(g)) {
-    if (std::abs(value - 1.0) < 0.5) rate_ = std::max(rate_, std::log(std::abs(value)) / short_step_);
+/// Where a step of length 0 changes nothing, of dG/d(dt) there. Schemes with a memory have other factors beside those
+/// of the equations, which lie near 1 in a short step.
+void OwnGrid::measure_rate(double step) {
+  const double length = 1e-4 * step;
+  const Eigen::MatrixXd up = tangent(length), down = tangent(-length);
+  const bool is_smooth = !linear_.follows_flow() && up.allFinite() && down.allFinite() &&
+                         (0.5 * (up + down) - Eigen::MatrixXd::Identity(up.rows(), up.cols())).norm() < 1e-2;
+  if (is_smooth) {
+    rate_ = largest_real_part(eigenvalues(Eigen::MatrixXd((up - down) / (2 * length))));
+  } else {
+    const double short_step = step / 64;
+    for (const std::complex<double> value : eigenvalues(tangent(short_step))) {
+      if (std::abs(value - 1.0) < 0.5) rate_ = std::max(rate_, std::log(std::abs(value)) / short_step);
+    }
   }
-  short_powers_ = largest_powers(std::exp(-2 * rate_ * short_step_) * g, most);
-  if (!std::isfinite(short_powers_.back())) short_powers_ = {g.norm()};  // they grow by themselves, and are no measure
-}
-
-double OwnGrid::short_power(double step) const {
-  const double all = doublings + std::log2(step / short_step_);
-  return short_powers_[std::min(static_cast<std::size_t>(std::max(all, 0.0)), short_powers_.size() - 1)];
+  if (!(rate_ * step > told_from_rounding)) rate_ = 0;
 }
 
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
-  return g.allFinite() &&
-         largest_powers(std::exp(-2 * rate_ * step) * g, doublings).back() <= tolerated_power * short_power(step);
+  if (!g.allFinite()) return false;
+  const std::vector<double> norms = norms_of_powers(std::exp(-2 * rate_ * step) * g, all_doublings);
+  const double first = largest_of(norms, first_doublings);
+  if (!(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
+  const double part = std::exp2(-doublings_of_parts) * step;
+  const std::vector<double> of_parts =
+      norms_of_powers(std::exp(-2 * rate_ * part) * tangent(part), first_doublings + doublings_of_parts);
+  return first <= tenfold * largest_of(of_parts, first_doublings + doublings_of_parts);
 }
 
 double OwnGrid::growth(double step) const {
-  Eigen::MatrixXd g = tangent(step);
+  const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return std::numeric_limits<double>::infinity();
   double growth = eigenvalues(g).cwiseAbs().maxCoeff(), steps = 1;
-  for (int k = 0; k < doublings && g.norm() < 1e30; ++k, steps *= 2) {
-    growth = std::max(growth, std::pow(g.norm() / (tolerated_power * short_power(step)), 1 / steps));
-    g = g * g;
+  for (const double norm : norms_of_powers(g, first_doublings)) {
+    if (std::isfinite(norm)) growth = std::max(growth, std::pow(norm / (tenfold * g.norm()), 1 / steps));
+    steps *= 2;
   }
   return growth;
 }

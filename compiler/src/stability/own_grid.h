@@ -2,10 +2,13 @@
 // A step on the scene's own grid, as a matrix: of steps that depend neither on their states nor on time, where there
 // are few cells. It sees walls, spacings and coefficients as they are, all at once. Nothing is frozen.
 //
-// A step dt is stable where no power of its matrix G is large:
-//   |exp(-2 s dt) G|^n  <= 10 max_m |exp(-2 s dt/1000) G(dt/1000)|^m  over the same time, for n up to a million,
-// s being the growth rate of the equations. Eigenvalues alone would call stable what grows while it is carried through
-// the domain and dies at its end (L. N. Trefethen and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
+// With g = exp(-2 s dt) G, where G is the matrix of a step dt and s the growth rate of the equations, a step is stable
+// where neither of these holds:
+//   - a power of g beyond the 512th grows faster than in proportion: |g^262144| > 10 * 512 * max |g^n|, n up to 512.
+//     Growth in proportion is that of means that drift by right.
+//   - the first powers are more than ten times as large as those of steps of an eighth in the same time. Eigenvalues
+//     alone would call stable what grows while it is carried through the domain and dies at its end (L. N. Trefethen
+//     and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
 #pragma once
 
 #include <Eigen/Core>
@@ -32,9 +35,7 @@ class OwnGrid {
 
  private:
   OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
-  void measure_short_steps(double step);
-  /// The largest power of short steps over the time of a million of these.
-  double short_power(double step) const;
+  void measure_rate(double step);
   Eigen::MatrixXd tangent(double step) const;
   /// One run for all cells of a group. nullopt where two of them reach one cell all the same.
   std::optional<Eigen::MatrixXd> tangent_by_colours(double step) const;
@@ -51,8 +52,6 @@ class OwnGrid {
   stencil::Params params_;
   stencil::State memory_;
   double rate_ = 0;
-  double short_step_ = 0;
-  std::vector<double> short_powers_;  // the largest of the first 2^k short steps
 };
 
 }  // namespace dpde::stability

@@ -76,11 +76,11 @@ class Examination {
       look_at(*analysis, point);
     }
     if (!is_any_) return false;
-    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
-    verdict_.is_exact = is_same && !has_walls(session_.problem());
+    verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
+                        !linear_.follows_flow();
     if (verdict_.is_exact) return true;
-    if (const auto grid = own_grid(); grid && verdict_.limit.kind != StepLimit::Kind::never) {
-      look_at_own(*grid, is_same && !linear_.solves());
+    if (const auto grid = own_grid()) {
+      look_at_own(*grid);
       return true;
     }
     if (!has_walls(session_.problem())) return true;
@@ -97,15 +97,16 @@ class Examination {
   bool grows_nothing() {
     double most = -1;
     const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    worst_ = points.front();
+    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+    const bool are_waves_all = is_same && !has_walls(session_.problem());
+    if (const auto grid = are_waves_all ? std::nullopt : own_grid()) return grid->is_stable(verdict_.step);
     for (const ScenePoint& point : points) {
       const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
       if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
-    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
-    if (is_same && !has_walls(session_.problem())) return true;
-    if (const auto grid = own_grid()) return grid->is_stable(verdict_.step);
     if (!has_walls(session_.problem())) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step, false) - 2 * verdict_.growth_rate;
@@ -196,42 +197,46 @@ class Examination {
 
   std::optional<OwnGrid> own_grid() const { return OwnGrid::make(session_, linear_, worst_.point, verdict_.step); }
 
-  /// The scene's own grid has the last word where waves are an estimate: of frozen coefficients, or longer than the
-  /// grid. Where they are none, it can only lower their limit.
-  void look_at_own(const OwnGrid& grid, bool are_waves_exact) {
-    constexpr double farthest = 16;  // times the limit of waves
+  /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
+  void look_at_own(const OwnGrid& grid) {
     verdict_.is_exact = verdict_.is_of_grid = true;
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
-    verdict_.growth = std::min(verdict_.growth, 1.0);
-    verdict_.beyond = std::min(verdict_.beyond, 0.0);
+    const StepLimit by_waves = verdict_.limit;
+    verdict_.limit = limit_on(grid);
+    verdict_.limit.wave = by_waves.wave;
+    verdict_.limit.state = by_waves.state;
+    const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
+                          (by_waves.kind == StepLimit::Kind::none || verdict_.limit.step < by_waves.step);
+    verdict_.is_of_walls = has_walls(session_.problem()) && is_lower;
+    verdict_.growth = 1;
+    verdict_.beyond = 0;
+    if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
+    verdict_.growth = grid.growth(verdict_.step);
+    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step;
+  }
+
+  /// Looked for from the limit of waves on, else from the scene's step.
+  StepLimit limit_on(const OwnGrid& grid) const {
+    constexpr double farthest = 4096, shortest = 1e-3;
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double factor = has_limit ? 1.25 : 2;
     double low = has_limit ? verdict_.limit.step : verdict_.step, high = low;
-    const double first = low, short_step = 1e-3 * std::min(low, verdict_.step);
-    if (grid.is_stable(low)) {
-      if (!(verdict_.step < low) || grid.is_stable(verdict_.step)) {
-        if (are_waves_exact || !has_limit) return;
-        for (high = 1.25 * low; high < farthest * first && grid.is_stable(high); high *= 1.25) low = high;
-        if (!(high < farthest * first)) {
-          verdict_.limit = {};
-          return;
-        }
-      } else {
-        high = verdict_.step, low = 0.5 * high;
-      }
+    const double first = low, step = verdict_.step;
+    const bool is_first_stable = grid.is_stable(first);
+    if (is_first_stable && step < first && !grid.is_stable(step)) {
+      high = step, low = 0.5 * step;
+    } else if (is_first_stable) {
+      for (high = factor * low; high < farthest * first && grid.is_stable(high); high *= factor) low = high;
+      if (!(high < farthest * first)) return {};
     }
-    while (low > short_step && !grid.is_stable(low)) high = low, low /= 2;
-    const bool is_never = low <= short_step;
-    while (!is_never && high - low > 1e-3 * high) {
+    while (low > shortest * std::min(first, step) && !grid.is_stable(low)) high = low, low /= 2;
+    if (!(low > shortest * std::min(first, step))) return {StepLimit::Kind::never, 0, 1};
+    while (high - low > 1e-3 * high) {
       const double middle = 0.5 * (low + high);
       (grid.is_stable(middle) ? low : high) = middle;
     }
-    verdict_.is_of_walls = has_walls(session_.problem()) && low < first;
-    verdict_.limit = {is_never ? StepLimit::Kind::never : StepLimit::Kind::limit, is_never ? 0 : low, 1,
-                      verdict_.limit.wave, verdict_.limit.state};
-    if (!(verdict_.step > verdict_.limit.step)) return;
-    verdict_.growth = grid.growth(verdict_.step);
-    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step;
+    return {StepLimit::Kind::limit, low};
   }
 
   /// ln |g| / step of what grows most between the walls; of the equations' own, those that a short step leaves near 1:

@@ -159,9 +159,9 @@ class SmallGrid {
 Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step) const {
   constexpr std::size_t many = 48;  // columns on two and three axes
   const SmallGrid grid(linear_, point, axes_, step, weights_);
-  if (!is_compiled_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
+  if (!was_tried_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
     compiled_ = CompiledTangent::make(linear_);
-  is_compiled_ = true;
+  was_tried_ = true;
   const Eigen::MatrixXd tangent = grid.tangent(compiled_.get());
   if (!tangent.allFinite()) return {};
   return stability::eigenvalues(tangent);

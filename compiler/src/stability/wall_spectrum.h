@@ -29,7 +29,7 @@ class WallSpectrum {
   std::vector<model::Axis> axes_;
   std::map<std::string, stencil::Weights> weights_;
   mutable std::unique_ptr<CompiledTangent> compiled_;  // made by the first who wants many columns; null else
-  mutable bool is_compiled_ = false;
+  mutable bool was_tried_ = false;
 };
 /// The cells of that grid along each axis.
 std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes);

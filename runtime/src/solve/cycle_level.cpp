@@ -169,11 +169,11 @@ void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLe
   double* between = residual_.data();
   const auto [first, second] = factors_;
   if (!is_in_colours_) {
+    const auto begin = [&](const Row& row) {
+      is_guess_zero ? begin_row(row, first, b, between) : relax_row(row, first, b, x, between);
+    };
     in_turns(
-        [&](const Row& row) {
-          is_guess_zero ? begin_row(row, first, b, between) : relax_row(row, first, b, x, between);
-        },
-        [&](const Row& row) { relax_row(row, second, b, between, x); }, residual);
+        begin, [&](const Row& row) { relax_row(row, second, b, between, x); }, residual);
   } else if (is_chequered_) {
     in_turns([&](const Row& row) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
              [&](const Row& row) { smooth_row(row, black, b, x); }, residual);

@@ -24,7 +24,7 @@ inline double factor_into_range(std::span<const double> values) {
     sum += 0 * values[i];
     largest = std::max(largest, std::abs(values[i]));
   }
-  if (sum != 0 || std::isnan(sum)) return 0;
+  if (sum != 0) return 0;
   const bool is_in_range = largest == 0 || (largest > 0x1p-400 && largest < 0x1p400);
   return is_in_range ? 1 : std::exp2(std::clamp(-std::ilogb(largest), -1020, 1020));
 }

@@ -261,8 +261,16 @@ void bind_projections(Draft& draft) {
 /// What a projected start depends on and has no derivative by is refused.
 void check_projected_starts(Draft& draft) {
   const Problem& problem = draft.problem;
+  // Of what acts by a coefficient the adjoint of the start says nothing.
   const auto is_sought = [&](const Unknown& unknown) {
-    return unknown.kind == Unknown::Kind::coefficient || unknown.kind == Unknown::Kind::control;
+    const auto is_it = [&](const Expr& e) {
+      const Param* param = std::get_if<Param>(&e->kind);
+      return (param != nullptr && param->name == unknown.name) ||
+             (unknown.kind == Unknown::Kind::network && std::holds_alternative<NetworkCall>(e->kind));
+    };
+    const auto holds_it = [&](const Coefficient& c) { return c.value.formula && any_part(*c.value.formula, is_it); };
+    return unknown.kind == Unknown::Kind::coefficient || unknown.kind == Unknown::Kind::control ||
+           std::ranges::any_of(problem.coefficients, holds_it);
   };
   for (const State& state : problem.states) {
     if (!state.projected) continue;
@@ -285,8 +293,8 @@ void check_projected_starts(Draft& draft) {
       return refuse("a scene where fields of the constraint begin with a file or without it",
                     "give each of them a formula and write projected behind it, or leave it out everywhere");
     if (problem.task && std::ranges::any_of(problem.task->unknowns, is_sought))
-      return refuse("a task that seeks a coefficient or a control",
-                    "leave it out: the first step makes the constraint true, and has derivatives by both");
+      return refuse("a task that seeks a coefficient, what a coefficient's formula holds, or a control",
+                    "leave it out: the first step makes the constraint true, and has derivatives by all of these");
   }
 }
 
