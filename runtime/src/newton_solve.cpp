@@ -33,7 +33,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
       loose_(std::sqrt(rounding_of(given))),
-      nothing_(given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) {
+      nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)) {
   if (solve.step == nullptr) return;  // an interpreter runs the program
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};

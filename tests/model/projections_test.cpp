@@ -59,15 +59,18 @@ TEST(Projections, OfStartsSayWhatTheyCannotTake) {
   EXPECT_EQ(with("0", "x projected"),
             "projected cannot appear in the initial state of T, which no constraint binds: E0311 leave it out");
   EXPECT_NE(with("(load(\"u.npy\"), 0) projected", "0").find("begin with a file"), std::string::npos);
-  std::string seeks = flow("  field q\n  coefficient k\n  dt(q) = k*q\n" + constraint,
-                           "boundary u: x = 0\n  boundary q: x = 0\n  initial q = x\n  k = x");
+  std::string seeks = flow("  field q\n  param a\n  coefficient k\n  dt(q) = k*q\n" + constraint,
+                           "boundary u: x = 0\n  boundary q: x = 0\n  initial q = x\n  a = 2; k = a*x");
   seeks.replace(seeks.find("initial u = 0"), 13, "initial u = (y, x) projected");
   EXPECT_EQ(refusal_of(seeks), "");
-  const std::string task = "task t : s { unknown k; minimise mean(q^2) }\n";
   Selection selection;
   selection.name = "t";
-  EXPECT_EQ(outcome_of(seeks + task, selection).code_and_hint(),
-            "E0311 leave it out: the first step makes the constraint true, and has derivatives by both");
+  for (const std::string unknown : {"k", "a from 1"}) {  // a acts by the formula of k
+    EXPECT_EQ(
+        outcome_of(seeks + "task t : s { unknown " + unknown + "; minimise mean(q^2) }\n", selection).code_and_hint(),
+        "E0311 leave it out: the first step makes the constraint true, and has derivatives by all of these")
+        << unknown;
+  }
 }
 
 }  // namespace

@@ -84,6 +84,14 @@ std::pair<Eigen::MatrixXcd, Eigen::MatrixXcd> similar_to(const std::vector<Compl
   return {a, s};
 }
 
+/// x^3 - 2x - e: the largest root is sqrt(2) + e/4 up to e^2.
+TEST(Eigenvalues, SmallEntriesBelowTheSubdiagonalCount) {
+  const double e = 7e-9;
+  Eigen::MatrixXd a(5, 5);  // two more rows, as small matrices go another way
+  a << 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, e, 1, 0, 0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0, 0.25;
+  EXPECT_NEAR(eigenvalues(a).real().maxCoeff(), std::sqrt(2.0) + e / 4, 1e-13);
+}
+
 TEST(Eigenvalues, OfSimilarMatricesAreTheSame) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     for (const std::size_t size : {3u, 4u, 6u, 9u}) {

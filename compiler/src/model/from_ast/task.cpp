@@ -237,7 +237,9 @@ std::vector<double> starts_of(const Draft& draft, const Unknown& unknown) {
   if (unknown.kind == Unknown::Kind::control) return draft.problem.find_control(unknown.name)->start;
   const auto is_open = [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
-    return param && !draft.values.contains(param->name);
+    if (!param) return false;
+    const auto value = draft.values.find(param->name);  // empty where it is known to be missing
+    return value == draft.values.end() || !value->second;
   };
   if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open))
     return {};

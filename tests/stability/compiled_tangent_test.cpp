@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tangents as machine code have the columns of those that are interpreted.
+#include "stability/compiled_tangent.h"
+
+#include <gtest/gtest.h>
+
+#include "stability/equations.h"
+#include "stability/stability_support.h"
+#include "stencil/build.h"
+
+namespace dpde::stability {
+namespace {
+
+stencil::State memory_for(const driver::Session& session, const LinearStep& linear) {
+  stencil::Grid grid;
+  grid.rank = static_cast<int>(session.axes().size());
+  for (std::size_t a = 0; a < session.axes().size(); ++a) grid.cells[a] = session.axes()[a].cells;
+  int halo = 0;
+  for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
+    halo = std::max(halo, *std::ranges::max_element(widths));
+  return {grid, halo};
+}
+
+void expect_columns_of_interpreter(const std::string& text) {
+  const auto session = open_scene(text);
+  std::string why;
+  const std::optional<LinearStep> linear = linear_step(*session, why);
+  ASSERT_TRUE(linear.has_value()) << why;
+  const auto compiled = CompiledTangent::make(*linear);
+  ASSERT_NE(compiled, nullptr);
+  stencil::State inputs = memory_for(*session, *linear);
+  stencil::Params params{{"dt", session->problem().step}, {"t", 0.25}};
+  for (const auto& [name, value] : session->workspace().params()) params[std::string(name)] = value;
+  for (std::size_t a = 0; a < session->axes().size(); ++a) {
+    const model::Axis& axis = session->axes()[a];
+    params["h" + axis.name] = axis.spacing();
+    inputs.set_coordinate(static_cast<int>(a), axis.topology, axis.low, axis.spacing());
+  }
+  for (const std::string& input : linear->inputs()) {
+    if (stencil::is_coordinate(input)) continue;
+    const int state = session->engine().state_index(input);
+    inputs.set(input, state < 0 ? session->workspace().dense(input) : session->initial(state));
+  }
+  const Eigen::MatrixXd matrix = compiled->matrix(inputs, params);
+  const std::size_t cells = session->workspace().cell_count(), states = linear->states().size();
+  ASSERT_EQ(matrix.rows(), static_cast<Eigen::Index>(cells * states));
+  EXPECT_GT((matrix - Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols())).norm(), 1e-3);
+  for (std::size_t column = 0; column < cells * states; ++column) {
+    stencil::State memory = inputs;
+    for (std::size_t s = 0; s < states; ++s) {
+      std::vector<double> values(cells, 0.0);
+      if (s == column / cells) values[column % cells] = 1;
+      memory.set(linear->perturbation_of(s), values);
+    }
+    stencil::interpret(linear->module(), linear->program(), memory, params);
+    for (std::size_t s = 0; s < states; ++s) {
+      const std::vector<double> values = memory.get(linear->perturbation_of(s));
+      for (std::size_t i = 0; i < cells; ++i) {
+        const double found = matrix(static_cast<Eigen::Index>(s * cells + i), static_cast<Eigen::Index>(column));
+        ASSERT_NEAR(found, values[i], 1e-13) << linear->states()[s] << " " << i << " column " << column;
+      }
+    }
+  }
+}
+
+TEST(CompiledTangent, HasTheColumnsOfTheInterpreter) {
+  const std::string schemes = "scheme e { time = euler }\nscheme r { time = rk4; advect = upwind(3) }\n";
+  expect_columns_of_interpreter(
+      "model m { field u, v; coefficient c\n  dt(u) = div(c*grad(u)) - u*v^2; dt(v) = (1 + x*y)*lap(v) "
+      "- advect((u, 1), v) }\n" + schemes +
+      "scene s : m with r {\n  grid x = 0 .. 1, cells 5\n  grid y = 0 .. 2, cells 7\n  c = 1 + 0.3*x\n"
+      "  boundary u: x.low = 0, x.high = mixed(1, 0.5, 0), y = zero_gradient\n  boundary v: all = linear\n"
+      "  initial u = 1 + 0.2*sin(x + y)\n  initial v = cos(x*y)\n  time 0 .. 1, step 1/500\n}\n");
+  expect_columns_of_interpreter(
+      "model m { field u; param k\n  dt(u) = k*lap(u) - u^3 }\n" + schemes +
+      "scene s : m with e {\n  grid x = 0 .. 1, cells 3\n  grid y = 0 .. 1, cells 4, periodic\n"
+      "  grid z = 0 .. 1, cells 2\n"
+      "  k = 0.1\n  boundary u: x = 0, z = zero_gradient\n  initial u = x + z\n  time 0 .. 1, step 1/100\n}\n");
+}
+
+}  // namespace
+}  // namespace dpde::stability
