@@ -11,16 +11,6 @@
 namespace dpde::stability {
 namespace {
 
-stencil::State memory_for(const driver::Session& session, const LinearStep& linear) {
-  stencil::Grid grid;
-  grid.rank = static_cast<int>(session.axes().size());
-  for (std::size_t a = 0; a < session.axes().size(); ++a) grid.cells[a] = session.axes()[a].cells;
-  int halo = 0;
-  for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
-    halo = std::max(halo, *std::ranges::max_element(widths));
-  return {grid, halo};
-}
-
 void expect_columns_of_interpreter(const std::string& text) {
   const auto session = open_scene(text);
   std::string why;
@@ -28,7 +18,7 @@ void expect_columns_of_interpreter(const std::string& text) {
   ASSERT_TRUE(linear.has_value()) << why;
   const auto compiled = CompiledTangent::make(*linear);
   ASSERT_NE(compiled, nullptr);
-  stencil::State inputs = memory_for(*session, *linear);
+  stencil::State inputs = memory_for(*linear, grid_of(session->axes()));
   stencil::Params params{{"dt", session->problem().step}, {"t", 0.25}};
   for (const auto& [name, value] : session->workspace().params()) params[std::string(name)] = value;
   for (std::size_t a = 0; a < session->axes().size(); ++a) {
@@ -67,7 +57,8 @@ TEST(CompiledTangent, HasTheColumnsOfTheInterpreter) {
   const std::string schemes = "scheme e { time = euler }\nscheme r { time = rk4; advect = upwind(3) }\n";
   expect_columns_of_interpreter(
       "model m { field u, v; coefficient c\n  dt(u) = div(c*grad(u)) - u*v^2; dt(v) = (1 + x*y)*lap(v) "
-      "- advect((u, 1), v) }\n" + schemes +
+      "- advect((u, 1), v) }\n" +
+      schemes +
       "scene s : m with r {\n  grid x = 0 .. 1, cells 5\n  grid y = 0 .. 2, cells 7\n  c = 1 + 0.3*x\n"
       "  boundary u: x.low = 0, x.high = mixed(1, 0.5, 0), y = zero_gradient\n  boundary v: all = linear\n"
       "  initial u = 1 + 0.2*sin(x + y)\n  initial v = cos(x*y)\n  time 0 .. 1, step 1/500\n}\n");

@@ -151,7 +151,8 @@ void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
   Curve predicted{"predicted", {}, {}}, stable{"measured, stable", {}, {}, true},
       unstable{"measured, unstable", {}, {}, true};
   const double low = trials.front().step, high = trials.back().step;
-  for (int i = 0; i <= 100; ++i) predicted.x.push_back(low + (high - low) * i / 100);
+  const int parts = verdict.is_of_grid ? 20 : 100;  // each takes the eigenvalues of a large matrix there
+  for (int i = 0; i <= parts; ++i) predicted.x.push_back(low + (high - low) * i / parts);
   predicted.y = stability::growths_at(session, verdict, predicted.x);
   for (const stability::Trial& trial : trials) {
     if (!std::isfinite(trial.growth)) continue;

@@ -38,6 +38,20 @@ void copy_all_cells(const stencil::State& from, const std::string& name, Field& 
 
 }  // namespace
 
+stencil::State memory_for(const LinearStep& linear, const stencil::Grid& grid) {
+  int halo = 0;
+  for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
+    halo = std::max(halo, *std::ranges::max_element(widths));
+  return {grid, halo};
+}
+
+stencil::Grid grid_of(const std::vector<model::Axis>& axes) {
+  stencil::Grid grid;
+  grid.rank = static_cast<int>(axes.size());
+  for (std::size_t a = 0; a < axes.size(); ++a) grid.cells[a] = axes[a].cells;
+  return grid;
+}
+
 std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear) {
   if (!is_of_kernels(linear.program().body)) return nullptr;
   auto code = codegen::jit(driver::lower_to_loop(linear.module(), {linear.program().name}, Precision::f64)).module;

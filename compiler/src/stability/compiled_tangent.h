@@ -5,12 +5,19 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "codegen/compiled_module.h"
+#include "model/model.h"
 #include "stability/linear_step.h"
 #include "stencil/interpret.h"
 
 namespace dpde::stability {
+
+/// Memory for a tangent, with halos as wide as it reads; no field is in it.
+stencil::State memory_for(const LinearStep& linear, const stencil::Grid& grid);
+/// The scene's own grid.
+stencil::Grid grid_of(const std::vector<model::Axis>& axes);
 
 class CompiledTangent {
  public:

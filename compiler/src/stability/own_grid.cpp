@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "stability/compiled_tangent.h"
 #include "stability/eigenvalues.h"
 #include "stability/equations.h"
 #include "stencil/build.h"
@@ -112,20 +113,10 @@ bool reads_time(const LinearStep& linear, const model::Problem& problem) {
   return !euler || reads(*euler);
 }
 
-stencil::State memory_of(const driver::Session& session, const LinearStep& linear) {
-  stencil::Grid grid;
-  grid.rank = static_cast<int>(session.axes().size());
-  for (std::size_t a = 0; a < session.axes().size(); ++a) grid.cells[a] = session.axes()[a].cells;
-  int halo = 0;
-  for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
-    halo = std::max(halo, *std::ranges::max_element(widths));
-  return {grid, halo};
-}
-
 }  // namespace
 
 OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
-    : linear_(linear), point_(point), params_(point.params), memory_(memory_of(session, linear)) {
+    : linear_(linear), point_(point), params_(point.params), memory_(memory_for(linear, grid_of(session.axes()))) {
   for (std::size_t s = 0; s < linear.states().size(); ++s) {
     if (!linear.perturbation_of(s).empty()) active_.push_back(s);
   }

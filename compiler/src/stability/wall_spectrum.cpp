@@ -61,8 +61,6 @@ class SmallGrid {
       : linear_(linear), program_(linear.program()), point_(point), params_(point.params), weights_(weights) {
     grid_.rank = static_cast<int>(axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
-    for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
-      halo_ = std::max(halo_, *std::ranges::max_element(widths));
     params_["dt"] = step;
     find_known(program_.body, linear, point.solved, solved_);
     take_out(program_.body, solved_);
@@ -90,7 +88,7 @@ class SmallGrid {
 
  private:
   stencil::State inputs() const {
-    stencil::State memory(grid_, halo_);
+    stencil::State memory = memory_for(linear_, grid_);
     memory.inverses = inverses_;
     memory.weights = weights_;
     const std::size_t cells = static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
@@ -150,7 +148,6 @@ class SmallGrid {
   stencil::Params params_;
   const std::map<std::string, stencil::Weights>& weights_;
   stencil::Grid grid_;
-  int halo_ = 0;
   std::shared_ptr<stencil::Inverses> inverses_ = stencil::new_inverses();
 };
 
