@@ -33,7 +33,8 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
       loose_(std::sqrt(rounding_of(given))),
-      nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)) {
+      nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)),
+      twice_rounded_(0x1p10 * rounding_of(given) * rounding_of(given)) {
   if (solve.step == nullptr) return;  // an interpreter runs the program
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};
@@ -86,8 +87,10 @@ double NewtonSolve::distance(void* const* fields, const std::function<void()>& a
   return length(left_);
 }
 
-/// The largest of the fields.
+/// The largest of the fields. Rounding of a large field is left in the right sides of small ones, and each step makes
+/// that smaller by rounding: what a field changes beyond both is nothing.
 double NewtonSolve::relative_change() const {
+  const double nothing = std::max(nothing_, twice_rounded_ * std::max(largest_size(x_), largest_size(right_)));
   double most = 0;
   for (std::size_t first = 0; first < x_.size(); first += unknowns_.cells()) {
     const auto part = [&](const std::vector<double>& values) {
@@ -95,7 +98,7 @@ double NewtonSolve::relative_change() const {
     };
     const double change = largest_size(part(change_)),
                  size = std::max(largest_size(part(x_)), largest_size(part(right_)));
-    if (change > nothing_) most = std::max(most, size > 0 ? change / size : 1.0);
+    if (change > nothing) most = std::max(most, size > 0 ? change / size : 1.0);
     if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
   }
   return most;

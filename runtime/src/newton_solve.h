@@ -31,7 +31,8 @@ class NewtonSolve {
 
   std::string names_;
   double tolerance_ = 0, loose_ = 0;
-  double nothing_ = 0;  // below which what is left of right sides has lost digits: a change of that size is none
+  double nothing_ = 0;        // below which what is left of right sides has lost digits: a change of that size is none
+  double twice_rounded_ = 0;  // below which a change is none, of the largest field
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;
   std::vector<double> right_, x_, next_, left_, change_;

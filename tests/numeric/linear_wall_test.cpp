@@ -55,6 +55,20 @@ scene s : carry with s {
   }
 }
 
+/// The line is one in the place, on stretched axes too: what diffuses along it stays, and nothing grows at the wall.
+TEST(LinearWall, LinesStayOnStretchedAxes) {
+  for (const std::string map : {"0.5 + 0.5*tanh(2*(2*x - 1))/tanh(2)", "x + 0.1*sin(2*pi*x)", "log(1 + 3*x)/log(4)"}) {
+    for (const std::string word : {"linear", "outflow"}) {
+      const std::string text = "model m { field u; dt(u) = lap(u) }\nscheme s { time = backward_euler }\n" +
+                               ("scene s : m with s {\n  grid x = 0 .. 1, cells 8, stretched " + map) +
+                               "\n  boundary u: x.low = linear, x.high = " + word +
+                               "\n  initial u = 1 + x\n  exact u = 1 + x\n  time 0 .. 1, step 1/64\n}\n";
+      EXPECT_NEAR(order(text, 32), 2, 0.15) << map;
+      EXPECT_LT(run_scene(text, "s", {{"cells", "64"}}).l2.at("u"), 5e-4) << map;
+    }
+  }
+}
+
 /// The loss is quadratic in A, so that its difference is its derivative for any displacement.
 TEST(LinearWall, GradientsAreExact) {
   const auto text = [](const std::string& a, const std::string& cells, const std::string& sides) {
@@ -65,7 +79,8 @@ TEST(LinearWall, GradientsAreExact) {
            "task t : s {\n  unknown A from " +
            a + "\n  unknown initial u\n  minimise integral((u - 1)^2) + mean(dx(u)^2) over time\n}\n";
   };
-  for (const char* cells : {"1", "2", "3", "7"}) {
+  for (const char* cells : {"1", "2", "3", "7", "1, stretched (x + 0.5*x^2)/1.5", "2, stretched (x + 0.5*x^2)/1.5",
+                            "7, stretched (x + 0.5*x^2)/1.5"}) {
     for (const char* sides : {"x.low = A, x.high = linear", "x.low = linear, x.high = gradient(A)",
                               "x.low = "
                               "mixed(1, 0.5, A), x.high = linear"}) {

@@ -318,6 +318,33 @@ scene newton : cubic with all {
   }
 }
 
+/// A field of 1e-40 beside one of 1: what rounding of the large one leaves in a step of Newton's is more than it.
+TEST(ImplicitSteps, OfFieldsOfVeryDifferentSizesEnd) {
+  const std::string text = R"(
+model m { field u, v
+  dt(u) = 0.07*lap(u) + advect(0.6, u)
+  dt(v) = 0.12*lap(v) - advect(2.6, v) + 0.08*lap(u) }
+scheme s { time = imex_euler; implicit = all_but_advect }
+scene one : m with s {
+  grid x = 0 .. 1, cells 20, stretched 0.3*x + 0.7*x^2
+  boundary u: all = mixed(17, 1, 0)
+  boundary v: x.low = mixed(20, 1, 0), x.high = linear
+  initial u = SIZE*sin(pi*x)
+  initial v = 1
+  time 0 .. 1, step 1/16
+}
+)";
+  const auto state_of = [&](const std::string& size) {
+    std::string with = text;
+    return run_scene(with.replace(with.find("SIZE"), 4, size), "one").state;
+  };
+  const auto none = state_of("0"), small = state_of("1e-40");
+  for (std::size_t i = 0; i < 20; ++i) {
+    EXPECT_NEAR(small.at("v")[i], none.at("v")[i], 1e-12);
+    EXPECT_LT(std::abs(small.at("u")[i]), 1e-28);
+  }
+}
+
 /// X - h*exp(X) = R has no solution where R is above -1 - log(h).
 TEST(Newton, SaysThatItDoesNotConverge) {
   const std::string text = R"(

@@ -130,6 +130,36 @@ TEST(OwnGrid, StepsAboveALimitGrow) {
   EXPECT_TRUE(verdict.ruins_run());
 }
 
+/// |g| = 1 + (omega dt)^4/8 with rk2, at every step. Means that drift stand beside it.
+TEST(OwnGrid, WeakGrowthIsNoLimit) {
+  for (const std::string walls : {"all = 0", "all = zero_gradient", "x.low = 0, x.high = zero_gradient"}) {
+    const auto verdict = [&](double step) {
+      return own_verdict(*open_scene(
+          fmt::format("model m {{ field u; dt(dt(u)) = lap(u) }}\nscheme c {{ time = rk2 }}\nscene s : m with c {{\n"
+                      "  grid x = 0 .. 1, cells 30\n  boundary u: {}\n  initial u = sin(pi*x)\n"
+                      "  initial dt(u) = 0\n  time 0 .. {}, step {}\n}}\n",
+                      walls, 1e4 * step, step)));
+    };
+    const double step = 4e-3, z = 60 * step;
+    EXPECT_EQ(verdict(step).limit.kind, StepLimit::Kind::never) << walls;
+    EXPECT_TRUE(verdict(step).limit.is_weak()) << walls;
+    EXPECT_NEAR(verdict(step).growth - 1, std::pow(z, 4) / 8, 0.05 * std::pow(z, 4)) << walls;
+    EXPECT_TRUE(verdict(step).ruins_run()) << walls;
+    EXPECT_FALSE(verdict(1e-4).ruins_run()) << walls;
+  }
+}
+
+/// A limit is found however short the scene's own step is.
+TEST(OwnGrid, LimitsFarFromTheScenesStepAreFound) {
+  const auto session = open_scene(
+      "model m { field u; dt(u) = -advect(2, u) }\nscheme c { time = rk4; advect = upwind(3) }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1, cells 8\n  boundary u: x.low = 0, x.high = outflow\n  initial u = sin(pi*x)\n"
+      "  time 0 .. 1, step 1e-7\n}\n");
+  const double limit = own_verdict(*session).limit.step;
+  EXPECT_GT(limit, 0.05);
+  EXPECT_NEAR(search_limit(*session, limit, 4e-3, 2, {.steps = 2000}).largest, limit, 0.3 * limit);
+}
+
 /// Their steps are others where the state, or time, is another.
 TEST(OwnGrid, IsNotAskedWhereTheStateOrTimeMatters) {
   const auto is_asked = [](const std::string& equation, const std::string& more) {
@@ -207,6 +237,67 @@ TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
     EXPECT_EQ(grid->is_stable(verdict.step), !verdict.is_above()) << verdict.limit.step << "\n" << text;
   }
   EXPECT_GT(limits, 40);
+}
+
+/// What a wall may say where the flow goes out through it, and where it comes in.
+std::string drawn_wall(Lot& lot, bool is_outflow) {
+  const std::string mixed = fmt::format("mixed({:.2f}, 1, 0)", lot.between(0.1, 20));
+  return is_outflow ? lot.of<std::string>({"0", "zero_gradient", mixed, "linear", "outflow"})
+                    : lot.of<std::string>({"0", "zero_gradient", mixed});
+}
+
+/// One or two fields between walls, on cells of one size or others, with schemes of all kinds.
+std::string drawn_line(Lot& lot) {
+  const bool are_two = lot.happens(), has_coefficient = lot.happens(), is_implicit = lot.happens();
+  std::string walls;
+  const auto terms = [&](const std::string& own, const std::string& other) {
+    std::string text =
+        has_coefficient ? "div(k*grad(" + own + "))" : fmt::format("{:.3f}*lap({})", lot.between(0.05, 1), own);
+    const double speed = lot.between(-3, 3);
+    text += fmt::format(" - advect({:.3f}, {})", speed, own);
+    if (lot.happens()) text += fmt::format(" - {:.3f}*{}", lot.between(0, 5), own);
+    if (are_two && lot.happens()) text += fmt::format(" + {:.3f}*{}", lot.between(-3, 3), other);
+    walls += fmt::format("  boundary {}: x.low = {}, x.high = {}\n", own, drawn_wall(lot, speed < 0),
+                         drawn_wall(lot, speed > 0));
+    return text;
+  };
+  std::string equations = "field u; coefficient k; dt(u) = " + terms("u", "v"), starts = "  initial u = sin(pi*x)\n";
+  if (are_two) equations += "\nfield v; dt(v) = " + terms("v", "u"), starts += "  initial v = 0\n";
+  const std::string time = is_implicit ? lot.of<std::string>({"imex_euler", "ars222", "ars443"})
+                                       : lot.of<std::string>({"euler", "rk2", "ssp_rk3", "rk4", "ab2", "ab3"});
+  const std::string advect = lot.of<std::string>({"central(2)", "central(4)", "upwind(1)", "upwind(3)", "upwind(5)"});
+  const std::string cells = lot.of<std::string>(
+      {"8", "20", "33", "20, stretched 0.3*x + 0.7*x^2", "33, stretched 0.5 + 0.5*tanh(2*(2*x - 1))/tanh(2)"});
+  return fmt::format(
+      "model m {{ {} }}\nscheme c {{ time = {}; advect = {}; lap = {} }}\nscene s : m with c {{\n"
+      "  grid x = 0 .. 1, cells {}\n  k = {}\n{}{}  time 0 .. 1, step 1e-4\n}}\n",
+      equations, time, advect, lot.of<std::string>({"central(2)", "central(4)"}), cells,
+      lot.of<std::string>({"0.1 + x^2", "exp(-2*x)", "1 + 0.5*sin(6*x)"}), walls, starts);
+}
+
+/// Runs grow beyond what is predicted, and not before. Where a flow meets a wall they may bear a little more, as what
+/// grows on its way there has an end.
+TEST(OwnGrid, LimitsBetweenWallsAreThoseOfRuns) {
+  Lot lot(20261127);
+  int limits = 0;
+  for (int i = 0; i < 30; ++i) {
+    const std::string text = drawn_line(lot);
+    const auto session = open_scene(text);
+    const Verdict verdict = own_verdict(*session);
+    if (verdict.growth_rate > 0) continue;
+    if (verdict.limit.kind == StepLimit::Kind::none) {
+      for (const double step : {1e-4, 1e-2, 1.0})
+        EXPECT_TRUE(try_step(*session, step, {.steps = 2000}).value().is_stable) << step << "\n" << text;
+      continue;
+    }
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << text;
+    ++limits;
+    const double limit = verdict.limit.step;
+    const Search found = search_limit(*session, limit, 4e-3, 2, {.steps = 4000});
+    EXPECT_GT(found.largest, 0.99 * limit) << text;
+    EXPECT_LT(found.largest, 1.35 * limit) << text;
+  }
+  EXPECT_GT(limits, 20);
 }
 
 }  // namespace

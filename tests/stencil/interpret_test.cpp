@@ -22,7 +22,7 @@ const std::vector<AxisBoundary> sorts = {
     {Topology::bounded, {SideKind::gradient, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
     {Topology::bounded, {SideKind::gradient, 0.0, 0.0, 0.0, true}, {SideKind::mixed, 0.0, 1.5, param("b"), true}},
     {Topology::bounded, {SideKind::mixed, 0.0, 0.7, param("b"), true}, {SideKind::value, 0.0, 0.0, 0.0, true}},
-    {Topology::bounded, {SideKind::linear}, {SideKind::mixed, 0.0, 1.5, param("b")}},
+    {Topology::bounded, {SideKind::line, 0.0, 1.3}, {SideKind::mixed, 0.0, 1.5, param("b")}},
     {Topology::bounded, {SideKind::gradient_at_cell, 0.0}, {SideKind::gradient_at_cell, 0.0}},
     {Topology::bounded, {SideKind::gradient_at_cell, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
     {Topology::bounded, {SideKind::linear, 0.0, 0.0, 0.0, true}, {SideKind::linear, 0.0, 0.0, 0.0, true}},

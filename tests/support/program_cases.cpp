@@ -144,7 +144,7 @@ std::vector<ProgramCase> program_cases() {
        1,
        wide + "program p { fill u x.low = gradient_at_cell(0.4), x.high = gradient_at_cell(-0.2); run k; swap u, v }",
        {{"u"}, {"c"}}},
-      {"straight lines, wide", 1, wide + "program p { fill u x = linear; run k; swap u, v }", {{"u"}, {"c"}}},
+      {"straight lines, wide", 1, wide + "program p { fill u x = line(1.4); run k; swap u, v }", {{"u"}, {"c"}}},
       {"straight lines 2-D",
        2,
        burgers_2d_kernel + "program p { fill u x periodic, y = linear; fill v x periodic, "

@@ -67,6 +67,7 @@ class Rewriter {
     return placements_.is_staggered() ? interpolate(field(names_[a])) : field(names_[a]);
   }
   double slope_at(int axis, double s) const { return value_at(*slopes_[static_cast<std::size_t>(axis)], s); }
+  double metric_beside(int axis, bool is_low) const;
   Expr over_volume(Expr e);
   Expr spacing_or(const Param& p, const Expr& e);
   Expr derivative_of(const Derivative& d, Origin origin);
@@ -258,6 +259,16 @@ Expr Rewriter::weighted(const Reduce& r, Origin origin) {
   return times(factor, reduce(std::move(result), origin));
 }
 
+/// Between the two cells beside a side, as differences have it.
+double Rewriter::metric_beside(int axis, bool is_low) const {
+  const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
+  const auto in_cell = [&](double i) {
+    const double h = along.spacing();
+    return 1 / slope_at(axis, is_low ? along.low + i * h : along.high - i * h);
+  };
+  return 0.5 * (in_cell(0.5) + in_cell(1.5));
+}
+
 void Rewriter::rewrite(AxisSides& sides, int axis) {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   for (Side* side : {&sides.low, &sides.high}) {
@@ -267,6 +278,11 @@ void Rewriter::rewrite(AxisSides& sides, int axis) {
     const SideCondition& condition = condition_of(side->kind);
     if (condition.gives_slope()) side->value = times(side->value, slope);
     if (condition.b == SideCondition::Part::given) side->b = over(side->b, slope);
+    const bool goes_on = side->kind == SideKind::linear || side->kind == SideKind::outflow;
+    if (goes_on && !home_[static_cast<std::size_t>(axis)]) {
+      side->kind = SideKind::line;
+      side->a = slope * metric_beside(axis, side == &sides.low);
+    }
   }
 }
 

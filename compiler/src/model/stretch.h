@@ -2,10 +2,15 @@
 // Stretched axes, done with at this level: everything below runs on the uniform coordinate s of each axis. With the
 // places y = Y(s) and the metric m = ds/dy = 1/Y'(s), a coefficient beside those of the model (y_metric):
 //
-//   y          Y(s)                      dy(f)      m*ds(f), orders above 1 nested: m*ds(m*ds(f)), the compact flux
-//   form v . grad   components v*m            hy         hy/m, the spacing where it is asked for mean(f), integral(f)
-//   of c*f/m, c such that mean(1) = 1 to rounding; sums are not weighted gradient(g) at a wall   g/m there    mixed(a,
-//   b, c)   mixed(a, b*m, c)
+//   y                        Y(s)
+//   dy(f)                    m*ds(f), orders above 1 nested: m*ds(m*ds(f)), the compact flux form
+//   v . grad                 components v*m
+//   hy                       hy/m, the spacing where it is asked for
+//   mean(f), integral(f)     of c*f/m, c such that mean(1) = 1 to rounding; sums are not weighted
+//   gradient(g) at a wall    g/m there
+//   mixed(a, b, c)           mixed(a, b*m, c)
+//   linear, outflow          line(a) between cells, a the metric between the two beside the wall over that on it: of a
+//                            straight line in y the second derivative is 0 there; on faces they stay
 //
 // A sum of m*(flux[+1/2] - flux[-1/2])/h, weighted by h/m, telescopes: what is conserved on uniform grids stays
 // conserved. On a wall the metric has its own value there exactly, so that fluxes through walls are those that

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <utility>
+#include <vector>
 
 namespace dpde::stability {
 
@@ -84,27 +85,69 @@ Eigen::VectorXcd diagonal_of_schur(Matrix a) {
   return schur.matrixT().diagonal();
 }
 
-/// By elimination with partial pivoting; a pivot that is 0 becomes `least`.
-void solve_in_place(Eigen::MatrixXcd a, Eigen::VectorXcd& x, double least) {
-  const Index size = a.rows();
-  for (Index k = 0; k < size; ++k) {
-    Index pivot = k;
-    for (Index i = k + 1; i < size; ++i) {
-      if (std::abs(a(i, k)) > std::abs(a(pivot, k))) pivot = i;
-    }
-    for (Index j = k; j < size; ++j) std::swap(a(k, j), a(pivot, j));
-    std::swap(x[k], x[pivot]);
-    if (!(std::abs(a(k, k)) > least)) a(k, k) = least;
-    for (Index i = k + 1; i < size; ++i) {
-      const Complex factor = a(i, k) / a(k, k);
-      for (Index j = k; j < size; ++j) a(i, j) -= factor * a(k, j);
-      x[i] -= factor * x[k];
+/// Inverse iteration: by elimination with partial pivoting, where a pivot that is 0 becomes `least`.
+class Elimination {
+ public:
+  Elimination(Eigen::MatrixXcd a, double least) : a_(std::move(a)), pivots_(static_cast<std::size_t>(a_.rows())) {
+    const Index size = a_.rows();
+    for (Index k = 0; k < size; ++k) {
+      Index pivot = k;
+      for (Index i = k + 1; i < size; ++i) {
+        if (std::abs(a_(i, k)) > std::abs(a_(pivot, k))) pivot = i;
+      }
+      pivots_[static_cast<std::size_t>(k)] = pivot;
+      for (Index j = 0; j < size; ++j) std::swap(a_(k, j), a_(pivot, j));
+      if (!(std::abs(a_(k, k)) > least)) a_(k, k) = least;
+      for (Index i = k + 1; i < size; ++i) a_(i, k) /= a_(k, k);
+      for (Index j = k + 1; j < size; ++j) {
+        for (Index i = k + 1; i < size; ++i) a_(i, j) -= a_(i, k) * a_(k, j);
+      }
     }
   }
-  for (Index k = size; k-- > 0;) {
-    for (Index j = k + 1; j < size; ++j) x[k] -= a(k, j) * x[j];
-    x[k] /= a(k, k);
+
+  /// A vector of the matrix, or of its adjoint, that is 1 where it is largest.
+  Eigen::VectorXcd vector(bool of_adjoint) const {
+    Eigen::VectorXcd x(a_.rows());  // nothing that is orthogonal to it by a symmetry
+    for (Index i = 0; i < x.size(); ++i) x[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i + 1));
+    for (int turn = 0; turn < 3; ++turn) {
+      of_adjoint ? solve_adjoint(x) : solve(x);
+      x /= x.cwiseAbs().maxCoeff();
+    }
+    return x;
   }
+
+ private:
+  void solve(Eigen::VectorXcd& x) const {
+    const Index size = a_.rows();
+    for (Index k = 0; k < size; ++k) std::swap(x[k], x[pivots_[static_cast<std::size_t>(k)]]);
+    for (Index k = 0; k < size; ++k) {
+      for (Index i = k + 1; i < size; ++i) x[i] -= a_(i, k) * x[k];
+    }
+    for (Index k = size; k-- > 0;) {
+      x[k] /= a_(k, k);
+      for (Index i = 0; i < k; ++i) x[i] -= a_(i, k) * x[k];
+    }
+  }
+  void solve_adjoint(Eigen::VectorXcd& x) const {
+    const Index size = a_.rows();
+    for (Index k = 0; k < size; ++k) {
+      for (Index i = 0; i < k; ++i) x[k] -= std::conj(a_(i, k)) * x[i];
+      x[k] /= std::conj(a_(k, k));
+    }
+    for (Index k = size; k-- > 0;) {
+      for (Index i = k + 1; i < size; ++i) x[k] -= std::conj(a_(i, k)) * x[i];
+    }
+    for (Index k = size; k-- > 0;) std::swap(x[k], x[pivots_[static_cast<std::size_t>(k)]]);
+  }
+
+  Eigen::MatrixXcd a_;  // both factors
+  std::vector<Index> pivots_;
+};
+
+Elimination elimination_near(Eigen::MatrixXcd a, Complex value) {
+  const double size = std::max(a.cwiseAbs().maxCoeff(), std::abs(value));
+  a.diagonal().array() -= value;
+  return {std::move(a), 1e-15 * size + 1e-300};
 }
 
 }  // namespace
@@ -144,16 +187,16 @@ Index largest_component(Eigen::MatrixXcd a) {
   const Eigen::VectorXcd values = eigenvalues(a);
   Index of_all = 0, component = 0;
   values.cwiseAbs().maxCoeff(&of_all);
-  const double size = std::max(a.cwiseAbs().maxCoeff(), std::abs(values[of_all]));
-  a.diagonal().array() -= values[of_all];
-  Eigen::VectorXcd x(a.rows());  // nothing that is orthogonal to it by a symmetry
-  for (Index i = 0; i < x.size(); ++i) x[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i + 1));
-  for (int turn = 0; turn < 3; ++turn) {  // inverse iteration
-    solve_in_place(a, x, 1e-15 * size + 1e-300);
-    x /= x.cwiseAbs().maxCoeff();
-  }
+  const Eigen::VectorXcd x = elimination_near(std::move(a), values[of_all]).vector(false);
   (scales.array() * x.array().abs()).maxCoeff(&component);
   return component;
+}
+
+double sensitivity(Eigen::MatrixXd a, Complex value) {
+  balance(a);
+  const Elimination elimination = elimination_near(a.cast<Complex>(), value);
+  const Eigen::VectorXcd right = elimination.vector(false), left = elimination.vector(true);
+  return a.norm() * right.norm() * left.norm() / std::abs(left.dot(right));
 }
 
 }  // namespace dpde::stability

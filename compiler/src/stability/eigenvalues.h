@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
 
 namespace dpde::stability {
 
@@ -13,5 +14,8 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a);
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a);
 /// The component that has the largest share in the eigenvector of the largest eigenvalue.
 Eigen::Index largest_component(Eigen::MatrixXcd a);
+/// What a relative change of `a`, scaled as above, is multiplied by in this eigenvalue of it: |a| |x| |y| / |y.x|, with
+/// its right and left vectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
+double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
 
 }  // namespace dpde::stability

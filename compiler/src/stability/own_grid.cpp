@@ -19,8 +19,9 @@ namespace {
 constexpr double most_unknowns = 256;
 constexpr int first_doublings = 9, all_doublings = 18;  // of steps: 512, and a quarter of a million
 constexpr int doublings_of_parts = 3;                   // of a step: eighths
-constexpr double tenfold = 10;
-constexpr double told_from_rounding = 1e-5;  // ln of what is not told from rounding in a step
+constexpr double tenfold = 10, hundredfold = 100;
+constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matrix
+constexpr double left_out = 1e-9;            // by differences of steps, of the largest rate
 constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
 constexpr double largest_square = 1e120;     // squares of it are numbers still
 
@@ -47,8 +48,6 @@ double largest_of(const std::vector<double>& norms, int k) {
   const auto count = std::min(norms.size(), static_cast<std::size_t>(k) + 1);
   return *std::max_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(count));
 }
-
-double largest_real_part(const Eigen::VectorXcd& values) { return values.real().maxCoeff(); }
 
 /// Cells that can be disturbed at once: so far from one another that no cell is reached by two.
 class CellGroups {
@@ -152,7 +151,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   OwnGrid result(session, linear, point);
   const Eigen::Index size = result.cells() * static_cast<Eigen::Index>(result.active_.size());
   if (!result.applied(Eigen::VectorXd::Ones(size), step).allFinite()) return std::nullopt;
-  result.measure_rate(step);
+  result.measure_rates(step);
   return result;
 }
 
@@ -161,22 +160,52 @@ Eigen::Index OwnGrid::cells() const {
   return static_cast<Eigen::Index>(cells[0]) * cells[1] * cells[2];
 }
 
-/// Where a step of length 0 changes nothing, of dG/d(dt) there. Schemes with a memory have other factors beside those
-/// of the equations, which lie near 1 in a short step.
-void OwnGrid::measure_rate(double step) {
-  const double length = 1e-4 * step;
-  const Eigen::MatrixXd up = tangent(length), down = tangent(-length);
-  const bool is_smooth = !linear_.follows_flow() && up.allFinite() && down.allFinite() &&
-                         (0.5 * (up + down) - Eigen::MatrixXd::Identity(up.rows(), up.cols())).norm() < 1e-2;
-  if (is_smooth) {
-    rate_ = largest_real_part(eigenvalues(Eigen::MatrixXd((up - down) / (2 * length))));
-  } else {
-    const double short_step = step / 64;
-    for (const std::complex<double> value : eigenvalues(tangent(short_step))) {
-      if (std::abs(value - 1.0) < 0.5) rate_ = std::max(rate_, std::log(std::abs(value)) / short_step);
-    }
+double OwnGrid::smooth_length(double step) const {
+  if (linear_.follows_flow()) return 0;
+  for (double length = 1e-4 * step; length > 1e-11 * step; length *= 1e-3) {
+    const Eigen::MatrixXd up = tangent(length), down = tangent(-length);
+    if ((0.5 * (up + down) - Eigen::MatrixXd::Identity(up.rows(), up.cols())).norm() < 1e-2) return length;
   }
-  if (!(rate_ * step > told_from_rounding)) rate_ = 0;
+  return 0;
+}
+
+/// Where a step of length 0 changes nothing, those of dG/d(dt) there. Schemes with a memory have other factors beside
+/// those of the equations, which lie near 1 in a short step. The lengths weigh rounding against what is left out.
+void OwnGrid::measure_rates(double step) {
+  const double smooth = smooth_length(step);
+  Eigen::MatrixXd matrix;
+  const auto rates = [&](double length) {
+    matrix = smooth > 0 ? Eigen::MatrixXd((tangent(length) - tangent(-length)) / (2 * length)) : tangent(length);
+    std::vector<std::complex<double>> result;
+    for (const std::complex<double> value : eigenvalues(matrix)) {
+      if (smooth > 0)
+        result.push_back(value);
+      else if (std::abs(value - 1.0) < 0.5)
+        result.push_back(std::log(value) / length);
+    }
+    return result;
+  };
+  for (const std::complex<double> rate : rates(smooth > 0 ? smooth : step / 64))
+    fastest_ = std::max(fastest_, std::abs(rate));
+  if (!(fastest_ > 0)) return;
+  const double length = (smooth > 0 ? 1e-5 : 1e-3) / fastest_;
+  std::complex<double> largest = 0;
+  for (const std::complex<double> rate : rates(length)) {
+    if (rate.real() > largest.real()) largest = rate;
+  }
+  if (largest.real() == 0) return;
+  const double uncertain =
+      smooth > 0 ? left_out * sensitivity(matrix, largest)
+                 : 10 * left_out * fastest_ +
+                       rounding_of_steps / length * sensitivity(std::move(matrix), std::exp(largest * length));
+  if (largest.real() > uncertain) rate_ = largest.real();
+}
+
+/// Of the first powers in the same time, where a step is an eighth.
+double OwnGrid::largest_of_parts(double step) const {
+  constexpr int most = first_doublings + doublings_of_parts;
+  const double part = std::exp2(-doublings_of_parts) * step;
+  return largest_of(norms_of_powers(std::exp(-2 * rate_ * part) * tangent(part), most), most);
 }
 
 bool OwnGrid::is_stable(double step) const {
@@ -185,18 +214,27 @@ bool OwnGrid::is_stable(double step) const {
   const std::vector<double> norms = norms_of_powers(std::exp(-2 * rate_ * step) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
-  const double part = std::exp2(-doublings_of_parts) * step;
-  const std::vector<double> of_parts =
-      norms_of_powers(std::exp(-2 * rate_ * part) * tangent(part), first_doublings + doublings_of_parts);
-  return first <= tenfold * largest_of(of_parts, first_doublings + doublings_of_parts);
+  return first <= hundredfold * largest_of_parts(step);
+}
+
+double OwnGrid::sure_growth(double step) const {
+  const Eigen::MatrixXd g = tangent(step);
+  if (!g.allFinite()) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXcd values = eigenvalues(g);
+  Eigen::Index largest = 0;
+  values.cwiseAbs().maxCoeff(&largest);
+  const double growth = std::log(std::abs(values[largest]));
+  if (growth <= 2 * rate_ * step) return 0;
+  return growth > 2 * rate_ * step + rounding_of_steps * sensitivity(g, values[largest]) ? growth : 0;
 }
 
 double OwnGrid::growth(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return std::numeric_limits<double>::infinity();
   double growth = eigenvalues(g).cwiseAbs().maxCoeff(), steps = 1;
+  const double allowed = hundredfold * largest_of_parts(step);
   for (const double norm : norms_of_powers(g, first_doublings)) {
-    if (std::isfinite(norm)) growth = std::max(growth, std::pow(norm / (tenfold * g.norm()), 1 / steps));
+    if (std::isfinite(norm)) growth = std::max(growth, std::pow(norm / allowed, 1 / steps));
     steps *= 2;
   }
   return growth;

@@ -6,9 +6,10 @@
 // where neither of these holds:
 //   - a power of g beyond the 512th grows faster than in proportion: |g^262144| > 10 * 512 * max |g^n|, n up to 512.
 //     Growth in proportion is that of means that drift by right.
-//   - the first powers are more than ten times as large as those of steps of an eighth in the same time. Eigenvalues
-//     alone would call stable what grows while it is carried through the domain and dies at its end (L. N. Trefethen
-//     and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
+//   - the first powers are more than a hundred times as large as those of steps of an eighth in the same time.
+//     Eigenvalues alone would call stable what grows while it is carried through the domain and dies at its end (L. N.
+//     Trefethen and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
+// Powers tell no growth below `least_growth`. The largest eigenvalue does, where rounding moves it less than that.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,19 +24,28 @@ namespace dpde::stability {
 
 class OwnGrid {
  public:
+  static constexpr double least_growth = 3e-5;  // ln |g| that powers tell
+
   /// `point` is any of the scene's. nullopt for steps of other kinds, and for grids that are too large.
   static std::optional<OwnGrid> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                      double step);
 
   /// The largest real part of the equations' own eigenvalues, 1/time; 0 where none is positive.
   double growth_rate() const { return rate_; }
+  /// The largest of these eigenvalues, 1/time; 0 where nothing moves.
+  double fastest() const { return fastest_; }
   bool is_stable(double step) const;
+  /// ln |g| of the largest eigenvalue; 0 where rounding may have made it.
+  double sure_growth(double step) const;
   /// |g| of what grows most in the long run, or on the way.
   double growth(double step) const;
 
  private:
   OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
-  void measure_rate(double step);
+  void measure_rates(double step);
+  /// So short that a step of it changes little; 0 where none does, as of schemes with a memory.
+  double smooth_length(double step) const;
+  double largest_of_parts(double step) const;
   Eigen::MatrixXd tangent(double step) const;
   /// One run for all cells of a group. nullopt where two of them reach one cell all the same.
   std::optional<Eigen::MatrixXd> tangent_by_colours(double step) const;
@@ -51,7 +61,7 @@ class OwnGrid {
   std::vector<Topology> topologies_;
   stencil::Params params_;
   stencil::State memory_;
-  double rate_ = 0;
+  double rate_ = 0, fastest_ = 0;
 };
 
 }  // namespace dpde::stability

@@ -2,6 +2,7 @@
 #include "stability/trial.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -117,6 +118,13 @@ int steps_of_run(driver::Session& session) {
       std::clamp<double>(cell_steps / cells, fewest_steps, found.solves ? most_steps_with_solves : most_steps));
 }
 
+/// Growth in proportion to time, as of a mean that drifts by right: by 2, 3 and 4 in the last quarters. What grows as a
+/// power of the steps has the same factor from each to the next.
+bool is_drift(const std::array<double, 4>& quarters) {
+  const double first = quarters[2] / quarters[1], second = quarters[3] / quarters[2];
+  return first < 1.6 && second < 0.95 * first;
+}
+
 }  // namespace
 
 std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
@@ -127,7 +135,7 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   const double begin = pair.difference();
   Trial result{step, true, 1, 0};
   double last = begin;
-  double before = 0, behind = 0;  // the largest differences in the second and in the last quarter
+  std::array<double, 4> quarters{};  // the largest difference in each
   while (result.steps < wanted) {
     if (options.stop != nullptr && options.stop->load()) return std::nullopt;
     const int now = std::min({std::max(1, std::min(result.steps / 16, wanted / looks)), wanted - result.steps});
@@ -143,15 +151,15 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
       return result;
     }
     last = difference;
-    const double part = static_cast<double>(result.steps) / wanted;
-    if (part > 0.25 && part <= 0.5) before = std::max(before, difference);
-    if (part > 0.75) behind = std::max(behind, difference);
+    double& largest = quarters[static_cast<std::size_t>(4.0 * (result.steps - 1) / wanted)];
+    largest = std::max(largest, difference);
   }
   const double half = 0.5 * wanted;
   const double unit = session.problem().scheme.real == Precision::f64 ? 0x1p-53 : 0x1p-24;
   const double rounding = unit * std::max(1.0, roundings * std::sqrt(wanted));
-  if (behind > rounding) result.growth = std::pow(behind / std::max(before, rounding), 1 / half);
-  result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half;
+  if (quarters[3] > rounding) result.growth = std::pow(quarters[3] / std::max(quarters[1], rounding), 1 / half);
+  result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half ||
+                     is_drift(quarters);
   return result;
 }
 

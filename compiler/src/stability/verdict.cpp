@@ -100,7 +100,8 @@ class Examination {
     worst_ = points.front();
     const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
     const bool are_waves_all = is_same && !has_walls(session_.problem());
-    if (const auto grid = are_waves_all ? std::nullopt : own_grid()) return grid->is_stable(verdict_.step);
+    if (const auto grid = are_waves_all ? std::nullopt : own_grid())
+      return grid->is_stable(verdict_.step) && !grows_weakly(*grid);
     for (const ScenePoint& point : points) {
       const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
       if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
@@ -203,7 +204,7 @@ class Examination {
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
     const StepLimit by_waves = verdict_.limit;
-    verdict_.limit = limit_on(grid);
+    verdict_.limit = weak_or(limit_on(grid), grid);
     verdict_.limit.wave = by_waves.wave;
     verdict_.limit.state = by_waves.state;
     const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
@@ -214,6 +215,21 @@ class Examination {
     if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
     verdict_.growth = grid.growth(verdict_.step);
     verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step;
+  }
+
+  /// By so little a step that powers do not tell it, but the run does.
+  bool grows_weakly(const OwnGrid& grid) const {
+    const double steps = static_cast<double>(session_.steps()) * verdict_.parts;
+    return steps * OwnGrid::least_growth > told_growth && steps * grid.sure_growth(verdict_.step) > told_growth;
+  }
+
+  /// Below a limit, too, where waves found none: growth that falls as a power of the step.
+  StepLimit weak_or(const StepLimit& limit, const OwnGrid& grid) const {
+    const double step = limit.kind == StepLimit::Kind::limit ? 0.5 * limit.step : verdict_.step;
+    if (limit.kind == StepLimit::Kind::never) return limit;
+    const double growth = grid.sure_growth(step), of_half = growth > 0 ? grid.sure_growth(0.5 * step) : 0;
+    const double order = of_half > 0 ? std::log2(growth / of_half) : 0;
+    return order > 1.5 ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
   }
 
   /// Looked for from the limit of waves on, else from the scene's step.
@@ -227,8 +243,9 @@ class Examination {
     if (is_first_stable && step < first && !grid.is_stable(step)) {
       high = step, low = 0.5 * step;
     } else if (is_first_stable) {
-      for (high = factor * low; high < farthest * first && grid.is_stable(high); high *= factor) low = high;
-      if (!(high < farthest * first)) return {};
+      const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
+      for (high = factor * low; high < end && grid.is_stable(high); high *= factor) low = high;
+      if (!(high < end)) return {};
     }
     while (low > shortest * std::min(first, step) && !grid.is_stable(low)) high = low, low /= 2;
     if (!(low > shortest * std::min(first, step))) return {StepLimit::Kind::never, 0, 1};

@@ -40,6 +40,11 @@ constexpr GhostRule mirrored_at_cell{
 constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
                                          .least = 2,
                                          .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}}};
+/// The same where places beyond the side lie a times as far apart as those inside, 2v = 2u + a*(m + 1)*(u - w).
+constexpr GhostRule continued_by{
+    .beyond = {.row = {.terms = {{{.image = {-1, -1}, .behind = {1, 1}}, {.place = {2}, .image = {-2}}}}},
+               .least = 2,
+               .of_few = continued.beyond.of_few}};
 /// Beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
 constexpr GhostRule continued_on_walls{
     .on_walls = true,
@@ -54,7 +59,7 @@ constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = contin
 using enum SideCondition::Part;
 using Level = SideCondition::Level;
 
-constexpr std::array<SideCondition, 8> conditions{
+constexpr std::array<SideCondition, 9> conditions{
     {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
      {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
      {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
@@ -66,7 +71,9 @@ constexpr std::array<SideCondition, 8> conditions{
      {SideKind::gradient_at_cell, "gradient_at_cell", zero, one, given, &mirrored_at_cell, &mirrored_on_walls,
       "gradient_at_cell(g), the derivative along the outward normal at the centre of the cell", Level::programs},
      {SideKind::radiating, "radiating", zero, one, given, &mirrored_at_cell, &mirrored_on_walls,
-      "radiating(c) for dt(u) + c*du/dn = 0, n the outward normal", Level::models}}};
+      "radiating(c) for dt(u) + c*du/dn = 0, n the outward normal", Level::models},
+     {SideKind::line, "line", given, one, zero, &continued_by, &continued_on_walls,
+      "line(a), the straight line goes on where cells beyond the side are a times as long", Level::programs}}};
 
 }  // namespace
 
@@ -83,6 +90,12 @@ GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coeff
     behind += coefficients[t] * term.behind.at(way);
   }
   return {-image / place, -behind / place, row.rate.at(way) / place};
+}
+
+bool SideCondition::keeps_constants() const {
+  const GhostRow::Term& of_a = between_cells->beyond.row.terms[0];
+  const auto sum = [&](double way) { return of_a.place.at(way) + of_a.image.at(way) + of_a.behind.at(way); };
+  return a == Part::zero || (sum(0) == 0 && sum(1) == 0);
 }
 
 std::string SideCondition::text(const std::vector<std::string>& given) const {

@@ -12,7 +12,7 @@
 
 namespace dpde {
 
-enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow, gradient_at_cell, radiating };
+enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow, gradient_at_cell, radiating, line };
 
 /// fixed + by_way*m, for a place m cells away from its mirror image.
 struct GhostNumber {
@@ -85,9 +85,9 @@ struct SideCondition {
   /// A slope is given, or follows from what is: something flows through the side.
   bool has_slope() const { return b != Part::zero && c == Part::given; }
   /// Of a field that is the same across the side, with c = 0: so it is beyond.
-  bool keeps_constants() const { return a == Part::zero; }
+  bool keeps_constants() const;
   /// Where all else is 0, the spacing is no part of it.
-  bool has_spacing() const { return b != Part::zero && (a != Part::zero || c != Part::zero); }
+  bool has_spacing() const { return b != Part::zero && (!keeps_constants() || c != Part::zero); }
   /// The values on a wall are those of the field itself. Those on a low wall are not stored.
   bool keeps_wall() const { return makes_nothing(on_walls->wall.row); }
   const GhostRule& rule(bool on_wall) const { return on_wall ? *on_walls : *between_cells; }
