@@ -37,6 +37,14 @@ scene rod : heat with plain {
   exact u = exp(-k*t)*sin(x) + 0.5*exp(-9*k*t)*sin(3*x)
   time 0 .. 1, step 1/64
 }
+model drift { field u; dt(u) = -advect((1, 0.5), u) + 0.01*lap(u) }
+scene sheet : drift with plain {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  grid y = 0 .. 2*pi, cells 32, periodic
+  initial u = sin(x)*cos(y)
+  exact u = exp(-0.02*t)*sin(x - t)*cos(y - 0.5*t)
+  time 0 .. 1, step 1/32
+}
 scene bump : heat with plain {
   grid x = 0 .. 2*pi, cells 32, periodic
   k = 0.3
@@ -92,14 +100,15 @@ double counted(const Point& point) {
 }
 
 /// By every method, grid, step and precision.
-std::vector<Point> swept(const Scene& scene, double most_cells, const References& references) {
+std::vector<Point> swept(const Scene& scene, double most_cells, const References& references,
+                         const std::vector<double>& fractions = {0.9, 0.6, 0.3}) {
   std::vector<Point> points;
   const model::Problem& problem = scene.session->problem();
   const double lowest = std::min(1.0, 8.0 / problem.axes.front().cells);
   for (auto method : methods_for(problem, {})) {
     for (const char* real : {"f64", "f32"}) {
       method["real"] = real;
-      for (const double fraction : {0.9, 0.6, 0.3}) {
+      for (const double fraction : fractions) {
         for (double factor = lowest; factor <= 1.001 * most_cells; factor *= std::sqrt(2.0))
           points.push_back(run_point(scene.source, scene.options, problem,
                                      {{method, cells_of(problem, factor)}, fraction}, references));
@@ -150,6 +159,13 @@ TEST(Tune, ChoosesWhatASweepOfEverythingChoosesWithFewRuns) {
       EXPECT_LE(found.runs, 0.2) << name << " " << tolerance;
     }
   }
+}
+
+/// Where a rung of cells costs 2.8 times the one below it, steps between the longest and a third of it count.
+TEST(Tune, ChoosesStepsOnTwoAxes) {
+  const Scene scene("sheet");
+  const std::vector<Point> all = swept(scene, 1, {}, {0.9, 0.75, 0.6, 0.45, 0.3});
+  for (const double tolerance : {1e-3, 3e-4}) EXPECT_LE(compare(scene, 1, tolerance, all, {}).ratio, 1.15) << tolerance;
 }
 
 /// Ten cases of the examples. Normal runs take those of one scene.

@@ -173,6 +173,9 @@ std::string known_to(double uncertainty) {
 
 constexpr double cancelled = 0.2;  // of the largest part: then the sum is known to no better than the parts are
 
+/// Within a factor of 1.5; else no order holds yet.
+bool adds_up(double sum, double measured) { return sum < 1.5 * measured && measured < 1.5 * sum; }
+
 /// A row for each point that has a budget.
 std::string budget_rows(const std::vector<Point>& points) {
   const auto part_text = [](const chart::Budget::Part& part) {
@@ -191,10 +194,12 @@ std::string budget_rows(const std::vector<Point>& points) {
     }
     const double largest = std::max(budget.space.error, budget.time.error);
     text += fmt::format(
-        "space {}, time {}{}{}; together{} {:.2g}, measured {:.2g}; {} is largest\n", part_text(budget.space),
+        "space {}, time {}{}{}; together{} {:.2g}, measured {:.2g}{}; {} is largest\n", part_text(budget.space),
         part_text(budget.time), budget.rounding ? fmt::format(", rounding {:.2g}", *budget.rounding) : "",
         budget.solves ? fmt::format(", solves {:.2g}", *budget.solves) : "",
-        budget.sum < cancelled * largest ? ", as parts cancel," : "", budget.sum, point.error, budget.largest());
+        budget.sum < cancelled * largest ? ", as parts cancel," : "", budget.sum, point.error,
+        adds_up(budget.sum, point.error) ? "" : " (too few cells or steps for an order: the parts are rough)",
+        budget.largest());
   }
   return text.empty() ? "" : "where the error comes from:\n" + text;
 }

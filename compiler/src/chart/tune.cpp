@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -17,7 +18,8 @@ constexpr int cells_to_begin_with = 8, rungs_apart = 2;
 constexpr double resolved = 0.1;  // errors above it tell no order
 constexpr double margin = 0.95;   // of the tolerance that predictions aim at
 constexpr double usual_order = 2, lowest_order = 0.3, highest_order = 10;
-constexpr double longest_fraction = 0.9, between = 0.6, short_fraction = 0.3;  // of the largest stable step
+constexpr double longest_fraction = 0.9, short_fraction = 0.3;  // of the largest stable step
+constexpr std::array all_fractions{short_fraction, 0.45, 0.6, 0.75, longest_fraction};
 constexpr double doubt = 2;                // by so much predictions of time may be too long
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -178,7 +180,7 @@ class Tuner {
     const Point& best = candidate.runs.at(rung);
     candidate.seconds = best.seconds;
     candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
-    if (take(best, candidate)) winner_rung_ = rung;
+    if (take(best, candidate)) winner_rung_ = rung, winner_fraction_ = candidate.fraction;
     return true;
   }
 
@@ -190,21 +192,34 @@ class Tuner {
     return true;
   }
 
-  /// Coarser ones than the longest steps need may do with shorter ones.
+  /// Coarser ones than the longest steps need may do with shorter ones, as long as these cost less.
   void try_coarser_cells() {
-    if (!proven_ || winner_rung_ == 0 || winner_->fraction <= between || is_stopped()) return;
-    take(run({{proven_->variant.method, cells_of(scene_, factor_of(winner_rung_ - 1))}, between}, options_.point),
-         *winner_);
+    if (!proven_ || winner_rung_ == 0 || winner_fraction_ < longest_fraction) return;
+    const double saved = std::pow(rung_ratio, static_cast<double>(scene_.axes.size()) + 1);
+    const double shortest = longest_fraction / (margin * saved);
+    const auto coarser = cells_of(scene_, factor_of(winner_rung_ - 1));
+    try_fractions({proven_->variant.method, coarser}, shortest, longest_fraction);
   }
 
   /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
   void try_longer_steps() {
-    for (const double fraction : {between, longest_fraction}) {
-      if (!proven_ || is_stopped()) return;
-      if (fraction <= winner_->fraction) continue;
-      Entry entry{proven_->variant, fraction};
-      entry.variant.resolution.erase("step");
-      take(run(entry, options_.point), *winner_);
+    if (!proven_) return;
+    Variant variant = proven_->variant;
+    variant.resolution.erase("step");
+    try_fractions(variant, std::nextafter(winner_fraction_, 1), 1);
+  }
+
+  /// The longest steps that meet the tolerance, of fractions from `low` to below `high`, by halving.
+  void try_fractions(const Variant& variant, double low, double high) {
+    auto first = std::ranges::lower_bound(all_fractions, low), last = std::ranges::lower_bound(all_fractions, high);
+    while (first < last && !is_stopped()) {
+      const auto middle = first + (last - first) / 2;
+      if (take(run({variant, *middle}, options_.point), *winner_)) {
+        winner_fraction_ = *middle;
+        first = middle + 1;
+      } else {
+        last = middle;
+      }
     }
   }
 
@@ -251,6 +266,7 @@ class Tuner {
   std::optional<Point> proven_;
   const Candidate* winner_ = nullptr;  // whose point that is
   int winner_rung_ = 0;
+  double winner_fraction_ = 0;
   Choice result_;
 };
 
