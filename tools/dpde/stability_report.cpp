@@ -71,6 +71,13 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   return result;
 }
 
+/// Of a wave that grows at every step.
+std::string growth_text(const stability::Verdict& verdict) {
+  if (!std::isfinite(verdict.hundredfold())) return "grows, by too little in a step of this length to be told";
+  return fmt::format("grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps", verdict.growth,
+                     std::ceil(verdict.hundredfold()));
+}
+
 std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
@@ -79,10 +86,9 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   switch (verdict.limit.kind) {
     case StepLimit::Kind::none: text += "no step is too large for it\n"; break;
     case StepLimit::Kind::never:
-      text += fmt::format(
-          "unstable at every step{}: {} grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps\n",
-          verdict.limit.is_weak() && verdict.growth < 1.01 ? ", weakly" : "", wave, verdict.growth,
-          std::ceil(verdict.hundredfold()));
+      text +=
+          fmt::format("unstable at every step{}: {} {}\n",
+                      verdict.limit.is_weak() && verdict.growth < 1.01 ? ", weakly" : "", wave, growth_text(verdict));
       if (verdict.limiter_step > 0)
         text +=
             fmt::format("  that is of slopes: up to a step of {:.6g} the limiter makes stairs of them, and no more\n",
