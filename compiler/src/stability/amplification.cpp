@@ -113,8 +113,24 @@ std::complex<double> Amplification::phase(const Phases& phases, const stencil::O
   return product;
 }
 
+/// Weights that add up to nothing leave no rounding: it would move eigenvalues that are one by right by its root.
+Eigen::MatrixXcd Amplification::of_mean() const {
+  const Eigen::Index count = static_cast<Eigen::Index>(size_) * size_;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count), size = sum;
+  for (const Line& line : lines_) {
+    const Eigen::Map<const Eigen::MatrixXd> weights(line.weights.data(), count, std::ssize(line.x));
+    sum += weights.rowwise().sum();
+    size += weights.cwiseAbs().rowwise().sum();
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (std::abs(sum[i]) < rounding * size[i]) sum[i] = 0;
+  }
+  return Eigen::Map<const Eigen::MatrixXd>(sum.data(), size_, size_).cast<std::complex<double>>();
+}
+
 Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
   if (!waves_.empty()) return with_waves(angles);
+  if (angles == Angles{}) return of_mean();
   const Phases phases = phases_of(angles);
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
   const auto count = static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_);

@@ -31,6 +31,7 @@ class Amplification {
   using Phases = std::array<std::vector<std::complex<double>>, 3>;  // of each offset along each axis
   void note_reach(const Form& form);
   Phases phases_of(const Angles& angles) const;
+  Eigen::MatrixXcd of_mean() const;
   std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
   /// What a form reads of one component: coefficients by the numbers of their offsets among `offsets_`.
   struct Reading {

@@ -59,6 +59,7 @@ const Value& Evaluation::field_value(const std::string& name) {
 double Evaluation::parameter(const std::string& name) const {
   if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
   if (name == "dt") return dt_;
+  if (is_late_ && name == "t") return std::numeric_limits<double>::infinity();
   const auto known = point_.params.find(name);
   return known == point_.params.end() ? unknown_value : known->second;
 }
@@ -127,7 +128,9 @@ bool holds_param(const Expr& e, const std::string& name) {
 double Evaluation::condition_of(const Expr& e) {
   if (!holds_param(e, "t") || !holds_param(e, "dt")) return value(e).number;
   const double step = std::exchange(dt_, 0);
+  is_late_ = std::isnan(parameter("t"));
   const double condition = value(e).number;
+  is_late_ = false;
   dt_ = step;
   return condition;
 }

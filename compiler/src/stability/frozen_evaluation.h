@@ -80,6 +80,7 @@ class Evaluation {
   std::map<std::string, double> counters_;
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;
+  bool is_late_ = false;  // t stands for any time behind the first steps
 };
 
 }  // namespace dpde::stability

@@ -195,34 +195,37 @@ bool FrozenAnalysis::differentiate(double step) {
   return std::isfinite(rate_);
 }
 
-/// Of schemes with a memory, and of those that follow the flow: eigenvalues of a short step that lie near 1 are those
-/// of the equations.
+/// What changes from half the step to it: from one of length 0 on it may jump, as taps of interpolations do.
+bool FrozenAnalysis::estimate(double step) {
+  const double from = 0.5 * step;
+  const std::optional<Response> rest = linear_->response(point_, from, stages_),
+                                rows = linear_->response(point_, step, stages_);
+  if (!rest || !rows) return false;
+  const double part = 1 / (step - from);
+  const Response none{std::vector<Form>(linear_->states().size())};
+  const Amplification rates(sum(sum(none, *rows, part), *rest, -part), rank_);
+  rate_ = over_waves([&](const Angles& a) { return rates.spectral_radius(a); }).value;
+  return std::isfinite(rate_);
+}
+
+/// Steps of length 0 are none of schemes with a memory, nor of those that damp whatever the step: of these the scale is
+/// that of what changes with the step. Eigenvalues of a short step that lie near 1 are those of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
   const std::optional<Response> at_rest = linear_->response(point_, 0, stages_);
   if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
     if (!differentiate(short_step * step)) return false;
-    if (rate_ > 0 && !differentiate(short_step / rate_)) return false;
-  } else {
-    rate_ = 1 / step;
-    for (int pass = 0; pass < 8; ++pass) {
-      short_ = short_step / rate_;
-      short_step_ = at(short_);
-      if (!short_step_) return false;
-      const auto change = [&](const Angles& a) {
-        double largest = 0;
-        for (const std::complex<double> g : short_step_->eigenvalues(a)) {
-          if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::abs(g - 1.0));
-        }
-        return largest;
-      };
-      const double found = over_waves(change).value / short_;
-      const bool is_settled = found > 0.5 * rate_ && found < 2 * rate_;
-      if (!std::isfinite(found) || found == 0) break;
-      rate_ = found;
-      if (is_settled) break;
-    }
+    return !(rate_ > 0) || differentiate(short_step / rate_);
   }
-  return true;
+  short_ = short_step * step;
+  for (int pass = 0; pass < 8; ++pass) {
+    if (!estimate(short_)) return false;
+    const double found = rate_ > 0 ? short_step / rate_ : short_;
+    const bool is_settled = found > 0.5 * short_ && found < 2 * short_;
+    short_ = found;
+    if (is_settled || rate_ == 0) break;
+  }
+  short_step_ = at(short_);
+  return short_step_.has_value();
 }
 
 /// Of resolved waves as the differences have them; of others no more than both these and the equations say.

@@ -75,6 +75,7 @@ class FrozenAnalysis {
   bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
+  bool estimate(double step);
   bool differentiate(double step);
   StepLimit bisect(double stable, double unstable) const;
   StepLimit descend(double unstable) const;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps that do something whatever their length, means that stay, and moments between those that are looked at.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "stability/stability_support.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+Verdict verdict_on_ring(const std::string& equations, const std::string& scheme, const std::string& rest) {
+  return verdict_of(*open_scene("model m { " + equations + " }\nscheme c { " + scheme +
+                                " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + rest + "\n}\n"));
+}
+
+/// The wave of two cells: 0.99 (1 - 4 dt/h^2) = -1.
+TEST(AtRest, WhatDampsWhateverTheStepHasLimits) {
+  const Verdict damped = verdict_on_ring("field u; dt(u) = lap(u)", "time = euler",
+                                         "40, periodic\n  initial u = sin(2*pi*x)\n  after step: u = 0.99*u\n"
+                                         "  time 0 .. 1, step 1/1000");
+  EXPECT_NEAR(damped.limit.step, (1 + 1 / 0.99) / 6400, 1e-3 / 6400);
+  EXPECT_TRUE(damped.ruins_run());
+}
+
+/// Beside diffusion the clamp of MacCormack's scheme cuts nothing off slopes: 4 nu dt/h^2 = 2 - v dt/h.
+TEST(AtRest, MacCormackBesideDiffusionIsLimitedByIt) {
+  for (const int cells : {32, 64}) {
+    const double h = 1.0 / cells, v = 1, nu = 0.5;
+    const Verdict verdict = verdict_on_ring(
+        "field u; dt(u) = -advect(1, u) + 0.5*lap(u)", "advect = maccormack; time = euler",
+        fmt::format("{}, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1/1000", cells));
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+    EXPECT_NEAR(verdict.limit.step, 2 / (4 * nu / (h * h) + v / h), 0.02 * h * h) << cells;
+  }
+}
+
+/// The mean of dt(dt(u)) = c^2 lap(u) goes on as it began: eigenvalues that are both one.
+TEST(AtRest, MeansOfWavesOnSmallRingsLimitNothing) {
+  for (const double c : {1.0, 1.34, 0.77, 2.9}) {
+    for (const int cells : {5, 8, 12, 20, 24}) {
+      const auto limit = [&](const std::string& time) {
+        return verdict_on_ring(fmt::format("field u; dt(dt(u)) = {}^2*lap(u)", c), "time = " + time,
+                               fmt::format("{}, periodic\n  initial u = cos(2*pi*x)\n  initial dt(u) = 0\n"
+                                           "  time 0 .. 1, step 1/1000",
+                                           cells))
+            .limit.step;
+      };
+      const double fastest = 2 * c * cells * std::sin(std::numbers::pi * (cells / 2) / cells);
+      EXPECT_NEAR(limit("verlet"), 2 / fastest, 2e-4 / fastest) << c << " " << cells;
+      EXPECT_NEAR(limit("rk4"), 2 * std::numbers::sqrt2 / fastest, 3e-4 / fastest) << c << " " << cells;
+      EXPECT_NEAR(limit("ssp_rk3"), std::sqrt(3) / fastest, 2e-4 / fastest) << c << " " << cells;
+    }
+  }
+}
+
+TEST(AtRest, PulsesInTimeAreSeen) {
+  for (const double at : {4.5, 5.0, 7.123}) {
+    const Verdict verdict = verdict_on_ring(
+        fmt::format("field u; dt(u) = (0.01 + 50*exp(-((t - {})/0.02)^2))*lap(u)", at), "time = euler",
+        "20, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 10, step 1/100");
+    EXPECT_FALSE(verdict.is_exact);
+    EXPECT_LT(verdict.limit.step, 1e-4) << at;
+  }
+  EXPECT_TRUE(verdict_on_ring("field u; dt(u) = lap(u)", "time = ab2",
+                              "40, periodic\n  initial u = 1\n  time 0 .. 1, step 1/10000")
+                  .is_exact);
+}
+
+}  // namespace
+}  // namespace dpde::stability
