@@ -270,14 +270,39 @@ class ImplicitScheme {
       }
       equation.unknown = lowering_.fresh_field(advance.state + "_solved");
       NewtonEquation one{advance.state, equation.rights.back(), equation.unknown, {}, advance.origin};
-      one.parts.emplace_back(weighted(own, param("dt")), equation.parts.part);
+      one.parts.emplace_back(weighted(own, param("dt")), moving_part(advance.state, equation.parts.part));
       if (of_rest != 0 && equation.has_rest())
-        one.parts.emplace_back(weighted(of_rest, param("dt")), equation.parts.rest);
+        one.parts.emplace_back(weighted(of_rest, param("dt")), moving_part(advance.state, equation.parts.rest));
       solved.push_back(std::move(one));
     }
     if (solved.empty()) return;
+    hold(stages, solved, reading.time);
     std::ranges::move(newton_stages(lowering_, kernel_name("newton"), solved, std::move(reading)),
                       std::back_inserter(stages));
+  }
+
+  /// What a mask holds does not move,
+  model::Expr moving_part(const std::string& name, const model::Expr& part) const {
+    const model::State& state = *lowering_.problem().find_state(name);
+    return state.held ? model::select(state.held->inside, 0.0, part) : part;
+  }
+
+  /// and its right side is what it is held at. The scheme goes on with the others: those inside masks say nothing.
+  void hold(std::vector<Stage>& stages, std::vector<NewtonEquation>& solved, const Expr& time) {
+    Reading reading;
+    reading.time = time;
+    Discretiser at_point = lowering_.discretiser(reading);
+    Kernel kernel = lowering_.kernel(kernel_name("held"));
+    for (NewtonEquation& one : solved) {
+      const model::State& state = *lowering_.problem().find_state(one.state);
+      if (!state.held) continue;
+      const model::Placement placement = lowering_.placement_of(one.state);
+      const Expr inside = at_point(state.held->inside, placement), value = at_point(state.held->value, placement);
+      const std::string right = lowering_.fresh_field(one.right + "_held");
+      kernel.stores.push_back({right, false, select(inside, value, access(one.right)), one.origin});
+      one.right = right;
+    }
+    if (!kernel.stores.empty()) stages.push_back(Lowering::stage(std::move(kernel), at_point, time));
   }
 
   static model::Expr times_step(Weight weight, const model::Expr& e) {
