@@ -15,8 +15,7 @@ namespace {
 
 /// Fluid around an obstacle, which moves it on; `scheme` has more rows of the scheme.
 std::string disc_in_channel(const std::string& scheme) {
-  return flow_around_a_solid + std::string("scheme c { ") +
-         scheme + R"( }
+  return flow_around_a_solid + std::string("scheme c { ") + scheme + R"( }
 scene s : m with c {
   grid x = 0 .. 1, cells 24, periodic
   grid y = 0 .. 1, cells 20
@@ -37,8 +36,7 @@ task t : s {
 }
 
 std::string uneven_bed(const std::string& scheme) {
-  return flow_over_an_uneven_bed + std::string("scheme c { ") +
-         scheme + R"( }
+  return flow_over_an_uneven_bed + std::string("scheme c { ") + scheme + R"( }
 scene s : m with c {
   grid x = 0 .. 1, cells 24
   grid y = 0 .. 1, cells 20
