@@ -61,7 +61,9 @@ TEST(ImplicitFlow, HasTheOrderOfItsScheme) {
     EXPECT_NEAR(order_of("implicit = all; time = crank_nicolson", has_walls), 2, 0.3) << has_walls;
     EXPECT_NEAR(order_of("implicit = all; time = ars222", has_walls), 2, 0.3) << has_walls;
     EXPECT_NEAR(order_of("implicit = all_but_advect; time = ars222", has_walls), 2, 0.3) << has_walls;
+    EXPECT_NEAR(order_of("implicit = all; time = ars443", has_walls), 2, 0.3) << has_walls;
   }
+  EXPECT_NEAR(order_of("implicit = all_but_advect; time = ars443", false), 3, 0.3);
 }
 
 /// Another scheme comes to the same flow, around an obstacle too.
