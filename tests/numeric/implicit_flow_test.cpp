@@ -51,8 +51,8 @@ double apart(const std::map<std::string, std::vector<double>>& a, const std::map
 double order_of(const std::string& scheme, bool has_walls) {
   const std::string text = stream(scheme, has_walls, "x < 0", "projected");
   const auto at = [&](const char* step) { return run_scene(text, "s", {{"step", step}}).state; };
-  const auto finest = at("1/1024");
-  return std::log2(apart(at("1/64"), finest) / apart(at("1/128"), finest));
+  const auto finest = at("1/512");
+  return std::log2(apart(at("1/32"), finest) / apart(at("1/64"), finest));
 }
 
 TEST(ImplicitFlow, HasTheOrderOfItsScheme) {
