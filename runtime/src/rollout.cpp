@@ -67,7 +67,9 @@ void Rollout::Impl::run_in_step(Executor& executor, int n) const {
   try {
     executor.run();
   } catch (const NoSolution& error) {
-    throw NoSolution(fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
+    NoSolution here(fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
+    here.set_solve_for(error.solve_for());
+    throw here;
   }
 }
 

@@ -287,7 +287,7 @@ void Simulation::supply(std::string_view network, HostNetwork functions) {
 
 void Simulation::set_state(std::string_view name, Values values) {
   const std::size_t s = impl_->state_named(name);
-  impl_->begin_stepping();
+  impl_->explained([&] { impl_->begin_stepping(); });
   copy_in(impl_->engine.workspace().layout(), impl_->engine.stepper().present()[s], values);
 }
 
@@ -299,7 +299,7 @@ void Simulation::set_field(std::string_view name, Values values) { impl_->set_fi
 
 void Simulation::state(std::string_view name, Target to) const {
   const std::size_t s = impl_->state_named(name);
-  impl_->begin_stepping();
+  impl_->explained([&] { impl_->begin_stepping(); });
   impl_->look_for_blow_up();
   copy_out(impl_->engine.workspace().layout(), impl_->engine.stepper().present()[s], to);
 }
@@ -318,7 +318,9 @@ std::vector<double> Simulation::initial(std::string_view name) {
   return values;
 }
 
-double Simulation::observe(std::string_view name) { return impl_->observe(name); }
+double Simulation::observe(std::string_view name) {
+  return impl_->explained([&] { return impl_->observe(name); });
+}
 
 double Simulation::time() const { return impl_->time(); }
 double Simulation::time_step() const { return impl_->engine.scene().step; }
@@ -331,10 +333,12 @@ void Simulation::begin_at(double time) {
 
 void Simulation::reset() {
   impl_->has_begun = false;
-  impl_->begin_stepping();
+  impl_->explained([&] { impl_->begin_stepping(); });
 }
 
-bool Simulation::step(int count) { return impl_->advance(count, false); }
+bool Simulation::step(int count) {
+  return impl_->explained([&] { return impl_->advance(count, false); });
+}
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
   const double begin = impl_->engine.t_begin(), step = time_step(), position = (time - begin) / step;
@@ -344,12 +348,13 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
   constexpr double roundings = 4 * std::numeric_limits<double>::epsilon();
   const double instant = roundings * std::max(std::abs(time), std::abs(begin)) / step;
   const double tolerance = std::min(0.5, 1e-6 + instant);
-  return impl_->run_to_step(static_cast<int>(std::ceil(std::max(position - tolerance, 0.0))), *this, progress, every);
+  const int last = static_cast<int>(std::ceil(std::max(position - tolerance, 0.0)));
+  return impl_->explained([&] { return impl_->run_to_step(last, *this, progress, every); });
 }
 
 /// The number of steps is the scene's: no time is taken apart for it.
 bool Simulation::run(const ProgressCallback& progress, int every) {
-  return impl_->run_to_step(impl_->engine.scene().steps, *this, progress, every);
+  return impl_->explained([&] { return impl_->run_to_step(impl_->engine.scene().steps, *this, progress, every); });
 }
 
 }  // namespace dpde

@@ -41,6 +41,15 @@ double Simulation::Impl::gradient() {
   return engine.gradient(gradient_values);
 }
 
+/// Not a number where a solve finds no solution: a search that tries too long a step is to take a shorter one.
+double Simulation::Impl::gradient_or_none() {
+  try {
+    return gradient();
+  } catch (const NoSolution&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
 /// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite
 /// `what` is at fault.
 void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
@@ -81,11 +90,12 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
   Eigen::VectorXd start(static_cast<Eigen::Index>(engine.unknown_count()));
   const std::span<double> first(start.data(), engine.unknown_count());
   for (const Engine::Unknown& unknown : engine.unknowns()) engine.values_of(unknown, unknown.part_of(first));
-  bool was_stopped = false;
+  bool was_stopped = false, is_first = true;
   const Objective loss = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
     if (was_stopped) return std::numeric_limits<double>::quiet_NaN();  // a line search would try again
     engine.set_unknowns(values_in(x));
-    const double value = gradient();
+    const double value = is_first ? gradient() : gradient_or_none();
+    is_first = false;
     was_stopped = engine.was_stopped();
     std::ranges::copy(gradient_values, slope.data());
     return value;
@@ -110,8 +120,10 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
 }
 
 double Simulation::loss() {
-  impl_->begin_objective();
-  const double loss = impl_->engine.loss();
+  const double loss = impl_->explained([&] {
+    impl_->begin_objective();
+    return impl_->engine.loss();
+  });
   const std::atomic<bool>* stop = impl_->engine.options().stop;
   const bool stopped = stop != nullptr && stop->load();
   if (!stopped && !std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
@@ -119,7 +131,7 @@ double Simulation::loss() {
 }
 
 double Simulation::gradient() {
-  const double loss = impl_->gradient();
+  const double loss = impl_->explained([&] { return impl_->gradient(); });
   if (impl_->engine.was_stopped()) return loss;
   if (!std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
   for (const Engine::Unknown& unknown : impl_->engine.unknowns()) {
@@ -165,13 +177,13 @@ std::vector<double> Simulation::hessian_vector(Values direction, Curvature curva
 }
 
 void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) {
-  impl_->product(direction, product, curvature);
+  impl_->explained([&] { impl_->product(direction, product, curvature); });
   if (!impl_->engine.was_stopped() && !all_finite(product))
     impl_->refuse(impl_->engine.products(curvature), "the product with the Hessian");
 }
 
 Optimised Simulation::optimise(const OptimiserCallback& progress, int iterations) {
-  return impl_->optimise(progress, iterations);
+  return impl_->explained([&] { return impl_->optimise(progress, iterations); });
 }
 
 }  // namespace dpde

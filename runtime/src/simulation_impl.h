@@ -18,6 +18,16 @@ namespace dpde {
 struct Simulation::Impl {
   Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep);
 
+  /// What `call` gives; its errors say where they come from.
+  template <class Call>
+  auto explained(const Call& call) try {
+    return call();
+  } catch (Error& error) {
+    const auto& explain = engine.options().explain;
+    if (explain && !error.solve_for().empty()) explain(error);
+    throw;
+  }
+
   // Names
   void require_param(std::string_view name) const;
   const std::vector<double>& control_named(std::string_view name) const;
@@ -44,6 +54,7 @@ struct Simulation::Impl {
   // Losses
   void begin_objective();
   double gradient();
+  double gradient_or_none();
   /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first,
   /// else that `what` is not finite.
   [[noreturn]] void refuse(Rollout& rollout, const std::string& what) const;

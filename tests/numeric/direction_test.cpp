@@ -7,9 +7,8 @@
 #include <cmath>
 #include <random>
 
-#include "../driver/driver_support.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "support/flow_texts.h"
+#include "support/opened_scene.h"
 
 namespace dpde::testing {
 namespace {
@@ -18,15 +17,8 @@ constexpr int directions = 20;
 
 /// The worst direction's error, over the derivative.
 double worst_error(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  driver::CompileOptions options;
-  options.backend = driver::Backend::jit;
-  options.selection.name = "t";
-  options.adjoint = true;
-  const auto code = compiled(source, options);
-  DiagnosticSink sink;
-  const auto session = code ? driver::Session::open(source, code, {}, sink) : nullptr;
-  const auto inverse = session ? driver::Inverse::open(*session, source, sink) : nullptr;
+  OpenedScene opened(text, "t", {.adjoint = true});
+  const auto inverse = opened.inverse();
   if (!inverse) return INFINITY;
   const Eigen::VectorXd start = inverse->start();
   Eigen::VectorXd gradient(inverse->size()), direction(inverse->size());
@@ -47,17 +39,6 @@ double worst_error(const std::string& text) {
   return worst;
 }
 
-const std::string disc_model = R"(
-model m {
-  vector u on faces
-  field p
-  param nu
-  mask solid
-  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
-  0 = div(u) gives p
-  u = 0 inside solid
-}
-)";
 const std::string around_a_disc = R"(
   grid x = 0 .. 1, cells 24, periodic
   grid y = 0 .. 1, cells 20
@@ -73,19 +54,12 @@ task t : s { unknown initial u; unknown nu; minimise mean(u.x^2) + mean(u.y^2); 
 TEST(Directions, TwentyOfFlowsAgreeWithCentralDifferences) {
   for (const char* time : {"rk2", "rk4", "ars222"}) {
     const std::string scheme = std::string("scheme c { time = ") + time + " }\nscene s : m with c {";
-    EXPECT_LT(worst_error(disc_model + scheme + around_a_disc), 1e-8) << time;
+    EXPECT_LT(worst_error(flow_around_a_solid + scheme + around_a_disc), 1e-8) << time;
   }
 }
 
 TEST(Directions, TwentyOfAStreamFunctionAgreeWithCentralDifferences) {
-  EXPECT_LT(worst_error(R"(
-model m {
-  field w
-  coefficient k
-  param nu
-  solve div(k*grad(psi)) = w for psi
-  dt(w) = -dy(psi)*dx(w) + dx(psi)*dy(w) + nu*lap(w)
-}
+  const std::string scene = R"(
 scene s : m {
   grid x = 0 .. 1, cells 16
   grid y = 0 .. 1, cells 12
@@ -97,8 +71,8 @@ scene s : m {
   time 0 .. 0.1, step 1/100
 }
 task t : s { unknown initial w; unknown k; unknown nu; minimise mean(w^2) + mean(psi^2) over time }
-)"),
-            1e-8);
+)";
+  EXPECT_LT(worst_error(flow_over_an_uneven_bed + scene), 1e-8);
 }
 
 }  // namespace

@@ -7,27 +7,15 @@
 #include <cmath>
 
 #include "../driver/driver_support.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
-#include "support/scene_run.h"
+#include "support/flow_texts.h"
+#include "support/opened_scene.h"
 
 namespace dpde::testing {
 namespace {
 
 /// Fluid around an obstacle, which moves it on; `scheme` has more rows of the scheme.
 std::string disc_in_channel(const std::string& scheme) {
-  return R"(
-model m {
-  vector u on faces
-  field p
-  param nu
-  mask solid
-  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
-  0 = div(u) gives p
-  u = 0 inside solid
-}
-scheme c { )" +
-         scheme + R"( }
+  return flow_around_a_solid + std::string("scheme c { ") + scheme + R"( }
 scene s : m with c {
   grid x = 0 .. 1, cells 24, periodic
   grid y = 0 .. 1, cells 20
@@ -47,18 +35,8 @@ task t : s {
 )";
 }
 
-/// Vortices over a bed of uneven depth: a stream function by a declared equation.
 std::string uneven_bed(const std::string& scheme) {
-  return R"(
-model m {
-  field w
-  coefficient k
-  param nu
-  solve div(k*grad(psi)) = w for psi
-  dt(w) = -dy(psi)*dx(w) + dx(psi)*dy(w) + nu*lap(w)
-}
-scheme c { )" +
-         scheme + R"( }
+  return flow_over_an_uneven_bed + std::string("scheme c { ") + scheme + R"( }
 scene s : m with c {
   grid x = 0 .. 1, cells 24
   grid y = 0 .. 1, cells 20
@@ -78,18 +56,11 @@ task t : s {
 )";
 }
 
-std::unique_ptr<driver::Session> warm_session(const SourceFile& source, const char* name, int slots = 0,
-                                              int threads = 1) {
-  driver::CompileOptions options;
-  options.backend = driver::Backend::jit;
-  options.selection.name = name;
-  options.adjoint = std::string(name) == "t";
-  const auto code = compiled(source, options);
-  DiagnosticSink sink;
-  driver::SessionOptions with;
-  with.slots = slots;
-  with.threads = threads;
-  return code ? driver::Session::open(source, code, with, sink) : nullptr;
+OpenedScene opened_warm(const std::string& text, const char* name, int slots = 0, int threads = 1) {
+  OpenWith with{.adjoint = std::string(name) == "t"};
+  with.session.slots = slots;
+  with.session.threads = threads;
+  return {text, name, with};
 }
 
 struct Begun {
@@ -98,8 +69,8 @@ struct Begun {
   std::vector<std::vector<double>> states;
 };
 Begun begun(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  const auto session = warm_session(source, "s");
+  const OpenedScene opened = opened_warm(text, "s");
+  const auto& session = opened.session;
   Begun result;
   if (!session) return result;
   session->rollout().run();
@@ -167,8 +138,8 @@ TEST(Smoothers, HaveTheDerivativesOfTheSolution) {
 }
 
 TEST(Smoothers, AreSaidWithTheMethod) {
-  const SourceFile source("test.dpde", uneven_bed("time = rk2; solve = multigrid; smoother = chebyshev"));
-  const auto session = warm_session(source, "s");
+  const OpenedScene opened = opened_warm(uneven_bed("time = rk2; solve = multigrid; smoother = chebyshev"), "s");
+  const auto& session = opened.session;
   ASSERT_TRUE(session);
   session->rollout().run();
   EXPECT_NE(session->rollout().solve_notes().front().reason.find("cycles, smoothed by a polynomial of Chebyshev"),
@@ -178,13 +149,10 @@ TEST(Smoothers, AreSaidWithTheMethod) {
 /// Bit-identical for any number of checkpoints and threads: what a solve begins with is a state.
 TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
   for (const auto& scene : {disc_in_channel, uneven_bed}) {
-    const SourceFile source("test.dpde", scene("time = rk2; solve = cg(1e-5)"));
     Eigen::VectorXd first;
     for (const auto& [slots, threads] : {std::pair{0, 1}, {1, 1}, {2, 1}, {3, 3}}) {
-      const auto session = warm_session(source, "t", slots, threads);
-      ASSERT_TRUE(session);
-      DiagnosticSink sink;
-      const auto inverse = driver::Inverse::open(*session, source, sink);
+      OpenedScene opened = opened_warm(scene("time = rk2; solve = cg(1e-5)"), "t", slots, threads);
+      const auto inverse = opened.inverse();
       ASSERT_TRUE(inverse);
       Eigen::VectorXd gradient(inverse->size());
       inverse->value_and_gradient(inverse->start(), gradient);
@@ -196,16 +164,13 @@ TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
 
 /// A run that goes on from the states of a step in its middle ends with the same bits.
 TEST(WarmStart, GoesOnFromTheStates) {
-  const SourceFile source("test.dpde", disc_in_channel("time = rk2; solve = cg(1e-5)"));
-  const auto session = warm_session(source, "s");
+  const OpenedScene opened = opened_warm(disc_in_channel("time = rk2; solve = cg(1e-5)"), "s");
+  const auto& session = opened.session;
   ASSERT_TRUE(session);
   Rollout& rollout = session->rollout();
   std::vector<std::vector<double>> middle;
   rollout.run({7, [&](const Snapshot& snapshot) {
-                 if (snapshot.step != 7) return;
-                 for (void* state : snapshot.states)
-                   copy_out(session->workspace().layout(), state,
-                            middle.emplace_back(session->workspace().cell_count()));
+                 if (snapshot.step == 7) middle = opened.states_of(snapshot);
                }});
   const std::vector<double> end = session->final_state(0);
   ASSERT_FALSE(middle.empty());

@@ -237,7 +237,7 @@ struct ManyRows {
   explicit ManyRows(bool is_even) {
     for (unsigned seed = 0; seed < 5; ++seed) rows.push_back(arbitrary_values(stride, seed));
     for (std::size_t k = 0; k < 5; ++k) row_of[k].assign(9, rows[k].data() + 8);
-    level = {.cells = {75, 3, 3}, .is_ring = {false, true, false}, .stride = stride, .odd = 48};
+    level = {.cells = {75, 3, 3}, .is_ring = {false, true, false}, .odd = 48, .stride = 48, .black = 440};
     for (std::size_t axis = 0; axis < 3; ++axis) level.coupling[axis] = row_of[axis].data(), level.even[axis] = 0.3;
     level.diagonal = row_of[3].data();
     level.inverse = row_of[4].data();

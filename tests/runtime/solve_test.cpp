@@ -334,6 +334,15 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] * x[i] - x[i];
   };
   EXPECT_NE(refusal(square, 1).find("not linear"), std::string::npos) << "nothing of a one and of a zero";
+  // Implicit steps near a turning point: what is left of terms that cancel has their rounding.
+  const LinearImage cancelling = [](std::span<const double> x, std::span<double> y) {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] - (1 - 3e-4) * x[i];
+  };
+  EXPECT_EQ(refusal(cancelling, 1), "");
+  const LinearImage bent_and_small = [&](std::span<const double> x, std::span<double> y) {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = 1e-20 * (x[i] + 1e-6 * x[i] * x[i]);
+  };
+  EXPECT_NE(refusal(bent_and_small, 1).find("not linear"), std::string::npos);
 }
 
 }  // namespace

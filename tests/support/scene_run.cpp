@@ -6,48 +6,13 @@
 #include <fstream>
 #include <sstream>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
-#include "source/render.h"
+#include "support/opened_scene.h"
 
 namespace dpde::testing {
 
-namespace {
-
-/// A compiled selection with its session open.
-struct Opened {
-  SourceFile source;
-  DiagnosticSink sink;
-  std::unique_ptr<driver::Session> session;
-
-  Opened(const std::string& text, const std::string& path, const driver::CompileOptions& options) : source(path, text) {
-    auto compiled = driver::compile(source, options, sink);
-    if (compiled) {
-      session = driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), {}, sink);
-    }
-    report();
-  }
-  void report() const {
-    for (const Diagnostic& d : sink.all()) {
-      if (d.kind->severity == Severity::error) ADD_FAILURE() << render_text(source, d);
-    }
-  }
-};
-
-driver::CompileOptions options_for(const std::string& name, const Overrides& overrides, driver::Backend backend) {
-  driver::CompileOptions options;
-  options.selection.name = name;
-  options.selection.overrides = overrides;
-  options.backend = backend;
-  options.verify = true;
-  return options;
-}
-
-}  // namespace
-
 SceneResult run_scene(const std::string& text, const std::string& scene, const Overrides& overrides,
                       driver::Backend backend) {
-  Opened opened(text, "test.dpde", options_for(scene, overrides, backend));
+  OpenedScene opened(text, scene, {.overrides = overrides, .backend = backend});
   SceneResult result;
   if (!opened.session) return result;
   driver::Session& session = *opened.session;
@@ -68,13 +33,9 @@ SceneResult run_scene(const std::string& text, const std::string& scene, const O
 
 TaskResult task_gradient(const std::string& text, const std::string& task, const Overrides& overrides,
                          const std::string& path) {
-  driver::CompileOptions options = options_for(task, overrides, driver::Backend::jit);
-  options.adjoint = true;
-  Opened opened(text, path, options);
+  OpenedScene opened(text, task, {.overrides = overrides, .adjoint = true, .path = path});
   TaskResult result;
-  if (!opened.session) return result;
-  const auto inverse = driver::Inverse::open(*opened.session, opened.source, opened.sink);
-  opened.report();
+  const auto inverse = opened.inverse();
   if (!inverse) return result;
   Eigen::VectorXd gradient(inverse->size());
   result.loss = inverse->value_and_gradient(inverse->start(), gradient);

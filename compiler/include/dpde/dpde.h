@@ -6,7 +6,7 @@
 //   sim.run();
 //
 // Whatever is wrong with the text is one Error whose messages() are the compiler's diagnostics and whose what() shows
-// them with the source lines. Link dpde::dpde.
+// them with the source lines. So is that of a solve in a run that finds no solution. Link dpde::dpde.
 #pragma once
 
 #include <cstddef>

@@ -4,12 +4,14 @@
 #include "dpde/dpde.h"
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 
 #include "analysis/quick_certificate.h"
 #include "driver/inverse.h"
 #include "driver/scene_table.h"
 #include "driver/session.h"
+#include "driver/solve_report.h"
 #include "files/files.h"
 #include "files/imports.h"
 #include "source/render.h"
@@ -26,21 +28,42 @@ ErrorKind kind_of(const Diagnostic& diagnostic) {
   return code.starts_with("E08") ? ErrorKind::run : ErrorKind::input;
 }
 
-[[noreturn]] void fail(const SourceFile& source, const DiagnosticSink& sink) {
-  std::vector<Message> messages;
+struct Told {
   std::string text;
-  std::optional<ErrorKind> kind;
+  std::vector<Message> messages;
+  std::optional<ErrorKind> kind;  // of the first error
+};
+
+Told told(const SourceFile& source, const DiagnosticSink& sink) {
+  Told result;
   for (const Diagnostic& diagnostic : sink.all()) {
     const bool has_place = diagnostic.range.is_known();
     const LineColumn place = has_place ? source.locate(diagnostic.range.begin) : LineColumn{};
     const bool is_error = diagnostic.kind->severity == Severity::error;
-    messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
-                        has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column,
-                        diagnostic.hint});
-    text += render_text(source, diagnostic);
-    if (is_error && !kind) kind = kind_of(diagnostic);
+    result.messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
+                               has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column,
+                               diagnostic.hint});
+    result.text += render_text(source, diagnostic);
+    if (is_error && !result.kind) result.kind = kind_of(diagnostic);
   }
-  throw Error(kind.value_or(ErrorKind::machine), text, std::move(messages));
+  return result;
+}
+
+[[noreturn]] void fail(const SourceFile& source, const DiagnosticSink& sink) {
+  Told all = told(source, sink);
+  throw Error(all.kind.value_or(ErrorKind::machine), all.text, std::move(all.messages));
+}
+
+/// Points at the solve that finds nothing.
+std::function<void(Error&)> explaining(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled) {
+  return [source, compiled = std::move(compiled)](Error& error) {
+    const SourceRange place = driver::place_of_solve(*compiled, error.solve_for());
+    if (!place.is_known()) return;
+    DiagnosticSink sink;
+    sink.report("run-failed", place, {error.what()});
+    Told all = told(source, sink);
+    error.explain(std::move(all.text), std::move(all.messages));
+  };
 }
 
 driver::Backend backend_of(HostBackend backend) {
@@ -119,7 +142,11 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
   if (!session || !session_options.judge(*session, sink)) fail(source, sink);
   Simulation simulation(table->scene(),
-                        {{}, options.threads, session->options().checkpoint_bytes, options.slots, 0, options.stop},
+                        {.threads = options.threads,
+                         .checkpoint_bytes = session->options().checkpoint_bytes,
+                         .slots = options.slots,
+                         .stop = options.stop,
+                         .explain = explaining(source, kept)},
                         table);
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
   return simulation;

@@ -52,9 +52,11 @@ enum class TimeScheme {
   ars443
 };
 /// An embedded pair: it also makes a result of one order less, and the difference is an estimate of its error.
-constexpr bool estimates_error(TimeScheme time) { return time == TimeScheme::bs32 || time == TimeScheme::dopri5; }
+constexpr bool estimates_error(TimeScheme time) {
+  return time == TimeScheme::bs32 || time == TimeScheme::dopri5 || time == TimeScheme::ars443;
+}
 /// That difference is step^order for small steps.
-constexpr int order_of_estimate(TimeScheme time) { return time == TimeScheme::bs32 ? 3 : 5; }
+constexpr int order_of_estimate(TimeScheme time) { return time == TimeScheme::dopri5 ? 5 : 3; }
 /// Adams-Bashforth: it remembers the rates of the steps before.
 constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
 constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }

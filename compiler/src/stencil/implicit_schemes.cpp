@@ -30,6 +30,7 @@ struct StageTerms {
 struct Tableau {
   Weight own;  // g
   std::span<const StageTerms> rows;
+  const StageTerms* embedded = nullptr;  // of the pair's other result; b_ij of all stages
 };
 
 constexpr StageTerms ars111[] = {{1, {1}}};
@@ -41,13 +42,18 @@ constexpr StageTerms ars443[] = {{1.L / 2, {1.L / 2}},
                                  {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
                                  {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
                                  {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
+/// Ours, of order 2: u + h*(5/2*(N + L)(U_1) - 3/2*(N + L)(U_3)), both stages in the middle of the step. That these are
+/// the weights is the condition that a stiff L is damped as by the result, 1 = sum of w_j*(A^-1*(1, 1, 1, 1))_j: else
+/// the difference of both would be of the size of what is stiff, at any h. Of order 3 it misses sum of w_j*c_j^2 = 1/3
+/// by 1/12 and sum of w_j*(A*c)_j = 1/6 by 1/24, with the a_ij of N and of L.
+constexpr StageTerms ars443_embedded = {1, {0, 5.L / 2, 0, -3.L / 2}, {5.L / 2, 0, -3.L / 2, 0}};
 
 Tableau tableau_of(model::TimeScheme time) {
   switch (time) {
     case model::TimeScheme::backward_euler:
     case model::TimeScheme::imex_euler: return {1, ars111};
     case model::TimeScheme::ars222: return {1 - root, ars222};
-    case model::TimeScheme::ars443: return {1.L / 2, ars443};
+    case model::TimeScheme::ars443: return {1.L / 2, ars443, &ars443_embedded};
     default: break;
   }
   unreachable("implicit time scheme");
@@ -71,22 +77,29 @@ struct RightSide {
   Weight of_rest;            // a_i(i-1)
 };
 
-/// Of each stage. Later ones know h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
+/// What a row takes of the stages whose h*N(U_j) are known.
+RightSide known_side(const Tableau& tableau, const StageTerms& row, const std::vector<Changes>& rests) {
+  RightSide right{{}, {}, 0};
+  for (std::size_t j = 0; j < rests.size(); ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
+  right.known = right.of_solved;
+  for (std::size_t j = 0; j < rests.size(); ++j) right.known.add(row.of_rest[j], rests[j]);
+  return right;
+}
+
+/// Of each stage, and behind them of the embedded result. Later ones know h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
 std::vector<RightSide> right_sides(const Tableau& tableau) {
   std::vector<RightSide> result;
   std::vector<Changes> rests;  // h*N(U_j)
   for (std::size_t i = 0; i < tableau.rows.size(); ++i) {
-    const StageTerms& row = tableau.rows[i];
-    RightSide right{{}, {}, row.of_rest[i]};
-    for (std::size_t j = 0; j < i; ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
-    right.known = right.of_solved;
-    for (std::size_t j = 0; j < i; ++j) right.known.add(row.of_rest[j], rests[j]);
+    RightSide right = known_side(tableau, tableau.rows[i], rests);
+    right.of_rest = tableau.rows[i].of_rest[i];
     Changes rest;
     rest.of_right[i] = 1 / right.of_rest;
     rest.add(-1 / right.of_rest, right.known);
     rests.push_back(rest);
     result.push_back(right);
   }
+  if (tableau.embedded != nullptr) result.push_back(known_side(tableau, *tableau.embedded, rests));
   return result;
 }
 
@@ -126,15 +139,17 @@ class ImplicitScheme {
                             is_projected && lowering.problem().is_projected(advance.state)});
   }
 
-  std::vector<Stage> by(const Tableau& tableau) {
+  std::vector<Stage> by(const Tableau& tableau, const FieldsOfStates& embedded) {
     std::vector<Stage> stages;
     const std::vector<RightSide> sides = right_sides(tableau);
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-      name_values(i + 1 == sides.size());
+    const std::size_t count = tableau.rows.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      name_values(i + 1 == count);
       Stage right = right_side(sides[i], i == 0 ? 0 : tableau.rows[i - 1].time);
       if (!right.kernel.stores.empty()) stages.push_back(std::move(right));
       add_solution(stages, tableau.own, tableau.rows[i].time, 0);
     }
+    if (!embedded.empty()) add_embedded(stages, sides[count], embedded);
     return stages;
   }
 
@@ -189,6 +204,22 @@ class ImplicitScheme {
     for (const Equation& equation : equations_) left[equation.advance.state] = equation.left.back();
     std::ranges::move(projection_stages(lowering_, {kernel_name("stage"), left, into_, time_after(time),
                                                     weighted(time, param("dt"))}),
+                      std::back_inserter(stages));
+  }
+
+  /// The other result of the pair.
+  void add_embedded(std::vector<Stage>& stages, const RightSide& side, const FieldsOfStates& into) {
+    const std::string name = name_ + "_embedded";
+    const FieldsOfStates left = is_projected_ ? before_projection(lowering_, into) : into;
+    Kernel kernel = lowering_.kernel(name);
+    for (const Equation& equation : equations_) {
+      const auto field = left.find(equation.advance.state);
+      if (field == left.end()) continue;
+      kernel.stores.push_back({field->second, false, right_value(equation, side), equation.advance.origin});
+    }
+    stages.push_back({std::move(kernel), time_after(1), {}});
+    if (!is_projected_) return;
+    std::ranges::move(projection_stages(lowering_, {name, left, into, time_after(1), param("dt")}),
                       std::back_inserter(stages));
   }
 
@@ -270,14 +301,39 @@ class ImplicitScheme {
       }
       equation.unknown = lowering_.fresh_field(advance.state + "_solved");
       NewtonEquation one{advance.state, equation.rights.back(), equation.unknown, {}, advance.origin};
-      one.parts.emplace_back(weighted(own, param("dt")), equation.parts.part);
+      one.parts.emplace_back(weighted(own, param("dt")), moving_part(advance.state, equation.parts.part));
       if (of_rest != 0 && equation.has_rest())
-        one.parts.emplace_back(weighted(of_rest, param("dt")), equation.parts.rest);
+        one.parts.emplace_back(weighted(of_rest, param("dt")), moving_part(advance.state, equation.parts.rest));
       solved.push_back(std::move(one));
     }
     if (solved.empty()) return;
+    hold(stages, solved, reading.time);
     std::ranges::move(newton_stages(lowering_, kernel_name("newton"), solved, std::move(reading)),
                       std::back_inserter(stages));
+  }
+
+  /// What a mask holds does not move,
+  model::Expr moving_part(const std::string& name, const model::Expr& part) const {
+    const model::State& state = *lowering_.problem().find_state(name);
+    return state.held ? model::select(state.held->inside, 0.0, part) : part;
+  }
+
+  /// and its right side is what it is held at. The scheme goes on with the others: those inside masks say nothing.
+  void hold(std::vector<Stage>& stages, std::vector<NewtonEquation>& solved, const Expr& time) {
+    Reading reading;
+    reading.time = time;
+    Discretiser at_point = lowering_.discretiser(reading);
+    Kernel kernel = lowering_.kernel(kernel_name("held"));
+    for (NewtonEquation& one : solved) {
+      const model::State& state = *lowering_.problem().find_state(one.state);
+      if (!state.held) continue;
+      const model::Placement placement = lowering_.placement_of(one.state);
+      const Expr inside = at_point(state.held->inside, placement), value = at_point(state.held->value, placement);
+      const std::string right = lowering_.fresh_field(one.right + "_held");
+      kernel.stores.push_back({right, false, select(inside, value, access(one.right)), one.origin});
+      one.right = right;
+    }
+    if (!kernel.stores.empty()) stages.push_back(Lowering::stage(std::move(kernel), at_point, time));
   }
 
   static model::Expr times_step(Weight weight, const model::Expr& e) {
@@ -309,10 +365,10 @@ class ImplicitScheme {
 }  // namespace
 
 std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
-                                   bool is_projected) {
+                                   bool is_projected, const FieldsOfStates& embedded) {
   ImplicitScheme scheme(lowering, advances, name, is_projected);
   const model::TimeScheme time = lowering.problem().scheme.time;
-  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal() : scheme.by(tableau_of(time));
+  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal() : scheme.by(tableau_of(time), embedded);
 }
 
 }  // namespace dpde::stencil

@@ -21,8 +21,8 @@
 namespace dpde::stencil {
 
 /// One step. Kernels are called NAME_right1, NAME_stage1, NAME_right2, ... Constraints are made true behind each stage
-/// where `is_projected`.
+/// where `is_projected`. `embedded` names fields for the other result of a pair, which NAME_embedded makes.
 std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
-                                   bool is_projected = true);
+                                   bool is_projected, const FieldsOfStates& embedded = {});
 
 }  // namespace dpde::stencil

@@ -35,6 +35,7 @@ SolveMethod method_of(const model::Scheme& scheme) {
 std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
                                  const std::vector<NewtonEquation>& equations, Reading reading) {
   Solve solve{{}, {}, {}, {}, {method_of(lowering.problem().scheme), last_change}, {}, false};
+  if (!equations.empty()) solve.written.range = equations.front().origin.range;
   Kernel trial = lowering.kernel(name + "_trial"), left = lowering.kernel(name + "_left");
   for (const NewtonEquation& equation : equations) {
     const std::string copy = lowering.field_beside(equation.state, "trial");

@@ -333,21 +333,26 @@ std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Ad
                                         const std::string& name, const std::string& prefix) {
   const model::TimeScheme time = lowering.problem().scheme.time;
   require(model::estimates_error(time), "a pair of results");
-  const StageRow& other = time == model::TimeScheme::bs32 ? bogacki_shampine_embedded : dormand_prince_embedded;
   const StepPart part;
   const Stages stages(lowering, advances, prefix, part);
-  FieldsOfStages fields;
-  std::vector<Stage> result = stages_of(lowering, tableau_of(time), stages, name, part, fields);
-  fields.push_back(stages.results());
   FieldsOfStates embedded;
   for (const Advance& advance : advances) {
     const auto gives_it = [&](const model::Projection& projection) { return projection.multiplier == advance.state; };
     if (stages.is_at_rest(advance) || std::ranges::any_of(lowering.problem().projections, gives_it)) continue;
     embedded[advance.state] = lowering.field_beside(advance.state, "embedded");
   }
-  std::ranges::move(
-      stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, 1, part.is_projected),
-      std::back_inserter(result));
+  std::vector<Stage> result;
+  if (model::is_implicit(time)) {
+    result = implicit_stages(lowering, advances, name, part.is_projected, embedded);
+  } else {
+    const StageRow& other = time == model::TimeScheme::bs32 ? bogacki_shampine_embedded : dormand_prince_embedded;
+    FieldsOfStages fields;
+    result = stages_of(lowering, tableau_of(time), stages, name, part, fields);
+    fields.push_back(stages.results());
+    std::ranges::move(
+        stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, 1, part.is_projected),
+        std::back_inserter(result));
+  }
   result.push_back({kernel_of_error(lowering, prefix + "_error", stages.results(), embedded), stages.end(), {}});
   return result;
 }

@@ -59,18 +59,20 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherK
 }
 
 void CycleLevel::pack_right(std::span<const double> cells, double factor, double* vector) const {
-  for (std::int64_t row = 0; row < count_of_rows(); ++row)
-    rows_.pack(cells.data() + row * rows_.cells(), factor, vector + row * rows_.stride());
+  for_each_row([&](const Row& row) {
+    rows_.pack(cells.data() + row.number * rows_.cells(), factor, half(vector, row, 0), half(vector, row, 1));
+  });
 }
 
 void CycleLevel::pack(std::span<const double> cells, double* vector) const {
   pack_right(cells, 1, vector);
-  for (std::int64_t row = 0; row < count_of_rows(); ++row) rows_.close_ring(vector + row * rows_.stride());
+  for_each_row([&](const Row& row) { close_ring(vector, row); });
 }
 
 void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
-  for (std::int64_t row = 0; row < count_of_rows(); ++row)
-    rows_.unpack(vector + row * rows_.stride(), cells.data() + row * rows_.cells());
+  for_each_row([&](const Row& row) {
+    rows_.unpack(half(vector, row, 0), half(vector, row, 1), cells.data() + row.number * rows_.cells());
+  });
 }
 
 /// Memory of coefficients stays where it is when a level is moved.
@@ -81,8 +83,11 @@ LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
     rows.is_ring[axis] = level.periodic[axis];
     rows.coupling[axis] = coupling_[axis].rows();
   }
-  rows.stride = rows_.stride();
   rows.odd = rows_.begin(1);
+  rows.stride = rows_.begin(1);  // the even cells are as many, or one more
+  constexpr std::int64_t apart =
+      136;  // numbers; where both colours of a row fall into one place of a page, a load waits
+  rows.black = rows.stride * count_of_rows() + apart;
   rows.diagonal = diagonal_.rows();
   rows.inverse = inverse_.rows();
   if (const auto even = even_couplings(level)) {
@@ -94,32 +99,32 @@ LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
 
 void CycleLevel::smooth_row(const Row& row, int colour, const double* b, double* x) const {
   kernels_.smooth[axes_](level_, row, half_of(row, colour), b, x);
-  rows_.close_ring(x + row.number * rows_.stride());
+  close_ring(x, row);
 }
 
 /// Red cells, where all others are 0.
 void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
   kernels_.scale(level_, row, half_of(row, red), 1, b, x);
-  rows_.close_ring(x + row.number * rows_.stride());
+  close_ring(x, row);
 }
 
 void CycleLevel::relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const {
   for (const int half : {0, 1}) kernels_.relax[axes_](level_, row, half, factor, b, x, to);
-  rows_.close_ring(to + row.number * rows_.stride());
+  close_ring(to, row);
 }
 
 void CycleLevel::begin_row(const Row& row, double factor, const double* b, double* to) const {
   for (const int half : {0, 1}) kernels_.scale(level_, row, half, factor, b, to);
-  rows_.close_ring(to + row.number * rows_.stride());
+  close_ring(to, row);
 }
 
 void CycleLevel::find_residual(const Row& row, const double* b, const double* x) {
-  double* line = residual_.data() + row.number * rows_.stride();
-  for (const int half : {0, 1}) {
-    if (is_chequered_ && half != half_of(row, red)) continue;
-    kernels_.residual[axes_](level_, row, half, b, x, residual_.data());
+  for (const int which : {0, 1}) {
+    if (is_chequered_ && which != half_of(row, red)) continue;
+    kernels_.residual[axes_](level_, row, which, b, x, residual_.data());
     if (is_share_restricted_)
-      kernels_.take_share(rows_.count(half), share_.row(row.number) + rows_.begin(half), line + rows_.begin(half));
+      kernels_.take_share(rows_.count(which), share_.row(row.number) + rows_.begin(which),
+                          half(residual_.data(), row, which));
   }
 }
 
@@ -222,7 +227,7 @@ void CycleLevel::multiply(const double* x, double* y) const {
   });
 }
 
-void CycleLevel::gather(const Row& coarse, int half, RowSum& sum) const {
+void CycleLevel::gather(const Row& coarse, int which, RowSum& sum) const {
   const auto for_each = [&](std::size_t axis, std::int64_t at, const auto& f) {
     const AxisInterpolation& from = from_[axis];
     if (!from.is_halved) return f(at, 1.0);
@@ -236,20 +241,20 @@ void CycleLevel::gather(const Row& coarse, int half, RowSum& sum) const {
   sum.terms = 0;
   for_each(2, coarse.z, [&](std::int64_t z, double in_z) {
     for_each(1, coarse.y, [&](std::int64_t y, double in_y) {
-      if (is_chequered_ && (y + z) % 2 != half) return;
-      sum.values[sum.terms] = residual_.data() + (y + cells_[1] * z) * rows_.stride() + rows_.begin(half);
+      if (is_chequered_ && (y + z) % 2 != which) return;
+      sum.values[sum.terms] = half(residual_.data(), Row{y + cells_[1] * z, y, z}, which);
       sum.weights[sum.terms++] = in_y * in_z;
     });
   });
 }
 
 void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
-  double* to = coarse.b.data() + row_of_coarse.number * coarse.rows_.stride();
-  double* line = from_[0].is_halved ? halves_.data() : to;
-  for (const int half : {0, 1}) {
-    RowSum sum{.count = rows_.count(half)};
-    gather(row_of_coarse, half, sum);
-    kernels_.sum(sum, line + rows_.begin(half));
+  double* const to[] = {coarse.half(coarse.b.data(), row_of_coarse, 0), coarse.half(coarse.b.data(), row_of_coarse, 1)};
+  double* line = halves_.data();
+  for (const int which : {0, 1}) {
+    RowSum sum{.count = rows_.count(which)};
+    gather(row_of_coarse, which, sum);
+    kernels_.sum(sum, from_[0].is_halved ? line + rows_.begin(which) : to[which]);
   }
   if (!from_[0].is_halved) return;
   rows_.close_ring(line);
@@ -259,16 +264,17 @@ void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
       line + rows_.begin(1),
       {restricting_[0].data(), restricting_[1].data(), restricting_[2].data(), restricting_[3].data()}};
   kernels_.restrict_along(restricted, coarse.line());
-  coarse.rows_.pack(coarse.line(), 1, to);
+  coarse.rows_.pack(coarse.line(), 1, to[0], to[1]);
 }
 
-void CycleLevel::spread(const Row& fine, const CycleLevel& coarse, RowSum& sum) const {
+void CycleLevel::spread(const Row& fine, int which, CycleLevel& coarse, RowSum& sum) const {
   const auto j = static_cast<std::size_t>(fine.y), k = static_cast<std::size_t>(fine.z);
   const AxisInterpolation &y = from_[1], &z = from_[2];
   for (const auto& [plane, in_z] : {std::pair{z.near[k], z.near_weight[k]}, std::pair{z.far[k], z.far_weight[k]}}) {
     for (const auto& [line, in_y] : {std::pair{y.near[j], y.near_weight[j]}, std::pair{y.far[j], y.far_weight[j]}}) {
       if (in_y * in_z == 0) continue;
-      sum.values[sum.terms] = coarse.x.data() + (line + coarse.cells_[1] * plane) * coarse.rows_.stride();
+      const Row row{line + coarse.cells_[1] * plane, line, plane};
+      sum.values[sum.terms] = coarse.half(coarse.x.data(), row, which);
       sum.weights[sum.terms++] = in_y * in_z;
     }
   }
@@ -277,27 +283,29 @@ void CycleLevel::spread(const Row& fine, const CycleLevel& coarse, RowSum& sum) 
 /// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
 void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const {
   const HalfRows& from = coarse.rows_;
-  RowSum sum{.count = from.stride()};
-  spread(row, coarse, sum);
-  double *halves = coarse.halves_.data(), *line = coarse.line(), *values = x + row.number * rows_.stride();
-  kernels_.sum(sum, halves);
+  double *halves = coarse.halves_.data(), *line = coarse.line();
+  for (const int which : {0, 1}) {
+    RowSum sum{.count = from.count(which)};
+    spread(row, which, coarse, sum);
+    kernels_.sum(sum, halves + from.begin(which));
+  }
   kernels_.interleave(from.count(1), halves, halves + from.begin(1), line);
   if (from.count(0) > from.count(1)) line[from.cells() - 1] = halves[from.count(1)];
   if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
-  for (const int half : {0, 1}) {
-    if (is_chequered_ && half != half_of(row, colour)) continue;
-    const auto h = static_cast<std::size_t>(half);
+  for (const int which : {0, 1}) {
+    if (is_chequered_ && which != half_of(row, colour)) continue;
+    const auto h = static_cast<std::size_t>(which);
     const bool is_halved = from_[0].is_halved;  // else each cell has one of its own above it, of weight 1
-    const double* at_near = is_halved ? line : halves + rows_.begin(half);
-    kernels_.add_interpolated({.count = rows_.count(half),
+    const double* at_near = is_halved ? line : halves + rows_.begin(which);
+    kernels_.add_interpolated({.count = rows_.count(which),
                                .near = near_[h].data(),
                                .far = far_[h].data(),
-                               .share = share_.row(row.number) + rows_.begin(half),
+                               .share = share_.row(row.number) + rows_.begin(which),
                                .at_near = at_near,
-                               .at_far = is_halved ? line + (half == 0 ? -1 : 1) : at_near},
-                              values + rows_.begin(half));
+                               .at_far = is_halved ? line + (which == 0 ? -1 : 1) : at_near},
+                              half(x, row, which));
   }
-  rows_.close_ring(values);
+  close_ring(x, row);
 }
 
 }  // namespace dpde

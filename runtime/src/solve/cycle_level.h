@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One level of multigrid as its cycles need it: vectors and coefficients in half rows, sweeps over one colour or over
 // all cells (solve/smoother.h). A cell is red where the sum of its places along the axes is even, and black elsewhere.
+// Vectors have the red cells of all rows before the black ones: what a sweep reads and writes lies one behind the
+// other.
 #pragma once
 
 #include <array>
@@ -22,7 +24,7 @@ class CycleLevel {
   CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother);
 
   /// Of a vector of this level.
-  std::size_t size() const { return static_cast<std::size_t>(rows_.stride() * count_of_rows()); }
+  std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }
   /// Of right sides the rooms stay 0, so that dot products with them are those of the cells.
   void pack_right(std::span<const double> cells, double factor, double* vector) const;
   void pack(std::span<const double> cells, double* vector) const;
@@ -43,6 +45,15 @@ class CycleLevel {
   using Row = RowPlace;
   static constexpr int red = 0, black = 1;
 
+  /// Half a row of a vector.
+  std::int64_t place(const Row& row, int half) const {
+    return place_of(level_.stride, level_.black, row.number, row.y, row.z, half);
+  }
+  template <class Number>
+  Number* half(Number* vector, const Row& row, int which) const {
+    return vector + place(row, which);
+  }
+  void close_ring(double* x, const Row& row) const { rows_.close_ring(half(x, row, 0), half(x, row, 1)); }
   double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
@@ -68,8 +79,8 @@ class CycleLevel {
   void restrict_to(const Row& row_of_coarse, CycleLevel& coarse);
   void add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const;
   /// The rows of the fine level that a coarse one takes of; the coarse ones that a fine one is interpolated of.
-  void gather(const Row& coarse, int half, RowSum& sum) const;
-  void spread(const Row& fine, const CycleLevel& coarse, RowSum& sum) const;
+  void gather(const Row& coarse, int which, RowSum& sum) const;
+  void spread(const Row& fine, int which, CycleLevel& coarse, RowSum& sum) const;
 
   std::array<std::int64_t, 3> cells_;
   HalfRows rows_;

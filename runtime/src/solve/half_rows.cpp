@@ -8,19 +8,15 @@ HalfRows::HalfRows(std::int64_t cells, bool is_ring) : cells_(cells), is_ring_(i
   const auto rounded = [](std::int64_t n) { return (n + line - 1) / line * line; };
   odd_ = rounded(count(0) + 2);
   stride_ = odd_ + rounded(count(1) + 1);
-  last_ = cells % 2 == 0 ? odd_ + count(1) - 1 : count(0) - 1;
-  behind_ = cells % 2 == 0 ? count(0) : odd_ + count(1);
 }
 
-void HalfRows::pack(const double* cells, double factor, double* row) const {
-  double *even = row, *odd = row + odd_;
+void HalfRows::pack(const double* cells, double factor, double* even, double* odd) const {
   const std::int64_t pairs = count(1);
   for (std::int64_t i = 0; i < pairs; ++i) even[i] = factor * cells[2 * i], odd[i] = factor * cells[2 * i + 1];
   if (cells_ % 2 == 1) even[pairs] = factor * cells[2 * pairs];
 }
 
-void HalfRows::unpack(const double* row, double* cells) const {
-  const double *even = row, *odd = row + odd_;
+void HalfRows::unpack(const double* even, const double* odd, double* cells) const {
   const std::int64_t pairs = count(1);
   for (std::int64_t i = 0; i < pairs; ++i) cells[2 * i] = even[i], cells[2 * i + 1] = odd[i];
   if (cells_ % 2 == 1) cells[2 * pairs] = even[pairs];

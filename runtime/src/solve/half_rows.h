@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows along x in two halves, the cells of even x first. A sweep over one colour of a chequered grid is then a loop
 // without gaps. Before the second half and behind both is room for the cell around the ring; between bounded ends it
-// stays 0.
+// stays 0. Halves of vectors lie apart (solve/row_kernels.h), of coefficients one behind the other.
 #pragma once
 
 #include <cstdint>
@@ -19,18 +19,20 @@ class HalfRows {
   std::int64_t count(int half) const { return (cells_ + 1 - half) / 2; }
   bool is_ring() const { return is_ring_; }
 
-  void close_ring(double* row) const {
+  void close_ring(double* row) const { close_ring(row, row + odd_); }
+  void close_ring(double* even, double* odd) const {
     if (!is_ring_) return;
-    row[odd_ - 1] = row[last_];
-    row[behind_] = row[0];
+    const bool is_last_odd = cells_ % 2 == 0;
+    odd[-1] = is_last_odd ? odd[count(1) - 1] : even[count(0) - 1];
+    (is_last_odd ? even + count(0) : odd + count(1))[0] = even[0];
   }
   /// row = factor*cells; the rooms stay as they are.
-  void pack(const double* cells, double factor, double* row) const;
-  void unpack(const double* row, double* cells) const;
+  void pack(const double* cells, double factor, double* row) const { pack(cells, factor, row, row + odd_); }
+  void pack(const double* cells, double factor, double* even, double* odd) const;
+  void unpack(const double* even, const double* odd, double* cells) const;
 
  private:
   std::int64_t cells_ = 0, odd_ = 0, stride_ = 0;
-  std::int64_t last_ = 0, behind_ = 0;  // where the last cell is, and the room behind its half
   bool is_ring_ = false;
 };
 

@@ -119,9 +119,11 @@ void check_linear(const LinearImage& image, const StencilMatrix& matrix, double 
   for (size_t i = 0; i < size; ++i) difference = std::max(difference, std::abs(made[i] - expected[i]));
   if (!std::isfinite(entry) || std::isnan(largest(made)))
     throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
-  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with.
-  const double allowed =
-      entry > 0 ? 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1) : std::sqrt(rounding);
+  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
+  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
+  const double of_terms = std::min(64 * rounding, std::sqrt(rounding) * entry);
+  const double of_entries = 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1);
+  const double allowed = entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding);
   if (difference > allowed)
     throw Error(ErrorKind::run,
                 fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "

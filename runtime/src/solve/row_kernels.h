@@ -10,11 +10,20 @@ struct RowPlace {
   std::int64_t number, y, z;
 };
 
+/// Where half a row is in vectors: those of all red cells lie one behind the other, and behind them the black ones,
+/// each with room before it.
+inline std::int64_t place_of(std::int64_t stride, std::int64_t black, std::int64_t number, std::int64_t y,
+                             std::int64_t z, int half) {
+  constexpr std::int64_t room = 8;
+  return room + ((y + z + half) % 2 == 0 ? 0 : black) + number * stride;
+}
+
 /// A*x of a level, (A*x)_i = diagonal_i*x_i - sum_j w_ij*x_j over the neighbours j; coefficients row by row.
 struct LevelRows {
   std::int64_t cells[3];
   bool is_ring[3];
-  std::int64_t stride, odd;          // from a row to the next one; from its even cells to its odd ones
+  std::int64_t odd;            // of rows of coefficients: from the even cells to the odd ones
+  std::int64_t stride, black;  // of vectors: from a half row to the next one of its colour, from red to black ones
   const double* const* coupling[3];  // of each cell with the next one along the axis
   const double *const *diagonal, *const *inverse;
   bool is_even;    // couplings along an axis are the same in all cells, but for 0 at bounded ends

@@ -21,13 +21,16 @@ struct HalfRow {
 /// Beyond bounded ends couplings are 0, or x is, in the rooms of a row: reading around them takes nothing.
 template <int rank, bool is_even>
 inline HalfRow<rank> half_row(const LevelRows& level, const RowPlace& row, int half, const double* x) {
-  const std::int64_t here = half == 0 ? 0 : level.odd, other = level.odd - here, line = row.number * level.stride;
+  const std::int64_t here = half == 0 ? 0 : level.odd, other = level.odd - here;
+  const auto place = [&](std::int64_t number, std::int64_t y, std::int64_t z, int of_half) {
+    return place_of(level.stride, level.black, number, y, z, of_half);
+  };
   HalfRow<rank> made;
   made.count = (level.cells[0] + 1 - half) / 2;
-  made.begin = line + here;
+  made.begin = place(row.number, row.y, row.z, half);
   made.diagonal = level.diagonal[row.number] + here;
   made.inverse = level.inverse[row.number] + here;
-  made.x[0] = x + line + other + half;
+  made.x[0] = x + place(row.number, row.y, row.z, 1 - half) + half;
   made.x[1] = made.x[0] - 1;
   if constexpr (is_even) {
     made.even[0] = made.even[1] = level.even[0];
@@ -36,13 +39,13 @@ inline HalfRow<rank> half_row(const LevelRows& level, const RowPlace& row, int h
     made.w[1] = level.coupling[0][row.number] + other + half - 1;
   }
   for (int axis = 1; axis < rank; ++axis) {
-    const std::int64_t step = axis == 1 ? 1 : level.cells[1], place = axis == 1 ? row.y : row.z;
-    const std::int64_t around = step * (level.cells[axis] - 1);
-    const bool is_first = place == 0, is_last = place + 1 == level.cells[axis], is_ring = level.is_ring[axis];
-    const std::int64_t next = row.number + (is_last ? -around : step),
-                       before = row.number + (is_first ? around : -step);
-    made.x[2 * axis] = x + next * level.stride + here;
-    made.x[2 * axis + 1] = x + before * level.stride + here;
+    const std::int64_t step = axis == 1 ? 1 : level.cells[1], along = axis == 1 ? row.y : row.z;
+    const std::int64_t cells = level.cells[axis], across = axis == 1 ? row.z : row.y;
+    const bool is_first = along == 0, is_last = along + 1 == cells, is_ring = level.is_ring[axis];
+    const std::int64_t to_next = is_last ? 1 - cells : 1, to_before = is_first ? cells - 1 : -1;
+    const std::int64_t next = row.number + step * to_next, before = row.number + step * to_before;
+    made.x[2 * axis] = x + place(next, along + to_next, across, half);
+    made.x[2 * axis + 1] = x + place(before, along + to_before, across, half);
     if constexpr (is_even) {
       made.even[2 * axis] = is_last && !is_ring ? 0 : level.even[axis];
       made.even[2 * axis + 1] = is_first && !is_ring ? 0 : level.even[axis];

@@ -46,8 +46,6 @@ std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& sta
     return Obstacle{"a network" + where, "take implicit = linear"};
   if (holds([](const Expr& e) { return std::holds_alternative<Solve>(e->kind); }))
     return Obstacle{"a solve" + where, "take implicit = linear"};
-  if (state.held) return Obstacle{"a mask that holds " + state.name, "take implicit = linear"};
-  if (!problem.projections.empty()) return Obstacle{"a constraint", "take implicit = linear"};
   return std::nullopt;
 }
 

@@ -42,7 +42,8 @@ bool can_control(Draft& draft, SourceRange range) {
     return false;
   }
   if (!estimates_error(scheme.time))
-    return refuse("a tolerance: it does not estimate its error", "take time = bs32 or dopri5");
+    return refuse("a tolerance: it does not estimate its error",
+                  is_implicit(scheme.time) ? "take time = ars443" : "take time = bs32 or dopri5, or ars443");
   if (scheme.is_split()) return refuse("a tolerance for steps in parts", "leave split out, or the tolerance");
   if (scheme.follows_flow())
     return refuse("a tolerance for advection along the flow", "take advect = central(2) or upwind(3)");

@@ -26,17 +26,24 @@ struct Message {
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message, std::vector<Message> messages = {})
-      : std::runtime_error(message), kind_(kind), messages_(std::move(messages)) {}
+      : std::runtime_error(message), kind_(kind), text_(message), messages_(std::move(messages)) {}
+  const char* what() const noexcept override { return text_.c_str(); }
   ErrorKind kind() const { return kind_; }
-  /// What the compiler said, warnings too; what() is the same as text with source lines. Empty for errors of a run.
+  /// What the compiler said, warnings too; what() is the same as text with source lines. Of errors of a
+  /// run where a solve of the text finds nothing.
   const std::vector<Message>& messages() const { return messages_; }
   /// The first unknown of the solve that it comes from; "": of none.
   const std::string& solve_for() const { return solve_for_; }
   void set_solve_for(const std::string& unknown) { solve_for_ = unknown; }
+  /// Says more of it.
+  void explain(std::string text, std::vector<Message> messages) {
+    text_ = std::move(text);
+    messages_ = std::move(messages);
+  }
 
  private:
   ErrorKind kind_;
-  std::string solve_for_;
+  std::string text_, solve_for_;
   std::vector<Message> messages_;
 };
 

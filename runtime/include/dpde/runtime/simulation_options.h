@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
 #include "dpde/runtime/clock.h"
+#include "dpde/runtime/error.h"
 
 namespace dpde {
 
@@ -23,6 +25,8 @@ struct SimulationOptions {
   const std::atomic<bool>* stop = nullptr;
   /// Not null: the time of loss() and gradient() is added to it, by what it is spent on.
   GradientSeconds* seconds = nullptr;
+  /// Says where in a text the solve stands that an error comes from (Error::solve_for).
+  std::function<void(Error&)> explain = nullptr;
 };
 
 }  // namespace dpde
