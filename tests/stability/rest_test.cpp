@@ -30,9 +30,9 @@ TEST(AtRest, WhatDampsWhateverTheStepHasLimits) {
 TEST(AtRest, MacCormackBesideDiffusionIsLimitedByIt) {
   for (const int cells : {32, 64}) {
     const double h = 1.0 / cells, v = 1, nu = 0.5;
-    const Verdict verdict = verdict_on_ring(
-        "field u; dt(u) = -advect(1, u) + 0.5*lap(u)", "advect = maccormack; time = euler",
-        fmt::format("{}, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1/1000", cells));
+    const Verdict verdict =
+        verdict_on_ring("field u; dt(u) = -advect(1, u) + 0.5*lap(u)", "advect = maccormack; time = euler",
+                        fmt::format("{}, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1/1000", cells));
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
     EXPECT_NEAR(verdict.limit.step, 2 / (4 * nu / (h * h) + v / h), 0.02 * h * h) << cells;
   }
@@ -59,9 +59,9 @@ TEST(AtRest, MeansOfWavesOnSmallRingsLimitNothing) {
 
 TEST(AtRest, PulsesInTimeAreSeen) {
   for (const double at : {4.5, 5.0, 7.123}) {
-    const Verdict verdict = verdict_on_ring(
-        fmt::format("field u; dt(u) = (0.01 + 50*exp(-((t - {})/0.02)^2))*lap(u)", at), "time = euler",
-        "20, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 10, step 1/100");
+    const Verdict verdict =
+        verdict_on_ring(fmt::format("field u; dt(u) = (0.01 + 50*exp(-((t - {})/0.02)^2))*lap(u)", at), "time = euler",
+                        "20, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 10, step 1/100");
     EXPECT_FALSE(verdict.is_exact);
     EXPECT_LT(verdict.limit.step, 1e-4) << at;
   }

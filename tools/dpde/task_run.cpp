@@ -99,9 +99,6 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   run.session = driver::Session::open(job.source(), run.compiled, session, job.sink());
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   if (run.inverse == nullptr) return false;
-  const std::size_t told = job.sink().all().size();
-  if (!stability::check_step(*run.session, options.force, job.sink())) return false;
-  if (job.sink().all().size() > told) return true;
   run.inverse->assign(run.inverse->start());  // where the task begins may be where the scene does not
   return stability::check_step(*run.session, options.force, job.sink());
 }

@@ -127,6 +127,9 @@ std::optional<Candidates> sums_of_run(driver::Session& session, double step, int
   return sums;
 }
 
+/// By longer steps: more than rounding, and no more than steps may lose.
+bool is_lost(double drift, double rounding) { return drift > 100 * rounding && drift <= most_of_steps; }
+
 /// Whether a drift is of the steps in time alone: eight times as many leave an eighth of it or less, twice.
 bool is_of_steps(double drift, double by_shorter, double by_shortest) {
   const double less = std::pow(shorter, -first_order);
@@ -149,11 +152,17 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   const std::optional<Candidates> sums = sums_of_run(*session, step, steps);
   if (!sums) return std::nullopt;
   const double rounding = compiled->real() == Precision::f64 ? tolerance : single_tolerance;
-  const auto drifts = [&](int times) {
-    const std::optional<Candidates> run = sums_of_run(*session, step / times, steps * times);
+  const auto drifts = [&](double length, int count) {
+    const std::optional<Candidates> run = sums_of_run(*session, length * step, count);
     return run ? run->drifts() : std::map<std::string, double>{};
   };
-  const std::map<std::string, double> by_shorter = drifts(shorter), by_shortest = drifts(shorter * shorter);
+  constexpr int shortest = shorter * shorter;
+  const auto by_shorter = drifts(1.0 / shorter, steps * shorter),
+             by_shortest = drifts(1.0 / shortest, steps * shortest);
+  const auto by_longer = drifts(shorter, steps), by_longest = drifts(shortest, steps);
+  const auto is_lost_by = [&](const std::map<std::string, double>& longer, const std::string& name) {
+    return longer.contains(name) && is_lost(longer.at(name), rounding);
+  };
   std::vector<ConservedSum> found;
   for (const auto& [name, drift] : sums->drifts()) {
     const bool is_kept = drift <= rounding;
@@ -162,7 +171,7 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
         !(is_known && is_of_steps(drift, by_shorter.at(name), std::max(0.0, by_shortest.at(name) - rounding))))
       continue;
     found.push_back(sums->sum(name));
-    found.back().but_for_steps = !is_kept;
+    found.back().but_for_steps = !is_kept || is_lost_by(by_longer, name) || is_lost_by(by_longest, name);
   }
   return found;
 }
