@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The gradient: forward by the checkpoint plan, then the adjoint back, with the seeds of the losses added at their
 // steps.
-//
-// Buffers are handed around, never copied: to store a state is to keep its buffer. With s slots, s + 2 buffers suffice:
-// the stored states, the current one and the one that the current step writes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -151,83 +148,37 @@ bool Rollout::Impl::run_without_trajectory() {
 }
 
 bool Rollout::Impl::run_with_checkpoints() {
-  free_list.clear();
-  for (int b = static_cast<int>(buffers.size()) - 1; b > 0; --b) free_list.push_back(b);
-  std::ranges::fill(is_stored, char{0});
-  is_stored.front() = 1;
-  std::ranges::fill(slot_buffers, 0);
   if (last_loss == 0) {
     forward_done();
     seed_end(buffers.front(), last_loss);
   }
-  schedule.rewind();
-  while (const std::optional<checkpoint::Action> next = schedule.next()) {
-    const checkpoint::Action& action = *next;
-    int& slot = slot_buffers[static_cast<size_t>(action.slot)];
-    switch (action.kind) {
-      case checkpoint::ActionKind::advance:
-        if (!advance(action.from, action.to)) return false;
-        break;
-      case checkpoint::ActionKind::store:
-        if (action.slot == 0) break;  // the initial state stays where it is
-        if (slot != 0) {
-          is_stored[static_cast<size_t>(slot)] = 0;
-          release(slot);
-        }
-        slot = current;
-        is_stored[static_cast<size_t>(current)] = 1;
-        break;
-      case checkpoint::ActionKind::restore:
-        release(current);
-        current = slot;
-        break;
-      case checkpoint::ActionKind::reverse:
-        if (stopping() || !start_reverse(action.from)) return false;
-        reverse_leg(action.from, buffers[static_cast<size_t>(current)]);
-        if (!go_on(mark(action.from), 2 * (mark(action.from + 1) - mark(action.from)) - 1, true)) return false;
-        break;
-    }
-  }
-  return true;
-}
-
-int Rollout::Impl::take() {
-  const int buffer = free_list.back();
-  free_list.pop_back();
-  return buffer;
-}
-
-/// Gives a buffer back unless a slot holds it.
-void Rollout::Impl::release(int buffer) {
-  if (!is_stored[static_cast<size_t>(buffer)]) free_list.push_back(buffer);
-}
-
-bool Rollout::Impl::advance(int from, int to) {
-  for (int leg = from; leg < to; ++leg) {
+  const auto buffer = [this](int i) -> const StateBuffer& { return buffers[static_cast<size_t>(i) + 1]; };
+  const auto advance = [this](int leg, const StateBuffer& from, const StateBuffer& to) {
     if (stopping()) return false;
-    const int next = take(), end = mark(leg + 1);
-    run_leg(leg, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
-    release(current);
-    current = next;
+    const int end = mark(leg + 1);
+    run_leg(leg, from, to);
     if (!go_on(end, end - mark(leg))) return false;
-    if (end <= front) continue;
+    if (end <= front) return true;
     front = end;
-    if (has_losses(front)) add_losses(front, buffers[static_cast<size_t>(current)]);
-  }
-  return true;
+    if (has_losses(front)) add_losses(front, to);
+    return true;
+  };
+  const auto reverse = [&](int leg, const StateBuffer& state) {
+    if (stopping() || !start_reverse(leg, state, reversal.unused(buffer))) return false;
+    reverse_leg(leg, state);
+    return go_on(mark(leg), 2 * (mark(leg + 1) - mark(leg)) - 1, true);
+  };
+  return reversal.run(buffers.front(), buffer, advance, reverse);
 }
 
-/// The first reversal is that of the last leg: makes its steps, counts its losses, and sets the seeds.
-bool Rollout::Impl::start_reverse(int leg) {
+/// The first reversal is that of the last leg: makes its steps, to `last`, counts its losses, and sets the seeds.
+bool Rollout::Impl::start_reverse(int leg, const StateBuffer& state, const StateBuffer& last) {
   if (front == last_loss) return true;
-  const int next = take();
-  const StateBuffer& last = buffers[static_cast<size_t>(next)];
-  run_leg(leg, buffers[static_cast<size_t>(current)], last);
+  run_leg(leg, state, last);
   front = last_loss;
   add_losses(last_loss, last);
   forward_done();
   seed_end(last, last_loss);
-  release(next);
   return go_on(last_loss, last_loss - mark(leg));
 }
 
@@ -320,33 +271,22 @@ void Rollout::Impl::drop_adjoints(int state) {
   for (void* bar_of_state : bars[bar]) fill_all(setup.layout, bar_of_state, 0.0);
 }
 
-/// The states between the parts of a step are computed again, by a checkpoint plan of their own: buffers 0 and 1 are
-/// worked in, slot s > 0 is buffer s + 1.
+/// The states between the parts of a step are computed again, by a checkpoint plan of their own.
 void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
   if (planned_parts != parts) {
-    part_schedule = checkpoint::Schedule(parts, std::min(parts, part_slots));
+    part_reversal = Reversal(parts, std::min(parts, part_slots));
     planned_parts = parts;
   }
-  part_schedule.rewind();
-  const StateBuffer* now = &state;
-  while (const std::optional<checkpoint::Action> due = part_schedule.next()) {
-    const checkpoint::Action& action = *due;
-    switch (action.kind) {
-      case checkpoint::ActionKind::advance:
-        for (int part = action.from; part < action.to; ++part) {
-          const StateBuffer& next = part_buffer(now == &part_buffer(0) ? 1 : 0);
-          part_of_step(n, part_at(n, part, parts), *now, next);
-          now = &next;
-        }
-        break;
-      case checkpoint::ActionKind::store:
-        if (action.slot == 0) break;  // `state` itself
-        for (size_t s = 0; s < now->size(); ++s) copy_all(setup.layout, part_buffer(action.slot + 1)[s], (*now)[s]);
-        break;
-      case checkpoint::ActionKind::restore: now = action.slot == 0 ? &state : &part_buffer(action.slot + 1); break;
-      case checkpoint::ActionKind::reverse: reverse_part(n, action.from, parts, *now); break;
-    }
-  }
+  const auto advance = [&](int part, const StateBuffer& from, const StateBuffer& to) {
+    part_of_step(n, part_at(n, part, parts), from, to);
+    return true;
+  };
+  const auto reverse = [&](int part, const StateBuffer& at) {
+    reverse_part(n, part, parts, at);
+    return true;
+  };
+  part_reversal.run(
+      state, [this](int i) -> const StateBuffer& { return part_buffer(i); }, advance, reverse);
 }
 
 void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& state) {

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "dpde/runtime/checkpoint.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
 #include "field_pool.h"
+#include "reversal.h"
 #include "solve/krylov.h"
 #include "wavefront.h"
 
@@ -30,9 +30,6 @@ struct Control {
   std::vector<double> values;
   double at(int n) const { return values[control_interval(n, every, values.size())]; }
 };
-
-/// All states at one time: one base pointer a state.
-using StateBuffer = std::vector<void*>;
 
 /// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
 struct BoundProgram {
@@ -242,11 +239,8 @@ struct Rollout::Impl {
   bool run_with_checkpoints();
   void make_frames();
   bool run_frames();
-  bool advance(int from, int to);
-  bool start_reverse(int leg);
+  bool start_reverse(int leg, const StateBuffer& state, const StateBuffer& last);
   void forward_done();
-  int take();
-  void release(int buffer);
   void seed_end(const StateBuffer& state, int k);
   void add_seeds(int k, const StateBuffer& state);
   void run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state);
@@ -282,7 +276,7 @@ struct Rollout::Impl {
   const StepRecord* followed = nullptr;
   StepController controller;
   int part_slots = 1, planned_parts = 0;  // how many may be stored; for how many parts the plan is
-  checkpoint::Schedule part_schedule;
+  Reversal part_reversal;
   int64_t planned_bytes = 0;  // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
@@ -308,10 +302,7 @@ struct Rollout::Impl {
   std::vector<void*> leg_results;
   std::vector<double*> leg_totals;  // of the sought fields, in the intervals of the leg
   bool keeps_trajectory = false;
-  checkpoint::Schedule schedule;
-  std::vector<int> slot_buffers;
-  std::vector<int> free_list;
-  std::vector<char> is_stored;  // of each buffer
+  Reversal reversal;
   // Not empty: all states are stored and the programs have frames, made once: those of step n, and of its adjoint.
   std::vector<void*> step_frames, adjoint_frames;
   int current = 0;  // buffer of the current state

@@ -31,7 +31,7 @@ int64_t Rollout::Impl::recomputed_steps(int slots) {
     return 1 + checkpoint::advanced_steps(last_loss, slots) -
            last_loss;                              // of legs that are steps: no need to go through them
   int64_t made = mark(legs()) - mark(legs() - 1);  // the last leg, for the losses at its end
-  schedule.rewind();
+  checkpoint::Schedule schedule(legs(), slots);
   while (const std::optional<checkpoint::Action> action = schedule.next()) {
     if (action->kind == checkpoint::ActionKind::advance) made += mark(action->to) - mark(action->from);
   }
@@ -76,8 +76,7 @@ void Rollout::Impl::plan_storage() {
   }
   if (keeps_trajectory) {
     slots = plan_slots(read);
-    if (purpose == Purpose::run || !marks.empty()) schedule = checkpoint::Schedule(legs(), slots);
-    if (purpose == Purpose::run) slot_buffers.assign(static_cast<size_t>(slots), 0);
+    if (purpose == Purpose::run) reversal = Reversal(legs(), slots);
     result.stored_states = slots - 1;
     result.recomputed_steps = recomputed_steps(slots);
   }
@@ -120,8 +119,6 @@ void Rollout::Impl::allocate_states() {
       buffer.push_back(b < buffers_of_state[s] ? pool.base(next++) : buffers[static_cast<size_t>(b - 2)][s]);
     buffers.push_back(std::move(buffer));
   }
-  is_stored.assign(buffers.size(), 0);
-  free_list.reserve(buffers.size());
   final_states = buffers.front();
   if (!backward) return;
   for (int64_t b = 0; b < 3; ++b) {

@@ -68,6 +68,27 @@ TEST(PlaceFills, BeforeARunThatGoesBeyondWalls) {
   EXPECT_EQ(body_of(module), "  axes x periodic\n  run centre grow 1\n  keep v\n");
 }
 
+/// Behind inside[o] the point i+o is a cell, so that a read of i+o needs none and one of i+o+1 does.
+TEST(PlaceFills, NotBeforeReadsThatMasksKeepInside) {
+  const auto fills = [](const std::string& value, const std::string& axis, int grow) {
+    Module module =
+        module_of("kernel masked(u: field halo 2, out v: field) { v = " + value + " }\n" + "program p { fill u x" +
+                  axis + "; run masked grow " + std::to_string(grow) + "; keep v }");
+    module = with_rules(module);
+    place_fills(module);
+    EXPECT_EQ(verify(module), std::vector<std::string>{});
+    return body_of(module).find("fill u") != std::string::npos;
+  };
+  EXPECT_FALSE(fills("if(inside[+1], u[+1], 0)", " = 2", 0));
+  EXPECT_FALSE(fills("if(inside[+1] and u > 0, u[+1], u)", " = 2", 0));
+  EXPECT_FALSE(fills("if(inside[-1], u[-1], 0)", " = 2", 1));
+  EXPECT_TRUE(fills("if(inside[+1], u[+2], 0)", " = 2", 0));
+  EXPECT_TRUE(fills("if(inside[+1], 0, u[+1])", " = 2", 0));
+  EXPECT_TRUE(fills("if(inside[+1] or u > 0, u[+1], 0)", " = 2", 0));
+  EXPECT_TRUE(fills("if(inside[+1], u[+1], u)", " = 2", 1));
+  EXPECT_TRUE(fills("if(inside[+1], u[+1], 0)", " periodic", 0));
+}
+
 /// A pass begins with nothing filled, and what it fills of outside is anything behind it.
 TEST(PlaceFills, InEachPassOfARepeatAndBehindIt) {
   expect_back("program p { repeat 3 { fill u x = 1; run around; swap u, v } to u_2; keep u_2 }");

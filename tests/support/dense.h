@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small dense matrices, as oracles of solvers; Eigen does the work, and is compiled once.
+// Small dense matrices, as oracles of solvers, by plain loops: the solvers themselves are by Eigen.
 #pragma once
 
 #include <cstddef>
@@ -20,11 +20,11 @@ struct DenseMatrix {
 };
 
 void multiply(const DenseMatrix& a, std::span<const double> x, std::span<double> result);
-/// By the pseudo-inverse; singular values below 1e-12 of the largest count as 0.
+/// By the pseudo-inverse; what is left of columns is 0 below 1e-12 of the largest.
 std::vector<double> solution(const DenseMatrix& a, std::span<const double> b);
-/// By partial pivoting, of a regular matrix.
+/// Of a regular matrix.
 std::vector<double> regular_solution(const DenseMatrix& a, std::span<const double> b);
 /// Of a symmetric matrix, in rising order.
-std::vector<double> symmetric_eigenvalues(const DenseMatrix& a);
+std::vector<double> symmetric_eigenvalues(DenseMatrix a);
 
 }  // namespace dpde::test

@@ -2,8 +2,6 @@
 #include "adjoint/regions.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <functional>
 #include <optional>
 
 #include "stencil/effects.h"
@@ -13,21 +11,6 @@
 namespace dpde::adjoint {
 
 using namespace stencil;
-
-namespace {
-
-/// What an expression stands behind: the places where all these are true.
-using Insides = std::vector<Inside>;
-
-void add_insides(const Expr& condition, Insides& insides) {
-  const Binary* both = std::get_if<Binary>(&condition->kind);
-  if (const Inside* inside = std::get_if<Inside>(&condition->kind)) insides.push_back(*inside);
-  if (!both || both->op != BinaryOp::logical_and) return;
-  add_insides(both->left, insides);
-  add_insides(both->right, insides);
-}
-
-}  // namespace
 
 bool has_bounded_axis(const std::vector<Topology>& axes) {
   return std::find(axes.begin(), axes.end(), Topology::bounded) != axes.end();
@@ -136,37 +119,6 @@ std::vector<AxisBoundary> primal_boundary(const Module& module, const Program& p
     });
   }
   return found.value_or(seed_boundary(program.axes));
-}
-
-std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes) {
-  std::map<std::string, int> extents;
-  const auto note = [&](const std::string& field, int cells) {
-    int& extent = extents[field];
-    extent = std::max(extent, cells);
-  };
-  const std::function<void(const Expr&, const Insides&)> look = [&](const Expr& e, const Insides& insides) {
-    if (const Select* select = std::get_if<Select>(&e->kind)) {
-      Insides inner = insides;
-      add_insides(select->condition, inner);
-      look(select->condition, insides);
-      look(select->yes, inner);
-      return look(select->no, insides);
-    }
-    const Access* a = std::get_if<Access>(&e->kind);
-    const Interp* i = std::get_if<Interp>(&e->kind);
-    if (i) note(i->field, reach_of(*i, axes));
-    for (size_t axis = 0; a && axis < axes.size(); ++axis) {
-      if (axes[axis] == Topology::periodic) continue;
-      int most = grow + std::abs(a->offset[axis]);
-      for (const Inside& inside : insides) {
-        most = std::min(most, inside.grow + std::abs(a->offset[axis] - inside.offset[axis]));
-      }
-      note(a->field, most);
-    }
-    for_each_child(e, [&](const Expr& child) { look(child, insides); });
-  };
-  map_kernel(kernel, [&](const Expr& value) { return look(value, {}), value; });
-  return extents;
 }
 
 std::set<std::string> grown_fields(const Module& module, const Program& program) {

@@ -19,10 +19,6 @@ bool has_bounded_axis(const std::vector<Topology>& axes);
 /// scatters to varied fields (their transposes read the first halo cell).
 int reach(const stencil::Module& module, const stencil::Program& program, const Varied& varied);
 
-/// How far outside a kernel that runs `grow` cells beyond the interior uses what it reads of each field. Behind
-/// inside[o] grow g the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
-std::map<std::string, int> extents_of(const stencil::Kernel& kernel, int grow, const std::vector<Topology>& axes);
-
 /// The fill behind which no field is changed any more: so fields go on when the program has run, where no block has
 /// left their halo as anything.
 std::map<std::string, const stencil::Fill*> fills_at_the_end(const stencil::Module& module,

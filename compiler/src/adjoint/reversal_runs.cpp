@@ -5,6 +5,7 @@
 #include "adjoint/adjoint_kernel.h"
 #include "adjoint/reversal.h"
 #include "stencil/build.h"
+#include "stencil/extents.h"
 #include "stencil/passes/place_fills.h"
 
 namespace dpde::adjoint {

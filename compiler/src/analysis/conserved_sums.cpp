@@ -127,7 +127,7 @@ std::optional<Candidates> sums_of_run(driver::Session& session, double step, int
   return sums;
 }
 
-/// By longer steps: more than rounding, and no more than steps may lose.
+/// Of squares by longer steps: more than rounding, and no more than steps may lose.
 bool is_lost(double drift, double rounding) { return drift > 100 * rounding && drift <= most_of_steps; }
 
 /// Whether a drift is of the steps in time alone: eight times as many leave an eighth of it or less, twice.
@@ -161,7 +161,7 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
              by_shortest = drifts(1.0 / shortest, steps * shortest);
   const auto by_longer = drifts(shorter, steps), by_longest = drifts(shortest, steps);
   const auto is_lost_by = [&](const std::map<std::string, double>& longer, const std::string& name) {
-    return longer.contains(name) && is_lost(longer.at(name), rounding);
+    return sums->sum(name).of_squares && longer.contains(name) && is_lost(longer.at(name), rounding);
   };
   std::vector<ConservedSum> found;
   for (const auto& [name, drift] : sums->drifts()) {

@@ -355,8 +355,8 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
   }
   for (const auto& [name, control] : session.workspace().controls()) {
     const auto [low, high] = std::ranges::minmax(control.values);
-    const std::vector<ScenePoint> before = result;
-    for (ScenePoint point : before) {
+    for (std::size_t i = 0, known = result.size(); i < known; ++i) {
+      ScenePoint point = result[i];
       for (const double value : {low, high}) {
         point.point.params[name] = value;
         add(point);

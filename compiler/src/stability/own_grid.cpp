@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "dpde/runtime/cell_colours.h"
 #include "stability/compiled_tangent.h"
 #include "stability/eigenvalues.h"
 #include "stability/equations.h"
@@ -24,6 +25,7 @@ constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matri
 constexpr double left_out = 1e-9;            // by differences of steps, of the largest rate
 constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
 constexpr double largest_square = 1e120;     // squares of it are numbers still
+constexpr int more_at_walls = 2;             // that they may add to how far a step reaches
 
 /// The norms of g^(2^k) for k up to `most`, or fewer where powers have settled; the last is infinite where they leave
 /// all bounds.
@@ -48,59 +50,6 @@ double largest_of(const std::vector<double>& norms, int k) {
   const auto count = std::min(norms.size(), static_cast<std::size_t>(k) + 1);
   return *std::max_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(count));
 }
-
-/// Cells that can be disturbed at once: so far from one another that no cell is reached by two.
-class CellGroups {
- public:
-  CellGroups(const stencil::Grid& grid, const std::vector<Topology>& topologies, const stencil::Cell& reach)
-      : counts_(grid.cells), topologies_(topologies) {
-    constexpr int of_walls = 2;  // what a wall may add to the reach
-    for (std::size_t axis = 0; axis < strides_.size(); ++axis)
-      strides_[axis] = std::min(2 * (reach[axis] + of_walls) + 1, counts_[axis]);
-    stencil::for_each_cell({}, counts_, [&](const stencil::Cell& cell) { places_.push_back(cell); });
-  }
-
-  std::vector<std::vector<std::size_t>> all() const {
-    std::map<stencil::Cell, std::vector<std::size_t>> groups;
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      stencil::Cell colour{};
-      for (std::size_t axis = 0; axis < colour.size(); ++axis) colour[axis] = colour_along(axis, places_[i][axis]);
-      groups[colour].push_back(i);
-    }
-    std::vector<std::vector<std::size_t>> result;
-    for (auto& [colour, group] : groups) result.push_back(std::move(group));
-    return result;
-  }
-
-  /// For each cell the one of the group that may reach it.
-  std::vector<std::size_t> nearest_of(const std::vector<std::size_t>& group) const {
-    std::vector<std::size_t> result;
-    for (const stencil::Cell& place : places_) {
-      result.push_back(*std::ranges::min_element(group, {}, [&](std::size_t i) {
-        double largest = 0;
-        for (std::size_t axis = 0; axis < topologies_.size(); ++axis)
-          largest = std::max(largest, distance(axis, place[axis], places_[i][axis]) / strides_[axis]);
-        return largest;
-      }));
-    }
-    return result;
-  }
-
- private:
-  /// Cells in steps of the stride have one colour, those that are left at the end of an axis their own.
-  int colour_along(std::size_t axis, int cell) const {
-    const int stride = strides_[axis], whole = counts_[axis] / stride * stride;
-    return cell < whole ? cell % stride : stride + cell - whole;
-  }
-  double distance(std::size_t axis, int a, int b) const {
-    const int straight = std::abs(a - b);
-    return topologies_[axis] == Topology::periodic ? std::min(straight, counts_[axis] - straight) : straight;
-  }
-
-  stencil::Cell counts_, strides_{};
-  const std::vector<Topology>& topologies_;
-  std::vector<stencil::Cell> places_;
-};
 
 /// Schemes with a memory ask for the time to know their first steps: there it is looked for in the equations' own step.
 bool reads_time(const LinearStep& linear, const model::Problem& problem) {
@@ -273,23 +222,30 @@ stencil::Cell OwnGrid::reach(double step) const {
 }
 
 std::optional<Eigen::MatrixXd> OwnGrid::tangent_by_colours(double step) const {
-  const CellGroups groups(memory_.grid(), topologies_, reach(step));
-  const auto n = static_cast<std::size_t>(cells()), size = n * active_.size();
-  const auto number = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(number(size), number(size));
-  for (const std::vector<std::size_t>& group : groups.all()) {
-    const std::vector<std::size_t> nearest = groups.nearest_of(group);
-    for (std::size_t s = 0; s < active_.size(); ++s) {
-      Eigen::VectorXd perturbations = Eigen::VectorXd::Zero(number(size));
-      for (const std::size_t i : group) perturbations[number(s * n + i)] = 1;
+  const stencil::Cell farthest = reach(step);
+  std::array<std::int64_t, 3> counts{}, reached{};
+  std::array<bool, 3> periodic{};
+  for (std::size_t axis = 0; axis < counts.size(); ++axis) {
+    counts[axis] = memory_.grid().cells[axis];
+    reached[axis] = farthest[axis] + more_at_walls;
+    periodic[axis] = axis < topologies_.size() && topologies_[axis] == Topology::periodic;
+  }
+  const Eigen::Index n = cells(), size = n * static_cast<Eigen::Index>(active_.size());
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
+  for (const CellColour& colour : cell_colours(counts, periodic, reached)) {
+    for (Eigen::Index first = 0; first < size; first += n) {
+      Eigen::VectorXd perturbations = Eigen::VectorXd::Zero(size);
+      for (const std::int64_t cell : colour.cells) perturbations[first + cell] = 1;
       const Eigen::VectorXd image = applied(perturbations, step);
-      for (std::size_t row = 0; row < size; ++row)
-        result(number(row), number(s * n + nearest[row % n])) = image[number(row)];
+      for (Eigen::Index row = 0; row < size; ++row) {
+        const std::int64_t source = colour.sources[static_cast<std::size_t>(row % n)];
+        if (source >= 0) result(row, first + source) = image[row];
+      }
     }
   }
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1, 1);
-  const Eigen::VectorXd probe = Eigen::VectorXd::NullaryExpr(number(size), [&] { return noise(random); });
+  const Eigen::VectorXd probe = Eigen::VectorXd::NullaryExpr(size, [&] { return noise(random); });
   const Eigen::VectorXd image = applied(probe, step);
   if (!((result * probe - image).norm() <= sum_tolerance * image.norm())) return std::nullopt;
   return result;

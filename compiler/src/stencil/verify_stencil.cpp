@@ -9,6 +9,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/extents.h"
 #include "stencil/symbol.h"
 #include "stencil/verify_kernel.h"
 #include "support/bound_names.h"
@@ -383,18 +384,16 @@ class ProgramCheck {
   /// any case.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
+    const std::set<std::string> around = read_around(kernel, program_.axes);
     for (const Signature::Read& read : s.reads) {
       note_read(read.field);
       check_walls(kernel, read, masked, grow);
       if (is_coordinate(read.field) || filled_.contains(read.field)) continue;
-      bool needed = false;
+      bool needed = around.contains(read.field);
+      const int known = grown_of(read.field);
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
-        if (program_.axes[axis] == Topology::periodic) {
-          needed = needed || access_reach(kernel, read.field, axis) > 0;
-        } else {
-          const int known = grown_of(read.field);
-          needed = needed || (read.interpolated && known < 1) || (!masked && read.halo[axis] + grow > known);
-        }
+        if (program_.axes[axis] == Topology::periodic) continue;
+        needed = needed || (read.interpolated && known < 1) || (!masked && read.halo[axis] + grow > known);
       }
       if (needed) violation("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
     }
@@ -415,19 +414,6 @@ class ProgramCheck {
   int grown_of(const std::string& field) const {
     const auto found = grown_.find(field);
     return found == grown_.end() ? 0 : found->second;
-  }
-
-  /// The largest offset of plain reads; interpolation wraps along periodic axes by itself.
-  static int access_reach(const Kernel& kernel, const std::string& field, std::size_t axis) {
-    int reach = 0;
-    map_kernel(kernel, [&](const Expr& e) {
-      visit(e, [&](const Expr& part) {
-        const Access* a = std::get_if<Access>(&part->kind);
-        if (a && a->field == field) reach = std::max(reach, std::abs(a->offset[axis]));
-      });
-      return e;
-    });
-    return reach;
   }
 
   bool is_written(const std::string& field) const { return written_.contains(field) || updated_.contains(field); }

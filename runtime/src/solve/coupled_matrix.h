@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/cell_colours.h"
 #include "solve/banded.h"
 #include "solve/incomplete_factors.h"
 #include "solve/krylov.h"
@@ -42,7 +43,6 @@ class CoupledMatrix {
   bool has_factors() const { return band_.has_value() || sparse_ != nullptr; }
 
  private:
-  void find_columns(const CoupledShape& shape);
   void number_cells(const CoupledShape& shape);
   std::int64_t widest() const;
   std::vector<std::vector<std::int64_t>> columns_of_rows() const;
@@ -54,8 +54,7 @@ class CoupledMatrix {
 
   int unknowns_ = 1;
   std::int64_t cells_ = 0;
-  std::vector<std::vector<std::int64_t>> columns_;  // of each colour, for each cell: the cell it may look at, or -1
-  std::vector<std::vector<std::int64_t>> of_colour_;
+  std::vector<CellColour> colours_;
   std::vector<std::int64_t> numbers_;
   std::optional<BandedMatrix> band_;
   std::unique_ptr<SparseFactors> sparse_;  // where factors are wanted and the band is wide

@@ -34,24 +34,28 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
   }
   auto [cells_left, sparse] = without_held_cells(matrix, null_space);
   free_ = std::move(cells_left);
+  if (free_.empty()) return;
   right_.resize(sparse.rows());
   solution_.resize(sparse.rows());
-  if (free_.empty()) return;
-  factors_.compute(sparse);
-  if (factors_.info() != Eigen::Success || is_singular(sparse))
+  double size = 0;
+  for (Eigen::Index column = 0; column < sparse.cols(); ++column) size = std::max(size, sparse.col(column).norm());
+  factors_.emplace(sparse);
+  if (!factors_->factor() || is_singular(size))
     throw Error(ErrorKind::run, "the operator is singular: some right sides have no solution, others many");
+}
+
+void DirectSolver::solve_by_factors() {
+  factors_->solve({right_.data(), free_.size()}, {solution_.data(), free_.size()});
 }
 
 /// The inverse makes, of what it has made of anything, about 1/(the smallest singular value) as much: more than what
 /// rounding of the entries leaves room for.
-bool DirectSolver::is_singular(const Sparse& matrix) {
+bool DirectSolver::is_singular(double size) {
   constexpr double most = 3e14;
-  double size = 0;
-  for (Eigen::Index column = 0; column < matrix.cols(); ++column) size = std::max(size, matrix.col(column).norm());
   for (Eigen::Index i = 0; i < right_.size(); ++i) right_[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i));
   for (int turn = 0; turn < 2; ++turn) {
     right_ /= right_.norm();
-    solution_ = factors_.solve(right_);
+    solve_by_factors();
     if (!solution_.allFinite() || solution_.norm() * size > most) return true;
     right_ = solution_;
   }
@@ -67,7 +71,7 @@ void DirectSolver::solve(std::span<const double> b, std::span<double> x) {
   std::ranges::fill(x, 0.0);
   if (free_.empty()) return;
   for (std::size_t i = 0; i < free_.size(); ++i) right_[static_cast<Eigen::Index>(i)] = b[free_[i]];
-  solution_ = factors_.solve(right_);
+  solve_by_factors();
   for (std::size_t i = 0; i < free_.size(); ++i) x[free_[i]] = solution_[static_cast<Eigen::Index>(i)];
 }
 

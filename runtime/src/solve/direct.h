@@ -4,14 +4,13 @@
 #pragma once
 
 #include <Eigen/QR>
-#include <Eigen/SparseLU>
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "solve/null_space.h"
+#include "solve/sparse_factors.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -26,10 +25,11 @@ class DirectSolver {
   void solve(std::span<const double> b, std::span<double> x);
 
  private:
-  using Sparse = Eigen::SparseMatrix<double>;
-  bool is_singular(const Sparse& matrix);
+  /// `size`: of the largest column.
+  bool is_singular(double size);
+  void solve_by_factors();
 
-  Eigen::SparseLU<Sparse> factors_;
+  std::optional<SparseFactors> factors_;  // none where all cells are held
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse_;
   bool is_dense_ = false;
   std::vector<std::uint32_t> free_;  // cells that are not held

@@ -14,6 +14,7 @@ class SparseFactors {
  public:
   /// Of each row its columns in ascending order.
   explicit SparseFactors(const std::vector<std::vector<std::int64_t>>& columns);
+  explicit SparseFactors(const Eigen::SparseMatrix<double>& matrix) : matrix_(matrix) {}
 
   void set_zero();
   void set(std::int64_t row, std::int64_t column, double value);

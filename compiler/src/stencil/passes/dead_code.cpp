@@ -9,6 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/effects.h"
+#include "stencil/extents.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 
@@ -185,13 +186,11 @@ class Liveness {
     if (needed.empty() && kernel.sums.empty()) return false;
     Names& parts = live_parts_[kernel.name];
     parts.insert(needed.begin(), needed.end());
-    const Signature s = signature(restricted(kernel, parts));
+    const Kernel left = restricted(kernel, parts);
+    const Signature s = signature(left);
     for (const std::string& field : s.writes) live_.erase(field);
-    const bool grown = run.grow > 0 && std::count(program_.axes.begin(), program_.axes.end(), Topology::bounded) > 0;
-    for (const Signature::Read& read : s.reads) {
-      live_.insert(read.field);
-      if (grown || read.halo != std::array<int, max_rank>{}) live_halos_.insert(read.field);
-    }
+    for (const Signature::Read& read : s.reads) live_.insert(read.field);
+    live_halos_.merge(read_beyond(left, run.grow, program_.axes));
     return true;
   }
 

@@ -6,6 +6,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/extents.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -24,17 +25,6 @@ struct Reads {
   }
 };
 
-Reads reads_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes) {
-  Reads reads;
-  const bool is_grown = grow > 0 && std::ranges::count(axes, Topology::bounded) > 0;
-  for (const Signature::Read& read : signature(kernel).reads) {
-    reads.all.insert(read.field);
-    if (is_grown || read.interpolated || read.halo != std::array<int, max_rank>{}) reads.beyond.insert(read.field);
-  }
-  reads.around = read_around(kernel, axes);
-  return reads;
-}
-
 /// Fills and folds are about halos themselves. A block reads cells alone, and fills what it needs beyond.
 Reads reads_of(const Module& module, const Statement& statement, const std::vector<Topology>& axes) {
   const auto in_cells = [&](const auto& one) {
@@ -45,7 +35,10 @@ Reads reads_of(const Module& module, const Statement& statement, const std::vect
       statement, [](const Fill&) { return Reads{}; }, [](const Fold&) { return Reads{}; },
       [&](const Reduce& reduce) { return in_cells(reduce); }, [&](const NetworkCall& call) { return in_cells(call); },
       [&](const Transform& transform) { return in_cells(transform); },
-      [&](const Run& run) { return reads_of(kernel_of(module, run), run.grow, axes); },
+      [&](const Run& run) {
+        const Kernel& kernel = kernel_of(module, run);
+        return Reads{in_cells(run).all, read_beyond(kernel, run.grow, axes), read_around(kernel, axes)};
+      },
       [&](const Solve& solve) { return in_cells(solve); }, [&](const Repeat& repeat) { return in_cells(repeat); });
 }
 
@@ -78,20 +71,6 @@ HaloRule rule_of_fill(Fill fill) {
 
 bool has_rule(const std::vector<HaloRule>& halos, const std::string& field) {
   return std::ranges::any_of(halos, [&](const HaloRule& rule) { return rule.fill.field == field; });
-}
-
-std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes) {
-  std::set<std::string> fields;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* a = std::get_if<Access>(&e->kind);
-      for (std::size_t axis = 0; a && axis < axes.size(); ++axis) {
-        if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
-      }
-    });
-    return value;
-  });
-  return fields;
 }
 
 bool FillPlacer::holds(const HaloRule& rule) const {

@@ -44,7 +44,4 @@ class FillPlacer {
 /// Makes fills of the rules of all programs and their blocks.
 void place_fills(Module& module);
 
-/// The fields that a kernel reads at an offset along a periodic axis. Interpolation wraps by itself.
-std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes);
-
 }  // namespace dpde::stencil
