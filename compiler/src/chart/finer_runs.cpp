@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <utility>
 
 #include "chart/sweep.h"
 #include "driver/data.h"
@@ -81,13 +82,21 @@ template <class Result>
 struct Finer {
   std::function<std::optional<Result>(const Variant&, std::string& why)> run;
   std::function<double(const Result& finest, const Result& second)> uncertainty;
+  std::function<bool()> has_jumps = [] { return false; };  // the states that the last two runs began with
 };
 
 template <class Result>
 struct LastTwo {
   Result second, finest;
   std::string text;
+  double uncertainty;
 };
+
+/// Of the finest run, from how the last two differ and the two before. Two grids may meet a jump alike by chance: error
+/// of jumps falls with the first order at best.
+double doubted(double difference, std::optional<double> before, bool has_jumps) {
+  return has_jumps && before ? std::max(difference, 0.5 * *before) : difference;
+}
 
 /// By one method.
 template <class Result>
@@ -97,6 +106,7 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
                                       std::string& why) {
   using Clock = std::chrono::steady_clock;
   std::optional<Result> second;
+  std::optional<double> before;
   for (double factor = refinement.first;; factor *= 2) {
     Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
     Point point;
@@ -109,16 +119,23 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
     if (!result) return std::nullopt;
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     const double next_seconds = seconds * std::pow(2, growth_of_work + std::ssize(scene.axes) - 1);
-    const bool is_last = second && (finer.uncertainty(*result, *second) <= refinement.enough ||
-                                    2 * factor > refinement.most || next_seconds > refinement.most_seconds);
-    if (is_last && !(finer.uncertainty(*result, *second) < no_agreement)) {
+    if (!second) {
+      second = std::move(result);
+      continue;
+    }
+    const double difference = finer.uncertainty(*result, *second),
+                 known = doubted(difference, before, finer.has_jumps());
+    const bool is_enough = known <= refinement.enough && (before || !finer.has_jumps());
+    if (is_enough || 2 * factor > refinement.most || next_seconds > refinement.most_seconds) {
+      if (known < no_agreement)
+        return LastTwo<Result>{std::move(*second), std::move(*result),
+                               fmt::format("a run on {:g} times the cells by {}", factor, method_text({method, {}})),
+                               known};
       why = fmt::format("runs on {:g} and {:g} times the cells by {} differ by {:.2g} of it: they do not converge",
-                        factor / 2, factor, method_text({method, {}}), finer.uncertainty(*result, *second));
+                        factor / 2, factor, method_text({method, {}}), known);
       return std::nullopt;
     }
-    if (is_last)
-      return LastTwo<Result>{std::move(*second), std::move(*result),
-                             fmt::format("a run on {:g} times the cells by {}", factor, method_text({method, {}}))};
+    before = difference;
     second = std::move(result);
   }
 }
@@ -140,6 +157,25 @@ std::optional<LastTwo<Result>> last_two(const SourceFile& source, const PointOpt
   return found;
 }
 
+/// The largest rise from a point to the next along any axis, of the range of a state.
+double steepness(driver::Session& session) {
+  double steepest = 0;
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    const std::vector<double> values = session.initial(s);
+    const auto [low, high] = std::ranges::minmax(values);
+    std::size_t stride = 1;
+    for (const model::Axis& axis : session.axes()) {
+      const auto count = static_cast<std::size_t>(axis.cells);
+      for (std::size_t i = 0; i + stride < values.size() && high > low; ++i) {
+        if (i / stride % count + 1 < count)
+          steepest = std::max(steepest, std::abs(values[i + stride] - values[i]) / (high - low));
+      }
+      stride *= count;
+    }
+  }
+  return steepest;
+}
+
 std::optional<std::vector<double>> run_states(driver::Session& session) {
   const RunResult run = session.rollout().run();
   if (run.blow_up || run.stopped) return std::nullopt;
@@ -156,9 +192,12 @@ std::optional<std::vector<double>> run_states(driver::Session& session) {
 std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
                                         const model::Problem& scene, const Refinement& refinement, std::string& why) {
   Finer<FinalStates> finer;
+  double steep = 0, steep_before = 0;  // finer cells make smooth states half as steep
+  finer.has_jumps = [&] { return steep > 0.75 * steep_before; };
   finer.run = [&](const Variant& variant, std::string& reason) -> std::optional<FinalStates> {
     const std::unique_ptr<driver::Session> session = open(source, options, variant, reason);
     if (session == nullptr) return std::nullopt;
+    steep_before = std::exchange(steep, steepness(*session));
     const auto values = kept_or_run(source, *session, [&] { return run_states(*session); });
     return values ? std::optional(final_states(*session, *values)) : std::nullopt;
   };
@@ -167,7 +206,9 @@ std::optional<Reference> make_reference(const SourceFile& source, const PointOpt
   };
   std::optional<LastTwo<FinalStates>> runs = last_two(source, options, scene, refinement, finer, why);
   if (!runs) return std::nullopt;
-  return Reference(std::move(runs->finest), std::move(runs->second), options.measures, std::move(runs->text));
+  Reference reference(std::move(runs->finest), std::move(runs->second), options.measures, std::move(runs->text));
+  reference.doubt(runs->uncertainty);
+  return reference;
 }
 
 std::optional<GradientReference> make_gradient_reference(const SourceFile& source, const PointOptions& options,

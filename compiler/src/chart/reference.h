@@ -3,6 +3,7 @@
 // shorter steps, together with one half as fine that says how far it can be trusted.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -55,6 +56,8 @@ class Reference {
   std::map<std::string, double> errors(driver::Session& session, const std::vector<Measure>& measures) const;
   /// The reference's own error is about as large; 0 of the exact solution.
   double uncertainty() const { return uncertainty_; }
+  /// It is known no better than this.
+  void doubt(double uncertainty) { uncertainty_ = std::max(uncertainty_, uncertainty); }
   const std::string& text() const { return text_; }
 
  private:

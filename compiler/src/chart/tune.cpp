@@ -17,7 +17,7 @@ constexpr double rung_ratio = 1.4142135623730951;
 constexpr int cells_to_begin_with = 8, rungs_apart = 2;
 constexpr double resolved = 0.1;  // errors above it tell no order
 constexpr double margin = 0.95;   // of the tolerance that predictions aim at
-constexpr double usual_order = 2, lowest_order = 0.3, highest_order = 10;
+constexpr double usual_order = 2, lowest_order = 0.3, doubtful_order = 0.75, highest_order = 10;
 constexpr double longest_fraction = 0.9, short_fraction = 0.3;  // of the largest stable step
 constexpr std::array all_fractions{short_fraction, 0.45, 0.6, 0.75, longest_fraction};
 constexpr double doubt = 2;                // by so much predictions of time may be too long
@@ -133,6 +133,7 @@ class Tuner {
     if (candidate.runs.empty()) return;
     const auto last = std::prev(candidate.runs.end());
     const auto [rung, point] = *last;
+    bool is_doubtful = false;  // so low an order may be that of chance: where jumps lie between cells
     if (!point.failure.empty() || !(point.error > 0)) {  // coarse grids may fail where finer ones do not
       candidate.next = rung + 1;
       candidate.seconds = point.seconds > 0 ? point.seconds : 0;
@@ -144,6 +145,7 @@ class Tuner {
         order = std::log(coarse.error / point.error) / ratio;
         growth_of_steps = std::log(static_cast<double>(point.steps) / coarse.steps) / ratio;
       }
+      is_doubtful = order < doubtful_order;
       order = order > lowest_order ? std::min(order, highest_order) : usual_order;
       const double wanted = std::log(point.error / (margin * options_.tolerance)) / order / std::log(rung_ratio);
       candidate.next = std::max(0, rung + static_cast<int>(std::ceil(wanted)));
@@ -154,6 +156,7 @@ class Tuner {
       if (!run.failure.empty() || !(run.error <= options_.tolerance))
         candidate.next = std::max(candidate.next, known + 1);
     }
+    if (candidate.next > highest_rung_ && is_doubtful && rung < highest_rung_) candidate.next = highest_rung_;
     if (candidate.next > highest_rung_)
       candidate.out = fmt::format("it would need more than {:g} times the scene's cells", options_.most_cells);
   }
