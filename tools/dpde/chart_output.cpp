@@ -64,7 +64,10 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
   std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", seconds, "order");
   for (const MethodMarks& method : methods) {
     const double slope = slope_of(hull_of(method));
-    text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) + "\n";
+    const bool has_no_limit = std::ranges::all_of(
+        method.marks, [](const Mark& mark) { return mark.point->failure.empty() && mark.point->largest_step == 0; });
+    text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) +
+            (has_no_limit ? "  (no largest step is known: --vary step=... tries longer ones)" : "") + "\n";
     for (const Mark& mark : method.marks) {
       if (!mark.point->failure.empty()) {
         text += failure_row(*mark.point);

@@ -197,10 +197,13 @@ void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, d
                         {"smallest_unstable", is_found ? Json(found.smallest_unstable) : Json(nullptr)}};
   if (is_found) {
     result["ratio"] = found.largest / limit;
-    const bool is_predicted = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+    std::string beside;
+    if (verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit)
+      beside = fmt::format(", {:.4f} times what is predicted", found.largest / limit);
+    if (verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::none)
+      beside = ", though none is predicted: what runs show counts";
     job_.say(fmt::format("measured: stable up to a step of {:.6g}, unstable from {:.6g}{}\n", found.largest,
-                         found.smallest_unstable,
-                         is_predicted ? fmt::format(", {:.4f} times what is predicted", found.largest / limit) : ""));
+                         found.smallest_unstable, beside));
   } else if (!found.was_stopped) {
     job_.say(fmt::format("measured: no {} step between {:.4g} and {:.4g}\n", found.largest > 0 ? "unstable" : "stable",
                          steps.empty() ? 0 : steps.front(), steps.empty() ? 0 : steps.back()));
