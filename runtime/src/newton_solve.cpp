@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 #include "solve/finite.h"
@@ -47,6 +48,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
   note_->reason = "not linear: Newton's method with compiled tangents";
   step_ = CoupledSolve(*solve.step, program, given, shelf.add_note(names_of_unknowns(*solve.step, program)));
   for (auto* values : {&right_, &x_, &next_, &left_, &change_}) values->assign(unknowns_.size(), 0.0);
+  changes_.reserve(unknowns_.size() / unknowns_.cells());
 }
 
 void NewtonSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
@@ -58,6 +60,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   unknowns_.write(fields, x_);
   if (!are_finite(right_)) return;  // a run that has blown up: who looks after it finds it in the result
   double left = distance(fields, apply), last = std::numeric_limits<double>::infinity();
+  changes_.assign(x_.size() / unknowns_.cells(), std::numeric_limits<double>::infinity());
   int growing = 0;
   for (int k = 0; k < most_newton_steps; ++k) {
     if (!std::isfinite(left) || growing > most_growing) fail(k, left);
@@ -88,17 +91,19 @@ double NewtonSolve::distance(void* const* fields, const std::function<void()>& a
 }
 
 /// The largest of the fields. Rounding of a large field is left in the right sides of small ones, and each step makes
-/// that smaller by rounding: what a field changes beyond both is nothing.
-double NewtonSolve::relative_change() const {
-  const double nothing = std::max(nothing_, twice_rounded_ * std::max(largest_size(x_), largest_size(right_)));
+/// that smaller by rounding. What a field changes below both, and no less than in the step before, is nothing.
+double NewtonSolve::relative_change() {
+  const double rounded = twice_rounded_ * std::max(largest_size(x_), largest_size(right_));
   double most = 0;
-  for (std::size_t first = 0; first < x_.size(); first += unknowns_.cells()) {
+  for (std::size_t first = 0, field = 0; first < x_.size(); first += unknowns_.cells(), ++field) {
     const auto part = [&](const std::vector<double>& values) {
       return std::span(values).subspan(first, unknowns_.cells());
     };
     const double change = largest_size(part(change_)),
                  size = std::max(largest_size(part(x_)), largest_size(part(right_)));
-    if (change > nothing) most = std::max(most, size > 0 ? change / size : 1.0);
+    const double before = std::exchange(changes_[field], change);
+    const bool is_rounding = change <= rounded && change >= before;
+    if (change > nothing_ && !is_rounding) most = std::max(most, size > 0 ? change / size : 1.0);
     if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
   }
   return most;

@@ -24,15 +24,16 @@ class NewtonSolve {
 
  private:
   double distance(void* const* fields, const std::function<void()>& apply);
-  double relative_change() const;
+  double relative_change();
   double move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve);
   void note(int steps);
   [[noreturn]] void fail(int steps, double left) const;
 
   std::string names_;
   double tolerance_ = 0, loose_ = 0;
-  double nothing_ = 0;        // below which what is left of right sides has lost digits: a change of that size is none
-  double twice_rounded_ = 0;  // below which a change is none, of the largest field
+  double nothing_ = 0;  // below which what is left of right sides has lost digits: a change of that size is none
+  std::vector<double> changes_;  // of each field, in the step before
+  double twice_rounded_ = 0;     // below which a change is none, of the largest field
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;
   std::vector<double> right_, x_, next_, left_, change_;

@@ -345,6 +345,26 @@ scene one : m with s {
   }
 }
 
+/// x + k*x^2 = c beside a field that is 1e11 times as large, in single precision: no coupling, no less digits.
+TEST(ImplicitSteps, OfSmallFieldsBesideLargeOnesAreSolvedInSinglePrecision) {
+  const std::string text = R"(
+model m { field p, c; param k; dt(p) = 0.01*lap(p); dt(c) = -k*c^2 }
+scheme s { time = backward_euler; implicit = all; real = f32 }
+scene one : m with s {
+  grid x = 0 .. 1, cells 8, periodic
+  k = 1e6
+  initial p = 1e5
+  initial c = 1e-6
+  exact c = 1e-6*2/(1 + sqrt(1 + 4*k*1e-6))
+  time 0 .. 1, step 1
+}
+)";
+  for (const double k : {1e6, 1e8, 1e10}) {
+    const double exact = (std::sqrt(1 + 4 * k * 1e-6) - 1) / (2 * k);
+    EXPECT_LT(run_scene(text, "one", {{"k", fmt::format("{}", k)}}).l2.at("c"), 1e-5 * exact) << k;
+  }
+}
+
 /// X - h*exp(X) = R has no solution where R is above -1 - log(h).
 TEST(Newton, SaysThatItDoesNotConverge) {
   const std::string text = R"(

@@ -149,6 +149,25 @@ TEST(OwnGrid, WeakGrowthIsNoLimit) {
   }
 }
 
+/// -dx(u) + nu*lap(u) + r*u between values of 0: rows (lower, middle, upper) are similar to symmetric ones with
+/// sqrt(lower*upper), far from normal as the flow is strong. What grows slowly by right is no fault of the step.
+TEST(OwnGrid, SlowGrowthOfMatricesFarFromNormalIsTheEquations) {
+  constexpr int n = 64;
+  const double nu = 0.025, r = 10.75, lower = nu * n * n + 0.5 * n, upper = nu * n * n - 0.5 * n;
+  test::DenseMatrix matrix(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    matrix(i, i) = r - lower - upper - (i == 0 ? lower : 0) - (i + 1 == n ? upper : 0);
+    if (i > 0) matrix(i, i - 1) = matrix(i - 1, i) = std::sqrt(lower * upper);
+  }
+  const std::vector<double> rates = test::symmetric_eigenvalues(matrix);
+  ASSERT_GT(rates.back(), 0);
+  const Verdict verdict = own_verdict(*open_scene(
+      "model m { field u; dt(u) = -dx(u) + 0.025*lap(u) + 10.75*u }\nscheme c { time = rk4 }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1, cells 64\n  boundary u: x = 0\n  initial u = sin(pi*x)\n  time 0 .. 4, step 1/1024\n}\n"));
+  EXPECT_NEAR(verdict.growth_rate, rates.back(), 0.02 * rates.back());
+  EXPECT_NEAR(verdict.limit.step, 2.785293563 / -rates.front(), 0.02 * verdict.limit.step);
+}
+
 /// A limit is found however short the scene's own step is.
 TEST(OwnGrid, LimitsFarFromTheScenesStepAreFound) {
   const auto session = open_scene(

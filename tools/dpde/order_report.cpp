@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/build.h"
+#include "model/implicit_part.h"
 #include "model/wall_coefficient.h"
 #include "stencil/operator_order.h"
 #include "stencil/waves.h"
@@ -230,7 +231,9 @@ std::string report_operators(const model::Problem& problem, Json& result) {
 std::string report_order(const model::Problem& problem, Json& result) {
   result["order"] = {{"space", nullptr}, {"time", nullptr}};
   if (!problem.program.empty()) return "";
-  const Order inside = order_inside(problem);
+  Order inside = order_inside(problem);
+  if (model::is_implicit(problem.scheme.time) && model::holds_at_states(problem))
+    inside.time = std::min(inside.time, 1);
   Order order = inside;
   limit_at_walls(problem, order);
   result["order"] = {{"space", order.space},

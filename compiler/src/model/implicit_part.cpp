@@ -65,4 +65,14 @@ LinearPart implicit_part(const Problem& problem, const std::string& state, const
   return result;
 }
 
+bool holds_at_states(const Problem& problem) {
+  const auto is_state = [&](const Expr& part) {
+    const Field* field = std::get_if<Field>(&part->kind);
+    return field != nullptr && problem.find_state(field->name) != nullptr;
+  };
+  return std::ranges::any_of(problem.states, [&](const State& state) {
+    return state.held && (any_part(state.held->inside, is_state) || any_part(state.held->value, is_state));
+  });
+}
+
 }  // namespace dpde::model

@@ -14,4 +14,7 @@ std::string_view name_of(Implicit implicit);
 /// k*(lap(u) + v), its share. Else all terms, or those without an advect.
 LinearPart implicit_part(const Problem& problem, const std::string& state, const Expr& rate);
 
+/// Whether a mask holds a field at what others are, or where they say: stages see these as the step begins.
+bool holds_at_states(const Problem& problem);
+
 }  // namespace dpde::model

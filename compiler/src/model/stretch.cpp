@@ -49,7 +49,8 @@ class Rewriter {
   void rewrite(std::optional<Expr>& e) {
     if (e) e = (*this)(*e);
   }
-  void rewrite(AxisSides& sides, int axis);
+  /// Of a field at this placement.
+  void rewrite(AxisSides& sides, int axis, const Placement& home);
   /// From now on equations are those of a field at this placement.
   void begin(const Placement& home) { home_ = home; }
   /// The coefficients that were read so far.
@@ -184,7 +185,7 @@ Expr Rewriter::operator()(const Expr& e) {
         rewritten.operation = over_volume((*this)(s.operation));
         rewritten.right = over_volume((*this)(s.right));
         for (std::size_t axis = 0; axis < s.boundary.size(); ++axis)
-          rewrite(rewritten.boundary[axis], static_cast<int>(axis));
+          rewrite(rewritten.boundary[axis], static_cast<int>(axis), {});
         return solve(std::move(rewritten), origin);
       });
 }
@@ -269,7 +270,7 @@ double Rewriter::metric_beside(int axis, bool is_low) const {
   return 0.5 * (in_cell(0.5) + in_cell(1.5));
 }
 
-void Rewriter::rewrite(AxisSides& sides, int axis) {
+void Rewriter::rewrite(AxisSides& sides, int axis, const Placement& home) {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   for (Side* side : {&sides.low, &sides.high}) {
     side->value = (*this)(side->value);
@@ -279,7 +280,7 @@ void Rewriter::rewrite(AxisSides& sides, int axis) {
     if (condition.gives_slope()) side->value = times(side->value, slope);
     if (condition.b == SideCondition::Part::given) side->b = over(side->b, slope);
     const bool goes_on = side->kind == SideKind::linear || side->kind == SideKind::outflow;
-    if (goes_on && !home_[static_cast<std::size_t>(axis)]) {
+    if (goes_on && !home[static_cast<std::size_t>(axis)] && along.cells > 1) {
       side->kind = SideKind::line;
       side->a = slope * metric_beside(axis, side == &sides.low);
     }
@@ -326,7 +327,7 @@ Problem in_uniform_coordinates(Problem problem) {
     rewriter.rewrite(state.exact);
     if (state.held) state.held = Held{rewriter(state.held->inside), rewriter(state.held->value)};
     for (int axis = 0; axis < static_cast<int>(state.boundary.size()); ++axis)
-      rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis);
+      rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis, state.placement);
   }
   for (Coefficient& coefficient : problem.coefficients) rewriter.rewrite(coefficient.value.formula);
   for (Quantity& observable : problem.observables) observable.value = rewriter(observable.value);

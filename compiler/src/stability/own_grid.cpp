@@ -147,7 +147,30 @@ void OwnGrid::measure_rates(double step) {
       smooth > 0 ? left_out * sensitivity(matrix, largest)
                  : 10 * left_out * fastest_ +
                        rounding_of_steps / length * sensitivity(std::move(matrix), std::exp(largest * length));
-  if (largest.real() > uncertain) rate_ = largest.real();
+  if (largest.real() > uncertain) {
+    rate_ = largest.real();
+  } else if (largest.real() > left_out * fastest_) {  // shorter steps leave what is the equations'
+    const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
+    if (by_shorter > 0.7 * rate) rate_ = by_shorter;
+  }
+}
+
+/// Of eigenvalues that rounding may have made, as those of what is carried to a wall: what long times show. What grows
+/// as exp(s t) has twice the logarithm in twice the time; what drifts has not.
+double OwnGrid::rate_of_powers(double step) const {
+  double time = step, before = 0;
+  Eigen::MatrixXd g = tangent(step);
+  for (int k = 0; k < all_doublings; ++k, time *= 2) {
+    Eigen::MatrixXd squared = g * g;
+    const double norm = squared.norm(), growth = std::log(norm / g.norm());
+    if (!(norm < largest_square)) return growth / time;
+    if (norm < 1e-30) return 0;
+    const bool is_last = k + 1 == all_doublings;
+    if (is_last) return growth > 1e-6 && growth > 1.5 * before ? growth / time : 0;
+    before = growth;
+    g = std::move(squared);
+  }
+  return 0;
 }
 
 /// Of the first powers in the same time, where a step is an eighth.

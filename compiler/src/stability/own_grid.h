@@ -43,6 +43,7 @@ class OwnGrid {
  private:
   OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
   void measure_rates(double step);
+  double rate_of_powers(double step) const;
   /// So short that a step of it changes little; 0 where none does, as of schemes with a memory.
   double smooth_length(double step) const;
   double largest_of_parts(double step) const;

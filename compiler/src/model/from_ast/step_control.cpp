@@ -4,6 +4,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/implicit_part.h"
 #include "model/print_model.h"
 
 namespace dpde::model {
@@ -49,6 +50,9 @@ bool can_control(Draft& draft, SourceRange range) {
     return refuse("a tolerance for advection along the flow", "take advect = central(2) or upwind(3)");
   if (!items_of<ast::SubcycleItem>(draft.scene->items).empty())
     return refuse("a tolerance and subcycle", "leave subcycle out");
+  if (is_implicit(scheme.time) && holds_at_states(draft.problem))
+    return refuse("a tolerance where a mask holds a field at what another one is: stages see that as the step begins",
+                  "hold it at a formula of place and t, or take dopri5");
   if (draft.problem.courant > 0)
     return refuse("a tolerance and a Courant number", "leave courant out: the tolerance keeps steps short enough");
   return true;
