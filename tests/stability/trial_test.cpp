@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "stability/frozen_points.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -91,6 +92,17 @@ TEST(WallLimit, IsLookedForWhereFieldsAreSmallestAndLargest) {
   const Verdict closed = verdict_with("0", nullptr);
   EXPECT_EQ(closed.limit.kind, StepLimit::Kind::limit);
   EXPECT_FALSE(closed.is_of_walls);
+}
+
+/// Coefficients that grow have no values behind the end of the scene.
+TEST(Trial, EndsWithTheSceneWhereStepsChangeWithTime) {
+  const auto session = open_scene(
+      "model m { field u; dt(u) = 0.1*(1 + t)*lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1, cells 16, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1/200\n}\n");
+  EXPECT_TRUE(varies_in_time(*session));
+  EXPECT_EQ(try_step(*session, 0.005, {.steps = 4000, .most_time = 1}).value().steps, 200);
+  EXPECT_FALSE(try_step(*session, 0.005, {.steps = 4000}).value().is_stable) << "at t = 20";
+  EXPECT_TRUE(try_step(*session, 0.005, {.steps = 4000, .most_time = 1}).value().is_stable);
 }
 
 }  // namespace

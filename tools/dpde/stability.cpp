@@ -16,6 +16,7 @@
 #include "progress.h"
 #include "scene_output.h"
 #include "scene_session.h"
+#include "stability/frozen_points.h"
 #include "stability/trial.h"
 #include "stability_report.h"
 #include "text_plot.h"
@@ -81,7 +82,7 @@ class Stability {
 
  private:
   std::unique_ptr<driver::Session> open(DiagnosticSink& sink, const std::map<std::string, std::string>& overrides = {});
-  stability::TrialOptions trial_options(const Verdict& verdict) const;
+  stability::TrialOptions trial_options(driver::Session& session, const Verdict& verdict) const;
   stability::Search search(driver::Session& session, const Verdict& verdict);
   void scan_step(Json& result);
   void scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result);
@@ -106,8 +107,12 @@ std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
   return open_scene(job_, sink, overrides);
 }
 
-stability::TrialOptions Stability::trial_options(const Verdict& verdict) const {
-  return {options_.steps, options_.seed, verdict.growth_rate, &interrupt_flag()};
+stability::TrialOptions Stability::trial_options(driver::Session& session, const Verdict& verdict) const {
+  stability::TrialOptions trial{options_.steps, options_.seed};
+  trial.growth_rate = verdict.growth_rate;
+  trial.stop = &interrupt_flag();
+  if (stability::varies_in_time(session)) trial.most_time = session.steps() * session.problem().step;
+  return trial;
 }
 
 stability::Search Stability::search(driver::Session& session, const Verdict& verdict) {
@@ -115,7 +120,8 @@ stability::Search Stability::search(driver::Session& session, const Verdict& ver
   const double guess = has_limit ? verdict.limit.step : session.problem().step;
   int runs = 0;
   return stability::search_limit(
-      session, guess, precision, has_limit ? range : 1e3, trial_options(verdict), [&](const stability::Trial& trial) {
+      session, guess, precision, has_limit ? range : 1e3, trial_options(session, verdict),
+      [&](const stability::Trial& trial) {
         progress_.show(fmt::format("step {:.5g}: {}", trial.step, trial.is_stable ? "stable" : "unstable"),
                        std::min(++runs, 12), 12);
       });
@@ -183,9 +189,10 @@ std::optional<double> common_end(const std::vector<stability::Trial>& by_step) {
 
 void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result) {
   stability::Search found = search(session, verdict);
+  const stability::TrialOptions options = trial_options(session, verdict);
   for (const double factor : factors) {
     if (found.was_stopped) break;
-    const auto trial = stability::try_step(session, factor * limit, trial_options(verdict));
+    const auto trial = stability::try_step(session, factor * limit, options);
     if (trial) found.trials.push_back(*trial);
   }
   std::ranges::sort(found.trials, {}, &stability::Trial::step);
@@ -225,7 +232,7 @@ void Stability::measure_growth(driver::Session& session, const Verdict& verdict,
   std::vector<stability::Trial> trials;
   std::vector<double> steps;
   for (const double factor : {0.25, 0.5, 1.0}) {
-    const auto trial = stability::try_step(session, factor * verdict.step, trial_options(verdict));
+    const auto trial = stability::try_step(session, factor * verdict.step, trial_options(session, verdict));
     if (!trial) break;
     trials.push_back(*trial);
     steps.push_back(trial->step);

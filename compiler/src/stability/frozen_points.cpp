@@ -389,4 +389,12 @@ bool is_same_everywhere(driver::Session& session, const LinearStep& linear, cons
   return linear.response(spoilt, session.problem().step).has_value();
 }
 
+bool varies_in_time(driver::Session& session) {
+  std::string why;
+  const std::optional<LinearStep> linear = linear_step(session, why);
+  if (!linear) return false;
+  const Sampler sampler(session, *linear);
+  return depends_on_time(session, *linear, sampler.at(*sampler.cells().begin(), time_within(session, 0.5)).point);
+}
+
 }  // namespace dpde::stability

@@ -29,4 +29,7 @@ std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenP
 /// Whether a step from all places, states and times has this response: the analysis of one holds for all.
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
 
+/// Whether a step late in the run is another than one that begins it.
+bool varies_in_time(driver::Session& session);
+
 }  // namespace dpde::stability

@@ -131,6 +131,7 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   int wanted = options.steps > 0 ? options.steps : steps_of_run(session);
   if (options.growth_rate > 0)  // or what the equations let grow would leave the range of numbers
     wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / (options.growth_rate * step)))));
+  wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, options.most_time / step))));
   Pair pair(session, step, options);
   const double begin = pair.difference();
   Trial result{step, true, 1, 0};
