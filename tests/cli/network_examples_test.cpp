@@ -3,6 +3,7 @@
 #include <regex>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -61,6 +62,7 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
             std::abs(energy["start"]["mean_difference"].get<double>()))
       << "linear interpolation takes energy away";
   EXPECT_NEAR(rate["beside"]["plain"]["mean"].get<double>(), rate["start"]["mean"].get<double>(), 1e-4);
+  if (!testing::is_thorough()) return;  // each of the chart's methods takes two seconds to be judged
   // The chart of the same training: beside the schemes that the task names, seven more on each grid.
   const Json chart = dpde("chart f.dpde through --out out --json --samples 1 --sample-seconds 0").json(),
              points = chart["points"];

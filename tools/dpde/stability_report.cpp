@@ -110,7 +110,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
                         1 / verdict.growth_rate);
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
-  if (verdict.is_of_grid)
+  if (verdict.is_of_grid && verdict.is_exact)
     text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
   if (verdict.places_between_walls > 0)
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",

@@ -200,7 +200,8 @@ class Examination {
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
   void look_at_own(const OwnGrid& grid) {
-    verdict_.is_exact = verdict_.is_of_grid = true;
+    verdict_.is_of_grid = true;
+    verdict_.is_exact = !linear_.follows_flow();  // that may have windows of unstable steps, which a search passes by
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
     const StepLimit by_waves = verdict_.limit;
