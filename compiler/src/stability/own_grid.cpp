@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "dpde/runtime/cell_colours.h"
 #include "stability/compiled_tangent.h"
@@ -158,19 +159,18 @@ void OwnGrid::measure_rates(double step) {
 /// Of eigenvalues that rounding may have made, as those of what is carried to a wall: what long times show. What grows
 /// as exp(s t) has twice the logarithm in twice the time; what drifts has not.
 double OwnGrid::rate_of_powers(double step) const {
-  double time = step, before = 0;
+  constexpr double nothing = 1e-30, told = 1e-6;
+  double time = 0.5 * step, growth = 0, before = 0;
   Eigen::MatrixXd g = tangent(step);
-  for (int k = 0; k < all_doublings; ++k, time *= 2) {
+  for (int k = 0; k < all_doublings; ++k) {
     Eigen::MatrixXd squared = g * g;
-    const double norm = squared.norm(), growth = std::log(norm / g.norm());
-    if (!(norm < largest_square)) return growth / time;
-    if (norm < 1e-30) return 0;
-    const bool is_last = k + 1 == all_doublings;
-    if (is_last) return growth > 1e-6 && growth > 1.5 * before ? growth / time : 0;
-    before = growth;
+    time *= 2;
+    before = std::exchange(growth, std::log(squared.norm() / g.norm()));
+    if (!(squared.norm() < largest_square)) return growth / time;
+    if (squared.norm() < nothing) return 0;
     g = std::move(squared);
   }
-  return 0;
+  return growth > told && growth > 1.5 * before ? growth / time : 0;
 }
 
 /// Of the first powers in the same time, where a step is an eighth.
