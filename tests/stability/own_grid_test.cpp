@@ -242,7 +242,8 @@ TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
     const Verdict verdict = verdict_of(*session);
     std::string why;
     const std::optional<LinearStep> linear = linear_step(*session, why);
-    const auto grid = OwnGrid::make(*session, linear.value(), verdict.worst, verdict.step);
+    const Equations equations(session->problem());
+    const auto grid = OwnGrid::make(*session, linear.value(), verdict.worst, verdict.step, equations);
     ASSERT_TRUE(grid.has_value()) << text;
     EXPECT_TRUE(verdict.is_exact) << text;
     if (grid->growth_rate() > 0) continue;  // how much of it short waves may have is judged by each in its own way

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "stability/stability_support.h"
+#include "stability/trial.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -53,6 +54,29 @@ TEST(AtRest, MeansOfWavesOnSmallRingsLimitNothing) {
       EXPECT_NEAR(limit("verlet"), 2 / fastest, 2e-4 / fastest) << c << " " << cells;
       EXPECT_NEAR(limit("rk4"), 2 * std::numbers::sqrt2 / fastest, 3e-4 / fastest) << c << " " << cells;
       EXPECT_NEAR(limit("ssp_rk3"), std::sqrt(3) / fastest, 2e-4 / fastest) << c << " " << cells;
+    }
+  }
+}
+
+/// Beside other terms steps along the flow are unstable in narrow windows: none of them lies below the limit.
+TEST(AlongFlow, NoWindowOfUnstableStepsIsBelowTheLimit) {
+  struct Case {
+    const char *advect, *time;
+    int cells;
+    double v, nu, k;
+  };
+  for (const Case& c : {Case{"semi_lagrangian", "euler", 9, 0.94, 0.0169, 1.69},
+                        {"semi_lagrangian(cubic)", "rk4", 7, 1.23, 0.0109, 2.42},
+                        {"semi_lagrangian(cubic)", "rk2", 16, 1.7, 0.004, 6}}) {
+    const auto session = open_scene(fmt::format(
+        "model m {{ field u; dt(u) = -advect({}, u) + {}*lap(u) - {}*u }}\nscheme c {{ advect = {}; time = {} }}\n"
+        "scene s : m with c {{ grid x = 0 .. 1, cells {}, periodic; initial u = noise(1); time 0 .. 1, step 0.001 }}\n",
+        c.v, c.nu, c.k, c.advect, c.time, c.cells));
+    const Verdict verdict = verdict_of(*session);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+    for (int part = 10; part < 50; ++part) {
+      const double step = part / 50.0 * verdict.limit.step;
+      EXPECT_TRUE(try_step(*session, step, {.steps = 2000}).value().is_stable) << c.cells << " " << step;
     }
   }
 }

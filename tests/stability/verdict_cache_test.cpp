@@ -33,9 +33,9 @@ Verdict any_verdict() {
   v.field = "u.x";
   v.worst.fields["u.x"].value = std::numeric_limits<double>::quiet_NaN();
   v.worst.fields["u.x"].slope = {21, 22, 23};
-  v.worst.solved["psi"].value = 24;
-  v.worst.solved["psi"].slope = {25, -26, 27};
-  v.worst.solved["phi"].value = 28;
+  v.worst.whole["psi"].value = 24;
+  v.worst.whole["psi"].slope = {25, -26, 27};
+  v.worst.whole["phi"].value = 28;
   v.worst.params = {{"cells.x", 16}, {"k", 29}, {"nu", 30}};
   v.worst.place = {31, 32, 33};
   v.worst.cells = {34, 35, 36};
@@ -52,7 +52,7 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
   EXPECT_EQ(back->place, "x = 0.1, y = 2");
   EXPECT_EQ(back->step, 1.0 / 3);
   EXPECT_EQ(back->worst.params.at("cells.x"), 16);
-  EXPECT_EQ(back->worst.solved, any_verdict().worst.solved);
+  EXPECT_EQ(back->worst.whole, any_verdict().worst.whole);
   EXPECT_FALSE(verdict_from(text_of(Verdict{.why = "a network is in it"}))->is_analysed());
 }
 

@@ -43,7 +43,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   if (limit.kind == StepLimit::Kind::limit) result["max_step"] = limit.step;
   if (limit.kind == StepLimit::Kind::never) result["max_step"] = 0;
   if (verdict.courant) result["max_courant"] = *verdict.courant;
-  if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls && !verdict.is_of_networks) {
+  if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls && !verdict.is_of_means && !verdict.is_of_networks) {
     result["mode"] = Json::array();  // wave numbers, radians per unit of length
     for (std::size_t a = 0; a < problem.axes.size(); ++a)
       result["mode"].push_back(verdict.wave[a] / problem.axes[a].spacing());

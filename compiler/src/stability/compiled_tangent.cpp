@@ -2,6 +2,10 @@
 #include "stability/compiled_tangent.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <span>
 
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/executor.h"
@@ -12,13 +16,15 @@
 
 namespace dpde::stability {
 
+using namespace stencil;
+
 namespace {
 
 bool is_of_kernels(const std::vector<stencil::Statement>& body) {
   return std::ranges::all_of(body, [](const stencil::Statement& statement) {
     return match(
         statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
+        [](const stencil::Reduce&) { return true; }, [](const stencil::NetworkCall&) { return false; },
         [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return true; },
         [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
   });
@@ -52,52 +58,126 @@ stencil::Grid grid_of(const std::vector<model::Axis>& axes) {
   return grid;
 }
 
+State initial_inputs(driver::Session& session, const LinearStep& linear) {
+  State memory = memory_for(linear, grid_of(session.axes()));
+  memory.inverses = new_inverses();
+  for (const std::string& input : linear.inputs()) {
+    const int state = is_coordinate(input) ? -1 : session.engine().state_index(input);
+    if (is_coordinate(input)) {
+      const auto axis = static_cast<std::size_t>(input[0] - 'x');
+      const model::Axis& along = session.axes()[axis];
+      memory.set_coordinate(static_cast<int>(axis), along.topology, along.low, along.spacing());
+    } else {
+      memory.set(input, state < 0 ? session.workspace().dense(input) : session.initial(state));
+    }
+  }
+  return memory;
+}
+
 std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear) {
-  if (!is_of_kernels(linear.program().body)) return nullptr;
-  auto code = codegen::jit(driver::lower_to_loop(linear.module(), {linear.program().name}, Precision::f64)).module;
-  if (code == nullptr || code->find(linear.program().name) == nullptr) return nullptr;
+  return make(linear, linear.module());
+}
+
+std::unique_ptr<CompiledTangent> CompiledTangent::of_coupled(const LinearStep& linear) {
+  return make(linear, linear.coupled_module());
+}
+
+std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear, const Module& module) {
+  const Program& program = module.programs.front();
+  if (!is_of_kernels(program.body)) return nullptr;
+  auto code = codegen::jit(driver::lower_to_loop(module, {program.name}, Precision::f64)).module;
+  if (code == nullptr || code->find(program.name) == nullptr) return nullptr;
   return std::unique_ptr<CompiledTangent>(new CompiledTangent(linear, std::move(code)));
 }
 
-Eigen::MatrixXd CompiledTangent::matrix(const stencil::State& inputs, const stencil::Params& params) const {
-  const dpde_program& program = *code_->find(linear_.program().name);
-  const stencil::Grid& grid = inputs.grid();
-  const std::vector<std::int64_t> counts(grid.cells.begin(), grid.cells.begin() + grid.rank);
-  const dpde_layout layout = make_layout(counts, {program.halo[0], program.halo[1], program.halo[2]}, program.real);
-  Executor executor(program, layout);
+/// The program with memory of its own, inputs in it and all perturbations 0.
+struct CompiledTangent::Run {
+  Run(const dpde_program& program, const State& inputs, const Params& params)
+      : layout(layout_of(program, inputs.grid())), executor(program, layout) {
+    for (int i = 0; i < program.field_count; ++i) {
+      fields.emplace_back(layout, i).fill(0);
+      if (inputs.has(program.fields[i])) copy_all_cells(inputs, program.fields[i], fields.back());
+    }
+    for (int i = 0; i < program.field_count; ++i) executor.bind(i, fields[static_cast<std::size_t>(i)].base());
+    for (const auto& [name, value] : params) {
+      if (const int index = executor.param_index(name); index >= 0) executor.set_param(index, value);
+    }
+    executor.update_uniforms();
+    executor.prepare();
+  }
+  static dpde_layout layout_of(const dpde_program& program, const Grid& grid) {
+    const std::vector<std::int64_t> counts(grid.cells.begin(), grid.cells.begin() + grid.rank);
+    return make_layout(counts, {program.halo[0], program.halo[1], program.halo[2]}, program.real);
+  }
+
+  dpde_layout layout;
+  Executor executor;
   std::vector<Field> fields;
-  for (int i = 0; i < program.field_count; ++i) {
-    fields.emplace_back(layout, i).fill(0);
-    if (inputs.has(program.fields[i])) copy_all_cells(inputs, program.fields[i], fields.back());
-  }
-  for (int i = 0; i < program.field_count; ++i) executor.bind(i, fields[static_cast<std::size_t>(i)].base());
-  for (const auto& [name, value] : params) {
-    if (const int index = executor.param_index(name); index >= 0) executor.set_param(index, value);
-  }
-  executor.update_uniforms();
-  executor.prepare();
-  const auto cells = static_cast<Eigen::Index>(cell_count(layout));
+};
+
+Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& params) const {
+  Run run(*code_->find(linear_.program().name), inputs, params);
+  const auto cells = static_cast<Eigen::Index>(cell_count(run.layout));
   const auto states = static_cast<Eigen::Index>(linear_.states().size());
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(cells * states, cells * states);
   std::vector<double> values(static_cast<std::size_t>(cells), 0.0);
   const auto set = [&](Eigen::Index state, Eigen::Index cell, double value) {
-    const int field = executor.field_index(linear_.perturbation_of(static_cast<std::size_t>(state)));
+    const int field = run.executor.field_index(linear_.perturbation_of(static_cast<std::size_t>(state)));
     if (field < 0) return;
     values[static_cast<std::size_t>(cell)] = value;
-    copy_in(layout, executor.bound(field), values);
-    executor.prepare(field);
+    copy_in(run.layout, run.executor.bound(field), values);
+    run.executor.prepare(field);
     values[static_cast<std::size_t>(cell)] = 0;
   };
   for (Eigen::Index column = 0; column < result.cols(); ++column) {
     set(column / cells, column % cells, 1);
-    executor.run();
+    run.executor.run();
     for (Eigen::Index s = 0; s < states; ++s) {
-      const int made = executor.field_index(linear_.result_of(static_cast<std::size_t>(s)));
-      if (made >= 0) fields[static_cast<std::size_t>(made)].copy_out({&result(s * cells, column), values.size()});
+      const int made = run.executor.field_index(linear_.result_of(static_cast<std::size_t>(s)));
+      if (made >= 0) run.fields[static_cast<std::size_t>(made)].copy_out({&result(s * cells, column), values.size()});
     }
     set(column / cells, column % cells, 0);
   }
   return result;
+}
+
+double CompiledTangent::growth(const State& inputs, const Params& params, int steps) const {
+  constexpr int between_looks = 8;
+  Run run(*code_->find(linear_.program().name), inputs, params);
+  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
+  for (std::size_t s = 0; s < linear_.states().size(); ++s) {
+    const int before = run.executor.field_index(linear_.perturbation_of(s)),
+              behind = run.executor.field_index(linear_.result_of(s));
+    if (before >= 0 && behind >= 0) states.emplace_back(before, behind);
+  }
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  Eigen::MatrixXd all = Eigen::MatrixXd::NullaryExpr(cell_count(run.layout), std::ssize(states),
+                                                     [&](Eigen::Index, Eigen::Index) { return noise(random); });
+  const auto column = [&](std::size_t s) {
+    return std::span<double>(all.col(static_cast<Eigen::Index>(s)).data(), static_cast<std::size_t>(all.rows()));
+  };
+  double growth = -std::log(all.norm());
+  for (int step = 0; step < steps; step += between_looks) {
+    for (std::size_t s = 0; s < states.size(); ++s) copy_in(run.layout, run.executor.bound(states[s].first), column(s));
+    for (int i = step; i < std::min(steps, step + between_looks); ++i) {
+      run.executor.prepare();
+      run.executor.run();
+      for (const auto& [before, behind] : states) {
+        void* const base = run.executor.bound(before);
+        run.executor.bind(before, run.executor.bound(behind));
+        run.executor.bind(behind, base);
+      }
+    }
+    for (std::size_t s = 0; s < states.size(); ++s)
+      copy_out(run.layout, run.executor.bound(states[s].first), column(s));
+    const double norm = all.norm();
+    if (!std::isfinite(norm)) return std::numeric_limits<double>::infinity();
+    if (norm == 0) return -std::numeric_limits<double>::infinity();
+    growth += std::log(norm);
+    all /= norm;
+  }
+  return growth;
 }
 
 }  // namespace dpde::stability

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codegen/compiled_module.h"
+#include "driver/session.h"
 #include "model/model.h"
 #include "stability/linear_step.h"
 #include "stencil/interpret.h"
@@ -18,17 +19,25 @@ namespace dpde::stability {
 stencil::State memory_for(const LinearStep& linear, const stencil::Grid& grid);
 /// The scene's own grid.
 stencil::Grid grid_of(const std::vector<model::Axis>& axes);
+/// Memory with all that is no perturbation, as the scene begins.
+stencil::State initial_inputs(driver::Session& session, const LinearStep& linear);
 
 class CompiledTangent {
  public:
   /// null where a method with a tolerance, a transform or a network would run in it, or no code can be made.
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear);
+  /// With the means that linear.module() is without.
+  static std::unique_ptr<CompiledTangent> of_coupled(const LinearStep& linear);
 
   /// What a step makes of all perturbations, states one behind the other; 0 in rows and columns of states that nothing
   /// depends on. `inputs` has every field that is no perturbation, halos included.
   Eigen::MatrixXd matrix(const stencil::State& inputs, const stencil::Params& params) const;
+  /// ln of what so many steps multiply a random perturbation by; infinite where it leaves the range of numbers.
+  double growth(const stencil::State& inputs, const stencil::Params& params, int steps) const;
 
  private:
+  struct Run;
+  static std::unique_ptr<CompiledTangent> make(const LinearStep& linear, const stencil::Module& module);
   CompiledTangent(const LinearStep& linear, std::shared_ptr<codegen::CompiledModule> code)
       : linear_(linear), code_(std::move(code)) {}
 

@@ -23,9 +23,9 @@ double value_at(const model::Expr& e, const FrozenPoint& point) {
   if (const auto* c = std::get_if<model::Coordinate>(&e->kind)) return point.place[static_cast<std::size_t>(c->axis)];
   if (const auto* d = std::get_if<model::Derivative>(&e->kind)) {
     const auto* solve = std::get_if<model::Solve>(&d->operand->kind);
-    if (solve == nullptr || d->order != 1 || !point.solved.contains(solve->name)) return not_known;
+    if (solve == nullptr || d->order != 1 || !point.whole.contains(solve->name)) return not_known;
     const auto axis = static_cast<std::size_t>(d->axis);
-    return point.solved.at(solve->name).slope[axis] / point.params.at(std::string("h").append(1, "xyz"[axis]));
+    return point.whole.at(solve->name).slope[axis] / point.params.at(std::string("h").append(1, "xyz"[axis]));
   }
   if (const auto* n = std::get_if<model::Neg>(&e->kind)) return -value_at(n->operand, point);
   if (const auto* i = std::get_if<model::Interpolate>(&e->kind)) return value_at(i->operand, point);

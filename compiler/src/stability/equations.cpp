@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/equations.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "driver/over_time.h"
 #include "model/solves.h"
@@ -24,6 +26,19 @@ bool have_ways_that_end(const model::Problem& problem) {
 }
 
 constexpr double finer = 16;  // cells of a symbol
+
+bool is_of_each_step(const model::Event& event, const model::Problem& problem) {
+  return event.after_step || (event.every == 1 && !problem.has_parts());
+}
+
+bool has_rare_events(const model::Problem& problem) {
+  return !std::ranges::all_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
+}
+
+model::Problem without_rare_events(model::Problem problem) {
+  std::erase_if(problem.events, [&](const model::Event& event) { return !is_of_each_step(event, problem); });
+  return problem;
+}
 
 /// The equations by differences of order 8, whatever the scheme's are.
 model::Problem with_fine_differences(model::Problem problem) {
@@ -55,7 +70,8 @@ std::optional<LinearStep> linear_step(const model::Problem& written) {
 }
 
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why) {
-  if (have_ways_that_end(session.problem())) return linear_step(session.problem());
+  const model::Problem& problem = session.problem();
+  if (have_ways_that_end(problem) || has_rare_events(problem)) return linear_step(without_rare_events(problem));
   std::optional<LinearStep> step = compiled_step(session, why);
   if (!step || !step->has_networks()) return step;
   why = "a network is in it";
@@ -66,6 +82,10 @@ std::optional<LinearStep> compiled_step(const driver::Session& session, std::str
   const driver::Compiled& compiled = session.compiled();
   const bool of_constraints = session.problem().program.empty() && model::are_constraints(session.problem());
   return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints);
+}
+
+bool has_events_in_each_step(const model::Problem& problem) {
+  return std::ranges::any_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
 }
 
 model::Problem by_euler(model::Problem problem) {
@@ -96,13 +116,20 @@ Eigen::VectorXcd Symbol::eigenvalues(Angles angles) const {
   return rates_.eigenvalues(angles);
 }
 
+Equations::Equations(model::Problem problem) : problem_(std::move(problem)) {
+  if (!has_events_in_each_step(problem_)) return;
+  model::Problem plain = problem_;
+  plain.events.clear();
+  without_events_ = linear_step(plain);
+}
+
 std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
   if (!is_made_) fine_ = linear_step(with_fine_differences(by_euler(problem_)));
   is_made_ = true;
   if (!fine_) return std::nullopt;
   FrozenPoint on_fine_cells = point;
   for (const model::Axis& axis : problem_.axes) on_fine_cells.params.at("h" + axis.name) /= finer;
-  for (auto* fields : {&on_fine_cells.fields, &on_fine_cells.solved}) {
+  for (auto* fields : {&on_fine_cells.fields, &on_fine_cells.whole}) {
     for (auto& [name, field] : *fields) {
       for (double& slope : field.slope) slope /= finer;
     }

@@ -15,10 +15,14 @@ namespace dpde::stability {
 /// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
 /// end on walls it is the step as it is away from these, on rings.
 std::optional<LinearStep> linear_step(const model::Problem& problem);
-/// Those in the step that was compiled; `why` as of LinearStep::make, and where a network is in it.
+/// Those in the step that was compiled, without events that only some steps have; `why` as of LinearStep::make, and
+/// where a network is in it.
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why);
 /// With networks, too.
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why);
+
+/// Whether each step ends with something that the scene does to its states.
+bool has_events_in_each_step(const model::Problem& problem);
 
 /// The problem by one step of Euler's method, without events and steps of their own: u + dt*L u, L being the equations
 /// as the scheme's differences have them.
@@ -44,12 +48,15 @@ class Symbol {
 /// The equations of a problem; they are lowered when they are first asked for.
 class Equations {
  public:
-  explicit Equations(model::Problem problem) : problem_(std::move(problem)) {}
+  explicit Equations(model::Problem problem);
   /// nullopt where they cannot be taken so.
   std::optional<Symbol> about(const FrozenPoint& point) const;
+  /// The scene's step without events; null where it has none in each step.
+  const LinearStep* without_events() const { return without_events_ ? &*without_events_ : nullptr; }
 
  private:
   model::Problem problem_;
+  std::optional<LinearStep> without_events_;
   mutable bool is_made_ = false;  // fine_: a cache
   mutable std::optional<LinearStep> fine_;
 };

@@ -83,6 +83,7 @@ Value Evaluation::interpolate(const Interp& interp) {
     const double displacement = value(interp.displacement[axis]).number;
     is_too_far_ = is_too_far_ || !(std::abs(displacement) < farthest_offset / 4);
     if (is_too_far_) return {};
+    displacement_ = std::max(displacement_, std::abs(displacement));
     taps[axis] = taps_along(displacement, interp.along[axis]);
   }
   Value sum;

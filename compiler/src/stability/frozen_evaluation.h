@@ -40,6 +40,7 @@ class Evaluation {
   void run(const std::vector<stencil::Statement>& body);
   const Value& at(const std::string& field) { return field_value(field); }
   bool is_too_far() const { return is_too_far_; }
+  double displacement() const { return displacement_; }
   std::vector<WaveSum> take_waves() { return std::move(waves_); }
 
  private:
@@ -80,7 +81,8 @@ class Evaluation {
   std::map<std::string, double> counters_;
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;
-  bool is_late_ = false;  // t stands for any time behind the first steps
+  double displacement_ = 0;  // in cells, the largest
+  bool is_late_ = false;     // t stands for any time behind the first steps
 };
 
 }  // namespace dpde::stability

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <set>
 
-#include "stability/solved_fields.h"
+#include "stability/whole_fields.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -61,7 +61,7 @@ class Sampler {
  public:
   Sampler(driver::Session& session, const LinearStep& linear)
       : session_(session), follows_flow_(linear.follows_flow()) {
-    if (linear.solves()) solved_ = solved_fields(session);
+    if (linear.solves() || linear.reduces()) whole_ = whole_fields(session);
     for (const std::string& name : linear.inputs()) {
       if (stencil::is_coordinate(name)) continue;
       const int state = session.engine().state_index(name);
@@ -72,8 +72,8 @@ class Sampler {
     const FrozenPoint point = at(session.workspace().cell_count() / 2, time_within(session, 0.5)).point;
     reads_places_ = depends_on(linear, point, step, [](FrozenPoint& p) { p.place.fill(not_a_number); });
     varied_ = fields_of_response(linear, point, step);
-    std::erase_if(solved_, [&](const auto& entry) {
-      return !depends_on(linear, point, step, [&](FrozenPoint& p) { p.solved[entry.first] = unknown(); });
+    std::erase_if(whole_, [&](const auto& entry) {
+      return !depends_on(linear, point, step, [&](FrozenPoint& p) { p.whole[entry.first] = unknown(); });
     });
   }
 
@@ -96,7 +96,7 @@ class Sampler {
   /// Along each axis, of each field that is solved for.
   std::set<std::size_t> steepest_cells() const {
     std::set<std::size_t> result;
-    for (const auto& [name, values] : solved_) {
+    for (const auto& [name, values] : whole_) {
       std::array<double, 3> steepest{};
       std::array<std::size_t, 3> cells{};
       for (std::size_t cell = 0; cell < values.size(); ++cell) {
@@ -107,17 +107,23 @@ class Sampler {
           cells[a] = cell;
         }
       }
-      result.insert(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(session_.axes().size()));
+      for (std::size_t a = 0; a < session_.axes().size(); ++a) {
+        if (steepest[a] > 0) result.insert(cells[a]);
+      }
     }
     return result;
   }
 
-  bool varies_in_space() const { return reads_places_ || !varied_.empty() || !solved_.empty(); }
+  bool varies_in_space() const {
+    return reads_places_ || !varied_.empty() || !std::ranges::all_of(whole_, [](const auto& entry) {
+             return std::ranges::all_of(entry.second, [&](double value) { return value == entry.second.front(); });
+           });
+  }
 
   /// For the response.
   bool is_alike(const FrozenPoint& a, const FrozenPoint& b) const {
     return std::ranges::all_of(varied_, [&](const auto& name) { return a.fields.at(name) == b.fields.at(name); }) &&
-           a.solved == b.solved && a.params == b.params && (!reads_places_ || a.place == b.place);
+           a.whole == b.whole && a.params == b.params && (!reads_places_ || a.place == b.place);
   }
 
   ScenePoint at(std::size_t cell, double t) const {
@@ -127,7 +133,7 @@ class Sampler {
       FrozenValue& value = result.point.fields[name] = about(values, cell, smaller);
       if (is_clamped(name)) value.slope.fill(small_slope * std::abs(value.value));
     }
-    for (const auto& [name, values] : solved_) result.point.solved[name] = about(values, cell, mean);
+    for (const auto& [name, values] : whole_) result.point.whole[name] = about(values, cell, mean);
     result.point.params["t"] = t;
     const std::array<std::size_t, 3> place = place_of(cell);
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
@@ -211,8 +217,8 @@ class Sampler {
 
   driver::Session& session_;
   std::map<std::string, std::vector<double>> fields_;
-  std::set<std::string> varied_;                       // of them those that the response depends on
-  std::map<std::string, std::vector<double>> solved_;  // of these, those
+  std::set<std::string> varied_;                      // of them those that the response depends on
+  std::map<std::string, std::vector<double>> whole_;  // of these, those
   bool reads_places_ = false;
   bool follows_flow_;
 };
@@ -384,7 +390,7 @@ bool is_same_everywhere(driver::Session& session, const LinearStep& linear, cons
     }
     value = unknown();
   }
-  for (auto& [name, value] : spoilt.solved) value = unknown();
+  for (auto& [name, value] : spoilt.whole) value = unknown();
   for (const model::Control& control : session.problem().controls) spoilt.params[control.name] = not_a_number;
   return linear.response(spoilt, session.problem().step).has_value();
 }

@@ -36,7 +36,7 @@ Value divided(const Value& right, const Form& image) {
 }  // namespace
 
 /// Means and sums of perturbations are those of waves that do not vary along their axes. The derivative of max and min
-/// goes to one cell: that is not seen.
+/// goes to one cell: that is not seen. What is not perturbed is as all cells have it, where that is known.
 void Evaluation::reduce(const Reduce& reduce) {
   const Value field = field_value(reduce.field);
   const bool is_of_all = reduce.over == std::array<bool, max_rank>{};
@@ -47,7 +47,9 @@ void Evaluation::reduce(const Reduce& reduce) {
     if (by.means[axis]) cells *= point_.cells[axis];
   }
   const double factor = reduce.kind == Reduction::sum ? cells : 1;
+  const auto known = point_.whole.find(reduce.result);
   Value result{field.number * factor};
+  if (known != point_.whole.end()) result = {known->second.value, {}, known->second.slope};
   const bool is_linear = reduce.kind == Reduction::sum || reduce.kind == Reduction::mean;
   if (is_linear && !field.form.is_zero()) add_waves(result, {{{field.form.times(factor), by}}, {}});
   fields_[reduce.result] = std::move(result);
@@ -111,9 +113,9 @@ void Evaluation::add_waves(Value& to, WaveSum waves) {
 
 /// At the initial state, as all stages are that here.
 Value Evaluation::solved(const std::string& field, const std::string& unknown) const {
-  auto known = point_.solved.find(field);
-  if (known == point_.solved.end()) known = point_.solved.find(unknown);
-  return known == point_.solved.end() ? Value{unknown_value} : Value{known->second.value, {}, known->second.slope};
+  auto known = point_.whole.find(field);
+  if (known == point_.whole.end()) known = point_.whole.find(unknown);
+  return known == point_.whole.end() ? Value{unknown_value} : Value{known->second.value, {}, known->second.slope};
 }
 
 /// Nothing in it is a stage of the states.

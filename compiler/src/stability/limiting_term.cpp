@@ -39,7 +39,7 @@ double limit_of(const model::Problem& problem, const LinearStep& linear, const F
 
 std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
   if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || verdict.is_of_walls ||
-      verdict.is_of_networks || !problem.program.empty())
+      verdict.is_of_means || verdict.is_of_networks || !problem.program.empty())
     return std::nullopt;
   std::optional<SourceRange> best;
   double largest = verdict.limit.step * 1.25;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stability/coupled_means.h"
 #include "stability/frozen_evaluation.h"
 #include "stability/survey.h"
 #include "stencil/effects.h"
@@ -49,14 +50,18 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     result.rates_.insert(link.derived);
   }
   result.module_ = remove_dead_code(tangent.module);
+  Module uncoupled = without_coupled_means(result.module_, result.rates_);
+  if (!(uncoupled == result.module_))
+    result.coupled_ = std::exchange(result.module_, remove_dead_code(std::move(uncoupled)));
   Survey found;
   survey(result.module_, result.program().body, found);
   result.follows_flow_ = found.follows_flow;
-  result.reduces_ = found.reduces;
+  result.reduces_ = found.reduces || result.couples_means();
   result.solves_ = found.solves;
   result.has_networks_ = found.has_networks;
   result.of_constraints_ = of_constraints;
-  for (const std::string& input : interface_of(result.module_, result.program()).inputs) {
+  const Module& whole = result.coupled_module();
+  for (const std::string& input : interface_of(whole, whole.programs.front()).inputs) {
     if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
   }
   why = found.why;
@@ -79,6 +84,7 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
   for (const std::string& result : results_)
     response.rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
   response.waves = evaluation.take_waves();
+  response.displacement = evaluation.displacement();
   const bool is_finite =
       std::ranges::all_of(response.rows, &Form::is_finite) && std::ranges::all_of(response.waves, &WaveSum::is_finite);
   return is_finite ? std::optional(std::move(response)) : std::nullopt;

@@ -29,7 +29,7 @@ struct FrozenValue {
 /// What an analysis takes as it is: fields by name, numbers by name (spacings too, not dt), the place for coordinates.
 struct FrozenPoint {
   std::map<std::string, FrozenValue> fields;
-  std::map<std::string, FrozenValue> solved = {};  // what depends on all places: see solved_fields.h
+  std::map<std::string, FrozenValue> whole = {};  // what depends on all places: see whole_fields.h
   std::map<std::string, double> params;
   std::array<double, 3> place{};
   std::array<double, 3> cells{1, 1, 1};         // of the grid
@@ -40,6 +40,7 @@ struct FrozenPoint {
 struct Response {
   std::vector<Form> rows;
   std::vector<WaveSum> waves = {};
+  double displacement = 0;  // in cells, of the farthest interpolation
 };
 
 /// What stages of the states are at a point, in the order in which kernels make them; nothing of a kernel whose values
@@ -66,6 +67,9 @@ class LinearStep {
   const std::string& perturbation_of(std::size_t state) const { return perturbations_[state]; }
   const std::string& result_of(std::size_t state) const { return results_[state]; }
   bool is_perturbation(const std::string& field) const { return rates_.contains(field); }
+  /// With means of perturbations that count by other fields, which the module has not: see coupled_means.h.
+  const stencil::Module& coupled_module() const { return coupled_ ? *coupled_ : module_; }
+  bool couples_means() const { return coupled_.has_value(); }
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
   bool follows_flow() const { return follows_flow_; }
   bool reduces() const { return reduces_; }
@@ -76,6 +80,7 @@ class LinearStep {
 
  private:
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
+  std::optional<stencil::Module> coupled_;
   std::vector<std::string> states_, perturbations_, results_, inputs_;
   std::set<std::string> varied_, rates_;  // fields that depend on the states, and their perturbations
   bool follows_flow_ = false, reduces_ = false, solves_ = false, has_networks_ = false, of_constraints_ = false;

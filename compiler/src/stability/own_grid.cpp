@@ -10,7 +10,6 @@
 #include "dpde/runtime/cell_colours.h"
 #include "stability/compiled_tangent.h"
 #include "stability/eigenvalues.h"
-#include "stability/equations.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -65,25 +64,15 @@ bool reads_time(const LinearStep& linear, const model::Problem& problem) {
 }  // namespace
 
 OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
-    : linear_(linear), point_(point), params_(point.params), memory_(memory_for(linear, grid_of(session.axes()))) {
+    : linear_(linear), point_(point), params_(point.params), memory_(initial_inputs(session, linear)) {
   for (std::size_t s = 0; s < linear.states().size(); ++s) {
     if (!linear.perturbation_of(s).empty()) active_.push_back(s);
   }
   for (const model::Axis& axis : session.axes()) topologies_.push_back(axis.topology);
-  memory_.inverses = stencil::new_inverses();
-  for (const std::string& input : linear.inputs()) {
-    if (stencil::is_coordinate(input)) {
-      const auto axis = static_cast<std::size_t>(input[0] - 'x');
-      memory_.set_coordinate(static_cast<int>(axis), topologies_[axis], session.axes()[axis].low,
-                             session.axes()[axis].spacing());
-    } else {
-      memory_.set(input, session.workspace().dense(input));
-    }
-  }
 }
 
 std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
-                                     double step) {
+                                     double step, const Equations& equations) {
   const auto is_state = [&](const std::string& name) {
     return !stencil::is_coordinate(name) && session.engine().state_index(name) >= 0;
   };
@@ -101,7 +90,15 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   OwnGrid result(session, linear, point);
   const Eigen::Index size = result.cells() * static_cast<Eigen::Index>(result.active_.size());
   if (!result.applied(Eigen::VectorXd::Ones(size), step).allFinite()) return std::nullopt;
-  result.measure_rates(step);
+  if (equations.without_events() == nullptr) {
+    result.measure_rates(step);
+    return result;
+  }
+  OwnGrid plain(session, *equations.without_events(), point);
+  plain.measure_rates(step);
+  result.rate_ = plain.rate_;
+  result.fastest_ = plain.fastest_;
+  result.by_events_ = std::max(0.0, std::log(eigenvalues(result.tangent(0)).cwiseAbs().maxCoeff()));
   return result;
 }
 
@@ -177,13 +174,13 @@ double OwnGrid::rate_of_powers(double step) const {
 double OwnGrid::largest_of_parts(double step) const {
   constexpr int most = first_doublings + doublings_of_parts;
   const double part = std::exp2(-doublings_of_parts) * step;
-  return largest_of(norms_of_powers(std::exp(-2 * rate_ * part) * tangent(part), most), most);
+  return largest_of(norms_of_powers(std::exp(-allowed(part)) * tangent(part), most), most);
 }
 
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return false;
-  const std::vector<double> norms = norms_of_powers(std::exp(-2 * rate_ * step) * g, all_doublings);
+  const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
   return first <= hundredfold * largest_of_parts(step);
@@ -196,8 +193,8 @@ double OwnGrid::sure_growth(double step) const {
   Eigen::Index largest = 0;
   values.cwiseAbs().maxCoeff(&largest);
   const double growth = std::log(std::abs(values[largest]));
-  if (growth <= 2 * rate_ * step) return 0;
-  return growth > 2 * rate_ * step + rounding_of_steps * sensitivity(g, values[largest]) ? growth : 0;
+  if (growth <= allowed(step)) return 0;
+  return growth > allowed(step) + rounding_of_steps * sensitivity(g, values[largest]) ? growth : 0;
 }
 
 double OwnGrid::growth(double step) const {
@@ -221,7 +218,7 @@ Eigen::VectorXd OwnGrid::applied(const Eigen::VectorXd& perturbations, double st
     const auto own = perturbations.segment(static_cast<Eigen::Index>(i) * n, n);
     memory.set(linear_.perturbation_of(active_[i]), {own.begin(), own.end()});
   }
-  stencil::interpret(linear_.module(), linear_.program(), memory, params);
+  stencil::interpret(linear_.coupled_module(), linear_.coupled_module().programs.front(), memory, params);
   Eigen::VectorXd result(perturbations.size());
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const std::vector<double> values = memory.get(linear_.perturbation_of(active_[i]));
@@ -232,7 +229,7 @@ Eigen::VectorXd OwnGrid::applied(const Eigen::VectorXd& perturbations, double st
 
 stencil::Cell OwnGrid::reach(double step) const {
   const std::optional<Response> response = linear_.response(point_, step);
-  if (!response || !response->waves.empty()) return memory_.grid().cells;
+  if (!response || !response->waves.empty() || linear_.couples_means()) return memory_.grid().cells;
   stencil::Cell reach{};
   for (const Form& row : response->rows) {
     for (const Form::Term& term : row.terms()) {

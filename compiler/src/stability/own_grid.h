@@ -2,8 +2,8 @@
 // A step on the scene's own grid, as a matrix: of steps that depend neither on their states nor on time, where there
 // are few cells. It sees walls, spacings and coefficients as they are, all at once. Nothing is frozen.
 //
-// With g = exp(-2 s dt) G, where G is the matrix of a step dt and s the growth rate of the equations, a step is stable
-// where neither of these holds:
+// With g = exp(-2 s dt) G / e, where G is the matrix of a step dt, s the growth rate of the equations and e what events
+// that end each step multiply at most, a step is stable where neither of these holds:
 //   - a power of g beyond the 512th grows faster than in proportion: |g^262144| > 10 * 512 * max |g^n|, n up to 512.
 //     Growth in proportion is that of means that drift by right.
 //   - the first powers are more than a hundred times as large as those of steps of an eighth in the same time.
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "stability/equations.h"
 #include "stability/linear_step.h"
 #include "stencil/interpret.h"
 
@@ -28,7 +29,7 @@ class OwnGrid {
 
   /// `point` is any of the scene's. nullopt for steps of other kinds, and for grids that are too large.
   static std::optional<OwnGrid> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
-                                     double step);
+                                     double step, const Equations& equations);
 
   /// The largest real part of the equations' own eigenvalues, 1/time; 0 where none is positive.
   double growth_rate() const { return rate_; }
@@ -39,10 +40,14 @@ class OwnGrid {
   double sure_growth(double step) const;
   /// |g| of what grows most in the long run, or on the way.
   double growth(double step) const;
+  /// ln |g| of what the events that end each step let grow most.
+  double growth_by_events() const { return by_events_; }
 
  private:
   OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
   void measure_rates(double step);
+  /// ln of what is allowed to grow in a step: twice the equations' growth, and that of events.
+  double allowed(double step) const { return 2 * rate_ * step + by_events_; }
   double rate_of_powers(double step) const;
   /// So short that a step of it changes little; 0 where none does, as of schemes with a memory.
   double smooth_length(double step) const;
@@ -62,7 +67,7 @@ class OwnGrid {
   std::vector<Topology> topologies_;
   stencil::Params params_;
   stencil::State memory_;
-  double rate_ = 0, fastest_ = 0;
+  double rate_ = 0, fastest_ = 0, by_events_ = 0;
 };
 
 }  // namespace dpde::stability

@@ -15,6 +15,8 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
 constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
+constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
+constexpr double farthest_windows = 8;                        // cells
 constexpr double factor_with_solves = 2;                      // they are slow to look at, and often have no limit
 constexpr double rounding_of_mean = 1e-6;                     // see is_too_long() of waves
 constexpr double precision = 5e-5;                            // of limits, relative
@@ -160,6 +162,10 @@ std::optional<Amplification> FrozenAnalysis::at(double step) const {
   return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
 }
 
+std::optional<Response> FrozenAnalysis::plain_response(double step) const {
+  return plain_->response(point_, step, plain_stages_);
+}
+
 double growth_tolerance(const LinearStep& linear) {
   return tolerances[std::min<std::size_t>(linear.states().size(), 3) - 1];
 }
@@ -185,7 +191,7 @@ bool FrozenAnalysis::differentiate(double step) {
   Response sum_of_all{std::vector<Form>(linear_->states().size())};
   for (int i = 0; i < 3; ++i) {
     for (const double sign : {1.0, -1.0}) {
-      const std::optional<Response> rows = linear_->response(point_, sign * (i + 1) * step, stages_);
+      const std::optional<Response> rows = plain_response(sign * (i + 1) * step);
       if (!rows) return false;
       sum_of_all = sum(sum_of_all, *rows, sign * weights[i] / step);
     }
@@ -198,8 +204,7 @@ bool FrozenAnalysis::differentiate(double step) {
 /// What changes from half the step to it: from one of length 0 on it may jump, as taps of interpolations do.
 bool FrozenAnalysis::estimate(double step) {
   const double from = 0.5 * step;
-  const std::optional<Response> rest = linear_->response(point_, from, stages_),
-                                rows = linear_->response(point_, step, stages_);
+  const std::optional<Response> rest = plain_response(from), rows = plain_response(step);
   if (!rest || !rows) return false;
   const double part = 1 / (step - from);
   const Response none{std::vector<Form>(linear_->states().size())};
@@ -211,7 +216,7 @@ bool FrozenAnalysis::estimate(double step) {
 /// Steps of length 0 are none of schemes with a memory, nor of those that damp whatever the step: of these the scale is
 /// that of what changes with the step. Eigenvalues of a short step that lie near 1 are those of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
-  const std::optional<Response> at_rest = linear_->response(point_, 0, stages_);
+  const std::optional<Response> at_rest = plain_response(0);
   if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
     if (!differentiate(short_step * step)) return false;
     return !(rate_ > 0) || differentiate(short_step / rate_);
@@ -224,7 +229,7 @@ bool FrozenAnalysis::measure_rates(double step) {
     short_ = found;
     if (is_settled || rate_ == 0) break;
   }
-  short_step_ = at(short_);
+  if (const std::optional<Response> rows = plain_response(short_)) short_step_.emplace(*rows, rank_);
   return short_step_.has_value();
 }
 
@@ -248,9 +253,10 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
 /// Of a scheme with a memory, which no derivative about dt = 0 is known of: in half the step it grows at a fraction of
 /// the rate.
 bool FrozenAnalysis::is_growth_of_steps() const {
-  const std::optional<Amplification> half = at(0.5 * short_);
-  if (!half) return false;
-  const auto rate_of = [&](const Angles& a) { return rate_by_step(*half, a, 0.5 * short_); };
+  const std::optional<Response> rows = plain_response(0.5 * short_);
+  if (!rows) return false;
+  const Amplification half(*rows, rank_);
+  const auto rate_of = [&](const Angles& a) { return rate_by_step(half, a, 0.5 * short_); };
   return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
 
@@ -260,6 +266,15 @@ bool FrozenAnalysis::is_growth_of_steps() const {
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
   const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
   return is_all ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
+}
+
+double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
+  return events_ ? std::max(0.0, std::log(events_->spectral_radius(wave))) : 0;
+}
+
+double FrozenAnalysis::growth_by_events() const {
+  const auto growth_of = [&](const Angles& a) { return allowed_to_events(a); };
+  return events_ ? std::max(over_waves(growth_of).value, growth_of({})) : 0;
 }
 
 Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f) const {
@@ -278,8 +293,9 @@ double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
 
 std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, const FrozenPoint& point, int rank,
                                                    double step, const Equations* equations) {
-  FrozenAnalysis result(linear, point, rank);
+  FrozenAnalysis result(linear, equations == nullptr ? nullptr : equations->without_events(), point, rank);
   if (!result.measure_rates(step)) return std::nullopt;
+  if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
   return result;
 }
@@ -291,7 +307,7 @@ Largest FrozenAnalysis::excess(double step) const {
     const double growth = std::log(g->spectral_radius(a));
     const double by_equations = allowed_rate(a) * step;
     if (by_equations > unresolved) return 0.0;
-    return std::isnan(growth) ? infinite : growth - 2 * by_equations;
+    return std::isnan(growth) ? infinite : growth - 2 * by_equations - allowed_to_events(a);
   });
 }
 
@@ -350,15 +366,24 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
           largest_share(last.angles, steps.back())};
 }
 
+/// Interpolation damps least where it lands on cells, and turns waves as it carries them: other terms may be unstable
+/// in narrow windows of steps, as many as cells are passed.
+double FrozenAnalysis::next_step(double step) const {
+  if (!linear_->follows_flow()) return step * (linear_->solves() ? factor_with_solves : factor_up);
+  const std::optional<Response> rows = linear_->response(point_, step, stages_);
+  const double cells = rows ? rows->displacement : 0;
+  const bool is_fine = cells > 0 && cells < farthest_windows && rank_ < 3;
+  return step * (is_fine ? std::min(factor_along_flow, 1 + windows[rank_ - 1] / cells) : factor_along_flow);
+}
+
 StepLimit FrozenAnalysis::limit(double most) const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (excess(step).value > growth_tolerance(*linear_)) return descend(step);
-  const double factor = linear_->follows_flow() ? factor_along_flow
-                        : linear_->solves()     ? factor_with_solves
-                                                : factor_up;
-  for (; step < std::min(last_try / rate_, most); step *= factor) {
-    if (excess(step * factor).value > growth_tolerance(*linear_)) return bisect(step, step * factor);
+  const double end = std::min(last_try / rate_, most);
+  for (double next = step; step < end; step = next) {
+    next = next_step(step);
+    if (excess(next).value > growth_tolerance(*linear_)) return bisect(step, next);
   }
   return {};
 }

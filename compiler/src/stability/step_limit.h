@@ -8,7 +8,7 @@
 //   ln |g| <= 2 max(s, 0) dt  for all a :
 // von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
 // that the equations multiply by more than exp(1/2) in a step are not judged: that is blow-up of theirs, or a step that
-// does not resolve it.
+// does not resolve it. Events that end each step may multiply a wave besides by what they do in a step of length 0.
 #pragma once
 
 #include <limits>
@@ -57,6 +57,8 @@ class FrozenAnalysis {
   /// The largest real part of the equations' eigenvalues, 1/time: of all waves, and of one as the differences have it.
   double growth_rate() const { return growth_; }
   double growth_rate_of(const Angles& wave) const;
+  /// ln |g| of what the events that end each step let grow most; 0 where they let nothing grow.
+  double growth_by_events() const;
   /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
   Largest excess(double step) const;
   /// The wave as this step has it: |g|, and the state with the largest share.
@@ -67,27 +69,34 @@ class FrozenAnalysis {
   StepLimit limit(double most = std::numeric_limits<double>::infinity()) const;
 
  private:
-  FrozenAnalysis(const LinearStep& linear, FrozenPoint point, int rank)
-      : linear_(&linear), point_(std::move(point)), rank_(rank) {}
+  FrozenAnalysis(const LinearStep& linear, const LinearStep* without_events, FrozenPoint point, int rank)
+      : linear_(&linear),
+        plain_(without_events == nullptr ? &linear : without_events),
+        point_(std::move(point)),
+        rank_(rank) {}
   std::optional<Amplification> at(double step) const;
+  std::optional<Response> plain_response(double step) const;
   bool measure_rates(double step);
   void measure_growth(const Equations* equations);
   bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
+  double allowed_to_events(const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool estimate(double step);
   bool differentiate(double step);
   StepLimit bisect(double stable, double unstable) const;
   StepLimit descend(double unstable) const;
+  double next_step(double step) const;
 
-  const LinearStep* linear_;
+  const LinearStep *linear_, *plain_;  // the second without events: it has the rates of the equations
   FrozenPoint point_;
-  mutable FrozenStages stages_;  // of the point: a cache
+  mutable FrozenStages stages_, plain_stages_;  // of the point: caches
   int rank_;
   double rate_ = 0, growth_ = 0;
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
+  std::optional<Amplification> events_;  // G of a step of length 0
 };
 
 }  // namespace dpde::stability

@@ -129,8 +129,9 @@ bool is_drift(const std::array<double, 4>& quarters) {
 
 std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
   int wanted = options.steps > 0 ? options.steps : steps_of_run(session);
-  if (options.growth_rate > 0)  // or what the equations let grow would leave the range of numbers
-    wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / (options.growth_rate * step)))));
+  const double by_right = options.growth_rate * step + options.growth_by_events;
+  if (by_right > 0)  // or what may grow would leave the range of numbers
+    wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / by_right))));
   wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, options.most_time / step))));
   Pair pair(session, step, options);
   const double begin = pair.difference();
@@ -143,7 +144,7 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
     const bool has_solution = pair.advance(now);
     if (options.stop != nullptr && options.stop->load()) return std::nullopt;  // one may have stopped before the other
     result.steps += now;
-    const double allowed = 2 * options.growth_rate * step * result.steps;
+    const double allowed = (by_right + options.growth_rate * step) * result.steps;
     const double difference = has_solution ? pair.difference() : std::numeric_limits<double>::infinity();
     if (!(difference < begin * out_of_bounds * std::exp(allowed))) {
       result.growth =
@@ -159,8 +160,8 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   const double unit = session.problem().scheme.real == Precision::f64 ? 0x1p-53 : 0x1p-24;
   const double rounding = unit * std::max(1.0, roundings * std::sqrt(wanted));
   if (quarters[3] > rounding) result.growth = std::pow(quarters[3] / std::max(quarters[1], rounding), 1 / half);
-  result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half ||
-                     is_drift(quarters);
+  const double allowed = std::log(tolerated) + (by_right + options.growth_rate * step) * half;
+  result.is_stable = std::log(result.growth) * half <= allowed || is_drift(quarters);
   return result;
 }
 

@@ -18,7 +18,8 @@ struct TrialOptions {
   int steps = 0;           // of each run; 0: as many as its cells allow, 500 to 100000; with solves to 4000
   std::uint64_t seed = 0;  // of the disturbance
   double most_time = std::numeric_limits<double>::infinity();  // of each run: where steps change with it, the scene's
-  double growth_rate = 0;  // that the equations have of their own, 1/time: twice that is allowed
+  double growth_rate = 0;       // that the equations have of their own, 1/time: twice that is allowed
+  double growth_by_events = 0;  // ln a step
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -9,6 +9,7 @@
 #include <complex>
 #include <numbers>
 
+#include "stability/coupled_means.h"
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
@@ -25,6 +26,8 @@ constexpr double hundred = 4.605170185988092;  // ln 100
 constexpr double told_growth = 0.1;            // ln of what a run may grow without a word
 constexpr double wall_tolerance = 1e-6;        // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
+constexpr double shortest = 1e-3, farthest = 4096;  // of the scene's step, that are looked at
+constexpr double precision_of_runs = 5e-3;          // of a limit
 
 /// Into how many equal parts the Courant number splits the first step.
 int parts_of(driver::Session& session) {
@@ -62,7 +65,8 @@ class Examination {
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
         equations_(session.problem()),
-        walls_(linear, session.axes()) {
+        walls_(linear, session.axes()),
+        plain_walls_(equations_.without_events() == nullptr ? linear : *equations_.without_events(), session.axes()) {
     verdict_.parts = parts_of(session);
     verdict_.step = session.problem().step / verdict_.parts;
   }
@@ -81,6 +85,10 @@ class Examination {
     if (verdict_.is_exact) return true;
     if (const auto grid = own_grid()) {
       look_at_own(*grid);
+      return true;
+    }
+    if (const auto runs = CoupledRuns::make(session_, linear_, worst_.point)) {
+      look_at_runs(*runs);
       return true;
     }
     if (!has_walls(session_.problem())) return true;
@@ -108,10 +116,11 @@ class Examination {
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
+    if (const auto runs = CoupledRuns::make(session_, linear_, worst_.point)) return runs->is_stable(verdict_.step);
     if (!has_walls(session_.problem())) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
-      const double rate = rate_between_walls(point, verdict_.step, false) - 2 * verdict_.growth_rate;
-      return rate * verdict_.step <= wall_tolerance;
+      const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
+      return rate * verdict_.step - events_between_walls(point) <= wall_tolerance;
     });
   }
 
@@ -147,6 +156,7 @@ class Examination {
 
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
     verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
+    verdict_.growth_by_events = std::max(verdict_.growth_by_events, analysis.growth_by_events());
     if (!is_any_ || linear_.follows_flow() || verdict_.limit.kind == StepLimit::Kind::none ||
         analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
             1e-9) {
@@ -196,7 +206,9 @@ class Examination {
     verdict_.worst = point.point;
   }
 
-  std::optional<OwnGrid> own_grid() const { return OwnGrid::make(session_, linear_, worst_.point, verdict_.step); }
+  std::optional<OwnGrid> own_grid() const {
+    return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
+  }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
   void look_at_own(const OwnGrid& grid) {
@@ -204,6 +216,7 @@ class Examination {
     verdict_.is_exact = !linear_.follows_flow();  // that may have windows of unstable steps, which a search passes by
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
+    verdict_.growth_by_events = grid.growth_by_events();
     const StepLimit by_waves = verdict_.limit;
     verdict_.limit = weak_or(limit_on(grid), grid);
     verdict_.limit.wave = by_waves.wave;
@@ -215,7 +228,7 @@ class Examination {
     verdict_.beyond = 0;
     if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
     verdict_.growth = grid.growth(verdict_.step);
-    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step;
+    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events;
   }
 
   /// By so little a step that powers do not tell it, but the run does.
@@ -224,18 +237,19 @@ class Examination {
     return steps * OwnGrid::least_growth > told_growth && steps * grid.sure_growth(verdict_.step) > told_growth;
   }
 
-  /// Below a limit, too, where waves found none: growth that falls as a power of the step.
+  /// Below a limit, too, where waves found none: growth that falls as a power of the step. In proportion to it where it
+  /// is not the equations': the limit is where powers cease to tell it then.
   StepLimit weak_or(const StepLimit& limit, const OwnGrid& grid) const {
     const double step = limit.kind == StepLimit::Kind::limit ? 0.5 * limit.step : verdict_.step;
     if (limit.kind == StepLimit::Kind::never) return limit;
     const double growth = grid.sure_growth(step), of_half = growth > 0 ? grid.sure_growth(0.5 * step) : 0;
     const double order = of_half > 0 ? std::log2(growth / of_half) : 0;
-    return order > 1.5 ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
+    const bool is_cut_off = limit.kind == StepLimit::Kind::limit && growth > 0.2 * OwnGrid::least_growth && order > 0.8;
+    return order > 1.5 || is_cut_off ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
   }
 
   /// Looked for from the limit of waves on, else from the scene's step.
   StepLimit limit_on(const OwnGrid& grid) const {
-    constexpr double farthest = 4096, shortest = 1e-3;
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     const double factor = has_limit ? 1.25 : 2;
     double low = has_limit ? verdict_.limit.step : verdict_.step, high = low;
@@ -243,6 +257,8 @@ class Examination {
     const bool is_first_stable = grid.is_stable(first);
     if (is_first_stable && step < first && !grid.is_stable(step)) {
       high = step, low = 0.5 * step;
+    } else if (is_first_stable && has_limit && linear_.follows_flow()) {
+      return verdict_.limit;  // longer steps may be stable again, beyond a window
     } else if (is_first_stable) {
       const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
       for (high = factor * low; high < end && grid.is_stable(high); high *= factor) low = high;
@@ -257,13 +273,27 @@ class Examination {
     return {StepLimit::Kind::limit, low};
   }
 
-  /// ln |g| / step of what grows most between the walls; of the equations' own, those that a short step leaves near 1:
-  /// schemes with a memory have others, which walls may let grow at every step.
-  double rate_between_walls(const ScenePoint& at, double step, bool of_equations) const {
+  /// ln |g| / step of what grows most between the walls.
+  double rate_between_walls(const ScenePoint& at, double step) const {
     double largest = 0;
-    for (const std::complex<double> g : walls_.eigenvalues(at.point, step)) {
-      if (!of_equations || std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
+    for (const std::complex<double> g : walls_.eigenvalues(at.point, step))
+      largest = std::max(largest, std::log(std::abs(g)) / step);
+    return largest;
+  }
+  /// Of the equations' own, those that a short step leaves near 1: schemes with a memory have others, which walls may
+  /// let grow at every step.
+  double own_rate_between_walls(const ScenePoint& at, double short_step) const {
+    double largest = 0;
+    for (const std::complex<double> g : plain_walls_.eigenvalues(at.point, short_step)) {
+      if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / short_step);
     }
+    return largest;
+  }
+  double events_between_walls(const ScenePoint& at) const {
+    double largest = 0;
+    if (equations_.without_events() == nullptr) return largest;
+    for (const std::complex<double> g : walls_.eigenvalues(at.point, 0))
+      largest = std::max(largest, std::log(std::abs(g)));
     return largest;
   }
 
@@ -272,7 +302,7 @@ class Examination {
     const double step = verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step;
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < places.size() && places.size() > 1; ++i)
-      order.emplace_back(-rate_between_walls(places[i], step, false), i);
+      order.emplace_back(-rate_between_walls(places[i], step), i);
     if (order.empty()) return places;
     std::ranges::sort(order);
     std::vector<ScenePoint> result;
@@ -280,33 +310,60 @@ class Examination {
     return result;
   }
 
-  /// Walls may let grow what no wave does, at the limit of waves or in the scene's own, shorter step; they may damp,
-  /// too, but a limit that holds away from them stays.
-  void look_at_walls(const ScenePoint& at) {
-    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
-    double low = has_limit ? verdict_.limit.step : verdict_.step;
-    const double short_step = 1e-3 * std::min(low, verdict_.step);
-    const double allowed = 2 * std::max(rate_between_walls(at, short_step, true), verdict_.growth_rate);
-    const auto beyond = [&](double step) { return (rate_between_walls(at, step, false) - allowed) * step; };
-    if (beyond(low) <= wall_tolerance) {
-      if (!(verdict_.step < low) || beyond(verdict_.step) <= wall_tolerance) return;
+  /// To what `is_stable` allows, where that is less at the limit of waves or in the scene's own, shorter step.
+  bool lower_limit(const std::function<bool(double)>& is_stable, double precision) {
+    double low = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
+    const double short_step = shortest * std::min(low, verdict_.step);
+    if (is_stable(low)) {
+      if (!(verdict_.step < low) || is_stable(verdict_.step)) return false;
       low = verdict_.step;
     }
     double high = low;
-    while (low > short_step && beyond(low) > wall_tolerance) low /= 2;
+    while (low > short_step && !is_stable(low)) high = low, low /= 2;
     const bool is_never = low <= short_step;
-    while (!is_never && high - low > 1e-3 * high) {
+    while (!is_never && high - low > precision * high) {
       const double middle = 0.5 * (low + high);
-      (beyond(middle) <= wall_tolerance ? low : high) = middle;
+      (is_stable(middle) ? low : high) = middle;
     }
     verdict_.limit.kind = is_never ? StepLimit::Kind::never : StepLimit::Kind::limit;
     verdict_.limit.step = is_never ? 0 : low;
     verdict_.limit.order = 1;
+    return true;
+  }
+
+  /// They see walls, too.
+  void look_at_runs(const CoupledRuns& runs) {
+    if (verdict_.limit.kind == StepLimit::Kind::never) return;
+    verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
+    const auto is_stable = [&](double step) { return runs.is_stable(step); };
+    double longest = verdict_.step;
+    while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
+      longest *= 2;
+    if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
+    if (!lower_limit(is_stable, precision_of_runs)) {
+      if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = 0;
+      return;
+    }
+    verdict_.is_of_means = true;
+    verdict_.place.clear();
+    const double growth = runs.growth(verdict_.step);
+    verdict_.growth = std::max(verdict_.growth, std::exp(growth));
+    verdict_.beyond = std::max(verdict_.beyond, growth - 2 * verdict_.growth_rate * verdict_.step);
+  }
+
+  /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
+  void look_at_walls(const ScenePoint& at) {
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double short_step = shortest * std::min(has_limit ? verdict_.limit.step : verdict_.step, verdict_.step);
+    const double allowed = 2 * std::max(own_rate_between_walls(at, short_step), verdict_.growth_rate);
+    const double by_events = events_between_walls(at);
+    const auto beyond = [&](double step) { return (rate_between_walls(at, step) - allowed) * step - by_events; };
+    if (!lower_limit([&](double step) { return beyond(step) <= wall_tolerance; }, 1e-3)) return;
     verdict_.is_of_walls = true;
     verdict_.place = at.place;
     verdict_.worst = at.point;
     verdict_.beyond = std::max(verdict_.beyond, beyond(verdict_.step));
-    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(at, verdict_.step, false) * verdict_.step));
+    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(at, verdict_.step) * verdict_.step));
   }
 
   driver::Session& session_;
@@ -314,7 +371,7 @@ class Examination {
   Verdict& verdict_;
   int rank_;
   Equations equations_;
-  WallSpectrum walls_;
+  WallSpectrum walls_, plain_walls_;  // the second without events
   ScenePoint worst_;
   bool is_any_ = false;
 };
@@ -337,7 +394,9 @@ bool Verdict::is_above() const {
 /// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
 /// vortices stay bounded up to 1.4 times the limit.
 bool Verdict::ruins_run() const {
-  const double sure = worst.solved.empty() ? 1 : 1.5;
+  const bool has_wind =
+      std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });
+  const double sure = has_wind ? 1.5 : 1;
   const bool is_sure = limit.kind != StepLimit::Kind::limit || step > sure * limit.step;
   return is_above() && is_sure && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
 }
@@ -386,7 +445,7 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
   const std::optional<LinearStep> linear = linear_step(session, why);
   if (!linear || !verdict.is_analysed()) return growths;
   if (verdict.is_of_grid) {
-    const auto grid = OwnGrid::make(session, *linear, verdict.worst, verdict.step);
+    const auto grid = OwnGrid::make(session, *linear, verdict.worst, verdict.step, Equations(session.problem()));
     for (std::size_t i = 0; grid && i < steps.size(); ++i) growths[i] = grid->growth(steps[i]);
     return growths;
   }
@@ -406,6 +465,7 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
 std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
   if (verdict.is_of_networks) return "a disturbance";
   if (verdict.is_of_walls) return "what walls do";
+  if (verdict.is_of_means) return "what means tie together";
   std::vector<std::string> parts;
   double last = 0;
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {

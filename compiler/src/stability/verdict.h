@@ -20,19 +20,21 @@ struct Verdict {
   bool is_exact = false;         // holds for all places, states and times; else an estimate
   bool is_of_grid = false;       // all disturbances of the scene's own grid were looked at: see own_grid.h
   bool is_of_walls = false;      // it is walls that lower the limit
+  bool is_of_means = false;      // or means of fields, which tie all cells to one another: see coupled_means.h
   int places = 0;                // at which coefficients were frozen, none of them like another
   int places_between_walls = 0;  // of these, those at which walls were looked at
   bool is_of_networks = false;   // by a step's tangent on few cells: an estimate, and no run is refused for it
   double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
   double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;
-  double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
-  double beyond = 0;       // ln |g| less what the equations may do
-  double growth_rate = 0;  // largest of the equations' own, 1/time
-  double end_growth = 0;   // ln of the growth beyond the equations' over the run
-  std::string place;       // where coefficients are frozen; "" where all places are alike
-  std::string field;       // that grows first
-  FrozenPoint worst;       // that place, as it is frozen
+  double growth = 1;            // |g| in such a step, of the wave that grows most beyond what the equations do
+  double beyond = 0;            // ln |g| less what the equations may do
+  double growth_rate = 0;       // largest of the equations' own, 1/time
+  double growth_by_events = 0;  // ln of what those that end each step multiply at most
+  double end_growth = 0;        // ln of the growth beyond the equations' over the run
+  std::string place;            // where coefficients are frozen; "" where all places are alike
+  std::string field;            // that grows first
+  FrozenPoint worst;            // that place, as it is frozen
   Angles wave{};
   std::optional<double> courant;  // |v| step/h, summed over the axes, at the limit
   double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none

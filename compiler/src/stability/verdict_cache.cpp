@@ -76,8 +76,8 @@ FrozenPoint read_point(Reader& reader) {
   for (double& place : point.place) place = reader.number();
   for (double& cells : point.cells) cells = reader.number();
   for (double& wave : point.longest_wave) wave = reader.number();
-  const double field_count = reader.number(), solved_count = reader.number(), params = reader.number();
-  for (const auto& [fields, count] : {std::pair{&point.fields, field_count}, {&point.solved, solved_count}}) {
+  const double field_count = reader.number(), whole_count = reader.number(), params = reader.number();
+  for (const auto& [fields, count] : {std::pair{&point.fields, field_count}, {&point.whole, whole_count}}) {
     for (int i = 0; i < count && reader.is_good(); ++i) {
       FrozenValue& field = (*fields)[reader.word()];
       field.value = reader.number();
@@ -96,8 +96,8 @@ std::string text_of(const FrozenPoint& point) {
   for (const double place : point.place) text += fmt::format("{} ", place);
   for (const double cells : point.cells) text += fmt::format("{} ", cells);
   for (const double wave : point.longest_wave) text += fmt::format("{} ", wave);
-  text += fmt::format("{} {} {}\n", point.fields.size(), point.solved.size(), point.params.size());
-  for (const auto* fields : {&point.fields, &point.solved}) {
+  text += fmt::format("{} {} {}\n", point.fields.size(), point.whole.size(), point.params.size());
+  for (const auto* fields : {&point.fields, &point.whole}) {
     for (const auto& [name, field] : *fields)
       text += fmt::format("{} {} {} {} {}\n", name, field.value, field.slope[0], field.slope[1], field.slope[2]);
   }
@@ -112,9 +112,9 @@ std::string text_of(const Verdict& v) {
   text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
   text += fmt::format("{} {} {} {} {}\n", v.is_exact ? 1 : 0, v.is_of_walls ? 1 : 0, v.limiter_step, v.step, v.parts);
-  text +=
-      fmt::format("{} {} {} {}\n", v.is_of_networks ? 1 : 0, v.is_of_grid ? 1 : 0, v.places, v.places_between_walls);
-  text += fmt::format("{} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.end_growth);
+  text += fmt::format("{} {} {} {} {}\n", v.is_of_networks ? 1 : 0, v.is_of_grid ? 1 : 0, v.is_of_means ? 1 : 0,
+                      v.places, v.places_between_walls);
+  text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
   return text + text_of(v.worst) + last_line;
 }
@@ -133,9 +133,10 @@ std::optional<Verdict> verdict_from(const std::string& text) {
   v.is_exact = reader.number() != 0, v.is_of_walls = reader.number() != 0;
   v.limiter_step = reader.number(), v.step = reader.number(), v.parts = static_cast<int>(reader.number());
   v.is_of_networks = reader.number() != 0, v.is_of_grid = reader.number() != 0;
+  v.is_of_means = reader.number() != 0;
   v.places = static_cast<int>(reader.number()), v.places_between_walls = static_cast<int>(reader.number());
   v.growth = reader.number(), v.beyond = reader.number();
-  v.growth_rate = reader.number(), v.end_growth = reader.number();
+  v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
   if (const double courant = reader.number(); courant >= 0) v.courant = courant;
   v.largest_step = reader.number();
   v.worst = read_point(reader);

@@ -20,33 +20,38 @@ int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_ne
   return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
 }
 
-using Names = std::map<std::string, std::string>;  // fields of a program, and what `solved` calls them
+using Names = std::map<std::string, std::string>;  // fields of a program, and what `whole` calls them
 
-/// Fields in `body` that solves make, and whose solution is known.
+/// Fields in `body` that solves or means make, and that are known.
 void find_known(const std::vector<stencil::Statement>& body, const LinearStep& linear,
-                const std::map<std::string, FrozenValue>& solved, Names& found) {
+                const std::map<std::string, FrozenValue>& whole, Names& found) {
   for (const stencil::Statement& statement : body) {
     match(
-        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {}, [](const stencil::Reduce&) {},
+        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+        [&](const stencil::Reduce& reduce) {
+          if (whole.contains(reduce.result)) found.emplace(reduce.result, reduce.result);
+        },
         [](const stencil::NetworkCall&) {}, [](const stencil::Transform&) {}, [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {
           const std::string& field = solve.unknowns.front();
           if (linear.is_perturbation(field)) return;
           for (const std::string& name : {field, solve.written.field})
-            if (solved.contains(name)) found.emplace(field, name);
+            if (whole.contains(name)) found.emplace(field, name);
         },
-        [&](const stencil::Repeat& repeat) { find_known(repeat.body, linear, solved, found); });
+        [&](const stencil::Repeat& repeat) { find_known(repeat.body, linear, whole, found); });
   }
 }
 
-/// Without solves for these fields, and what fills their halos: in repeats those of fields from outside, too.
+/// Without solves for these fields, their means, and what fills their halos: in repeats those of fields from outside,
+/// too.
 void take_out(std::vector<stencil::Statement>& body, const Names& known) {
   for (stencil::Statement& statement : body)
     if (auto* repeat = std::get_if<stencil::Repeat>(&statement)) take_out(repeat->body, known);
   std::erase_if(body, [&](const stencil::Statement& statement) {
     return match(
         statement, [&](const stencil::Fill& fill) { return known.contains(fill.field); },
-        [](const stencil::Fold&) { return false; }, [](const stencil::Reduce&) { return false; },
+        [](const stencil::Fold&) { return false; },
+        [&](const stencil::Reduce& reduce) { return known.contains(reduce.result); },
         [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
         [](const stencil::Run&) { return false; },
         [&](const stencil::Solve& solve) { return known.contains(solve.unknowns.front()); },
@@ -62,8 +67,8 @@ class SmallGrid {
     grid_.rank = static_cast<int>(axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
     params_["dt"] = step;
-    find_known(program_.body, linear, point.solved, solved_);
-    take_out(program_.body, solved_);
+    find_known(program_.body, linear, point.whole, known_);
+    take_out(program_.body, known_);
   }
 
   std::size_t unknowns() const {
@@ -106,7 +111,7 @@ class SmallGrid {
         memory.set(input, std::vector<double>(cells, value));
       }
     }
-    for (const auto& [field, name] : solved_) set_line(memory, field, point_.solved.at(name));
+    for (const auto& [field, name] : known_) set_line(memory, field, point_.whole.at(name));
     return memory;
   }
 
@@ -143,7 +148,7 @@ class SmallGrid {
 
   const LinearStep& linear_;
   stencil::Program program_;  // of the tangent, without what is known of the point
-  Names solved_;
+  Names known_;
   const FrozenPoint& point_;
   stencil::Params params_;
   const std::map<std::string, stencil::Weights>& weights_;
@@ -156,7 +161,7 @@ class SmallGrid {
 Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step) const {
   constexpr std::size_t many = 48;  // columns on two and three axes
   const SmallGrid grid(linear_, point, axes_, step, weights_);
-  if (!was_tried_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
+  if (!was_tried_ && weights_.empty() && !linear_.reduces() && axes_.size() > 1 && grid.unknowns() >= many)
     compiled_ = CompiledTangent::make(linear_);
   was_tried_ = true;
   const Eigen::MatrixXd tangent = grid.tangent(compiled_.get());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability/solved_fields.h"
+#include "stability/whole_fields.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,8 @@ using Names = std::map<std::string, std::string>;  // fields of the step, by wha
 void collect(const std::vector<Statement>& body, const std::vector<const model::Solve*>* unknowns, Names& found) {
   for (const Statement& statement : body) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+        statement, [](const Fill&) {}, [](const Fold&) {},
+        [&](const Reduce& reduce) { found.emplace(reduce.result, reduce.result); }, [](const NetworkCall&) {},
         [](const Run&) {},
         [&](const Transform& transform) {
           const auto solves = [](const Transform::Term& t) {
@@ -55,12 +56,12 @@ class WithoutStep {
 
 }  // namespace
 
-std::map<std::string, std::vector<double>> solved_fields(driver::Session& session) {
+std::map<std::string, std::vector<double>> whole_fields(driver::Session& session) {
   const model::Problem& problem = session.problem();
   const driver::Compiled& compiled = session.compiled();
   const bool is_program = !problem.program.empty();
-  const std::vector<const model::Solve*> unknowns = model::solves_of(problem);
-  if (!is_program && (unknowns.empty() || model::are_constraints(problem))) return {};
+  std::vector<const model::Solve*> unknowns = model::solves_of(problem);
+  if (!is_program && model::are_constraints(problem)) unknowns.clear();
   Names names;
   collect(compiled.stencil.find_program(compiled.step_name())->body, is_program ? nullptr : &unknowns, names);
   if (names.empty()) return {};

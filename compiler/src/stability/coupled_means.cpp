@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/coupled_means.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "support/contains.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+constexpr double ln_hundred = 4.605170185988092;
+constexpr double cells_of_run = 5e6;  // times steps
+constexpr int fewest_of_run = 60, most_of_run = 400, parts_of_run = 8;
+
+/// Whether a kernel that makes the field reads anything but perturbations.
+bool is_weighted(const Module& module, const Program& program, const std::string& field,
+                 const std::set<std::string>& rates) {
+  return std::ranges::any_of(kernels_run(module, program), [&](const Kernel* kernel) {
+    if (std::ranges::find(kernel->stores, field, &Store::field) == kernel->stores.end()) return false;
+    return !std::ranges::all_of(signature(*kernel).reads,
+                                [&](const Signature::Read& read) { return rates.contains(read.field); });
+  });
+}
+
+void take_out(Module& module, const Program& program, std::vector<Statement>& body,
+              const std::set<std::string>& rates) {
+  for (Statement& statement : body) {
+    if (Repeat* repeat = std::get_if<Repeat>(&statement)) take_out(module, program, repeat->body, rates);
+    const Reduce* reduce = std::get_if<Reduce>(&statement);
+    if (reduce == nullptr || !rates.contains(reduce->result)) continue;
+    if (!is_weighted(module, program, reduce->field, rates)) continue;
+    Kernel nothing{"no_" + reduce->result, static_cast<int>(program.axes.size())};
+    nothing.stores.push_back({reduce->result, false, 0.0, {}});
+    statement = Run{add_kernel(module, std::move(nothing))};
+  }
+}
+
+}  // namespace
+
+Module without_coupled_means(Module module, const std::set<std::string>& rates) {
+  const Program written = module.programs.front();
+  take_out(module, written, module.programs.front().body, rates);
+  return module;
+}
+
+std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
+                                               const FrozenPoint& point) {
+  if (!linear.couples_means()) return nullptr;
+  std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
+  if (tangent == nullptr) return nullptr;
+  const double steps = cells_of_run / static_cast<double>(session.workspace().cell_count());
+  State inputs = initial_inputs(session, linear);
+  return std::unique_ptr<CoupledRuns>(
+      new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
+                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
+}
+
+double CoupledRuns::growth_of_run(double step, int steps) const {
+  Params params = params_;
+  params["dt"] = step;
+  return tangent_->growth(inputs_, params, steps);
+}
+
+bool CoupledRuns::is_stable(double step) const {
+  const double by_right = std::max(0.0, growth_of_run(step / parts_of_run, steps_ * parts_of_run));
+  return growth_of_run(step, steps_) <= 2 * by_right + ln_hundred;
+}
+
+double CoupledRuns::growth_rate(double step) const {
+  const double by_right = growth_of_run(step / parts_of_run, steps_ * parts_of_run);
+  return by_right > ln_hundred ? by_right / (steps_ * step) : 0;
+}
+
+double CoupledRuns::growth(double step) const { return growth_of_run(step, steps_) / steps_; }
+
+}  // namespace dpde::stability

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Means and sums of perturbations that count by other fields, as that of u^2, whose tangent is the mean of 2 u u'. They
+// tie each cell to all others, each in another way, and no wave at a frozen point stands for them. The analysis of
+// waves leaves them out; runs of the step's tangent about the initial state on the scene's own grid have them.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+
+#include "driver/session.h"
+#include "stability/compiled_tangent.h"
+#include "stability/linear_step.h"
+
+namespace dpde::stability {
+
+/// The module with 0 in the place of these means, in its first program. `rates`: fields of perturbations.
+stencil::Module without_coupled_means(stencil::Module module, const std::set<std::string>& rates);
+
+class CoupledRuns {
+ public:
+  /// Where the step has such means. null where it has none, or its tangent cannot be compiled.
+  static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear,
+                                           const FrozenPoint& point);
+
+  /// Whether random disturbances grow no more than a hundredfold beyond twice what they do in steps of an eighth in the
+  /// same time.
+  bool is_stable(double step) const;
+  /// ln |g| of what grows most.
+  double growth(double step) const;
+  /// 1/time: of what grows by more than a hundredfold in steps of an eighth; 0 where nothing does.
+  double growth_rate(double step) const;
+
+ private:
+  CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
+      : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
+  double growth_of_run(double step, int steps) const;
+
+  std::unique_ptr<CompiledTangent> tangent_;
+  stencil::State inputs_;
+  stencil::Params params_;
+  int steps_;
+};
+
+}  // namespace dpde::stability

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps with means and sums of fields in them, and with events: limits by hand.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "stability/stability_support.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+namespace {
+
+Verdict verdict_of_scene(const std::string& equation, const std::string& time, const std::string& rest) {
+  return verdict_of(*open_scene("model m { field u; " + equation + " }\nscheme c { time = " + time +
+                                "; dx = central(2); advect = central(2) }\nscene s : m with c { " + rest + " }\n"));
+}
+
+/// A string that its own slopes tighten: dt(dt(u)) = (c + b mean(u_x^2)) u_xx with Verlet's steps is stable up to
+/// h/sqrt(c + b mean), the mean that of all cells.
+TEST(Means, OfAllCellsStandInCoefficients) {
+  for (const int cells : {17, 40}) {
+    const double h = 1.0 / cells;
+    const auto u = [&](int i) { return std::exp(-std::pow(((i + 0.5) * h - 0.5) / 0.08, 2)); };
+    double mean = 0;
+    for (int i = 0; i < cells; ++i) mean += std::pow((u((i + 1) % cells) - u((i + cells - 1) % cells)) / (2 * h), 2);
+    mean /= cells;
+    const double half_angle = std::numbers::pi * (cells / 2) / cells;
+    const Verdict verdict = verdict_of_scene(
+        "dt(dt(u)) = (1 + 2*mean(dx(u)^2))*lap(u)", "verlet",
+        fmt::format("grid x = 0 .. 1, cells {}, periodic; initial u = exp(-((x - 0.5)/0.08)^2); initial dt(u) = 0; "
+                    "time 0 .. 1, step 1/2000",
+                    cells));
+    EXPECT_NEAR(verdict.limit.step * std::sqrt(1 + 2 * mean) * std::sin(half_angle), h, 2e-2 * h) << cells;
+  }
+}
+
+/// dt(u) = -K mean(u^2) u about u = A sin: what lies along u decays three times as fast as the rest, with the rate
+/// 3 K A^2/2, and no wave by itself shows it.
+TEST(Means, OfSquaresTieCellsTogether) {
+  const char* walls[] = {", periodic; initial u = 3*sin(2*pi*x)", "; boundary u: all = 0; initial u = 3*sin(pi*x)"};
+  for (const char* wall : walls) {
+    for (const int cells : {7, 400}) {
+      const Verdict verdict =
+          verdict_of_scene("dt(u) = -2*mean(u^2)*u + 1e-9*lap(u)", "euler",
+                           fmt::format("grid x = 0 .. 1, cells {}{}; time 0 .. 1, step 1/2000", cells, wall));
+      EXPECT_TRUE(verdict.is_of_means);
+      EXPECT_NEAR(verdict.limit.step, 2 / (3 * 2 * 4.5), 1e-2 * 2 / 27) << cells << wall;
+      EXPECT_EQ(verdict.growth_rate, 0);
+    }
+  }
+}
+
+/// The mean of q u, with q of the place: along 1 the rate is mean(q).
+TEST(Means, ThatCountByCoefficients) {
+  for (const int cells : {20, 600}) {
+    const Verdict verdict = verdict_of(*open_scene(fmt::format(
+        "model m {{ field u; coefficient q; dt(u) = -mean(q*u) }}\nscheme c {{ time = euler }}\n"
+        "scene s : m with c {{ grid x = 0 .. 1, cells {}, periodic; q = 8 + 7*sin(2*pi*x); initial u = 1; "
+        "time 0 .. 1, step 1/2000 }}\n",
+        cells)));
+    EXPECT_NEAR(verdict.limit.step, 2.0 / 8, 1.5e-2 * 2 / 8) << cells;
+  }
+}
+
+/// Fields that are held at a norm are no growth of steps.
+TEST(Means, OfNormsAreNotRefused) {
+  const Verdict verdict = verdict_of_scene(
+      "dt(u) = 0.1*lap(u)", "euler",
+      "grid x = 0 .. 1, cells 16; boundary u: all = 0; initial u = x*(1 - x); after step: u = u/sqrt(mean(u^2)); "
+      "time 0 .. 20, step 0.01");
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_FALSE(verdict.is_above());
+}
+
+/// The leapfrog lets what decays grow in each step, the mean too.
+TEST(Means, OfLeapfrogNeverDecay) {
+  const Verdict verdict =
+      verdict_of_scene("dt(u) = -7*integral(u) + 0.001*lap(u)", "leapfrog",
+                       "grid x = 0 .. 1, cells 12, periodic; initial u = cos(2*pi*x); time 0 .. 5, step 0.0001");
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
+}
+
+/// What they let grow is not the equations': the limit is that of the steps without them.
+TEST(Events, ThatAmplifyHideNoLimit) {
+  const std::string grid = "grid x = 0 .. 1, cells 16, periodic; initial u = noise(1); time 0 .. 20, step 0.01; ";
+  const std::string equation = "dt(u) = -advect(1, u) - 4*u";
+  const Verdict plain = verdict_of_scene(equation, "ssp_rk3", grid);
+  ASSERT_EQ(plain.limit.kind, StepLimit::Kind::limit);
+  for (const char* event : {"after step: u = 1.2*u", "every 0.01: u = 1.2*u", "every 0.1: u = 1.2*u",
+                            "every 0.1: u = 0.5*u", "at t = 5: u = 100*u"}) {
+    const Verdict verdict = verdict_of_scene(equation, "ssp_rk3", grid + event);
+    EXPECT_EQ(verdict.growth_rate, 0) << event;
+    EXPECT_NEAR(verdict.limit.step, plain.limit.step, 2e-3 * plain.limit.step) << event;
+  }
+  const Verdict walled = verdict_of_scene("dt(u) = lap(u)", "euler",
+                                          "grid x = 0 .. 1, cells 300; boundary u: all = 0; initial u = sin(pi*x); "
+                                          "after step: u = 1.3*u; time 0 .. 1, step 1e-6");
+  EXPECT_NEAR(walled.limit.step * 300 * 300, 0.5, 1e-2);
+}
+
+/// Two fields that an event mixes: growth of 1.1 a step is its own.
+TEST(Events, ThatMixFieldsAreAllowedWhatTheyDo) {
+  const Verdict verdict = verdict_of(*open_scene(
+      "model m { field u, w; dt(u) = 0.1*lap(u) - 3*u; dt(w) = 0.1*lap(w) - 3*w }\nscheme c { time = euler }\n"
+      "scene s : m with c { grid x = 0 .. 1, cells 16, periodic; initial u = noise(1); initial w = noise(2); "
+      "after step: u += 0.1*w, w += 0.1*u; time 0 .. 20, step 0.01 }\n"));
+  EXPECT_NEAR(verdict.limit.step, 2 / (3 + 0.1 * 4 * 256), 1e-4 * 0.019);
+  EXPECT_NEAR(verdict.growth_by_events, std::log(1.1), 1e-9);
+}
+
+}  // namespace
+}  // namespace dpde::stability
