@@ -37,6 +37,13 @@ scene rod : heat with plain {
   exact u = exp(-k*t)*sin(x) + 0.5*exp(-9*k*t)*sin(3*x)
   time 0 .. 1, step 1/64
 }
+scene slow : heat with plain {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  k = 0.3
+  initial u = sin(x) + 0.5*sin(3*x)
+  exact u = exp(-k*t)*sin(x) + 0.5*exp(-9*k*t)*sin(3*x)
+  time 0 .. 1, step 1/4096
+}
 model drift { field u; dt(u) = -advect((1, 0.5), u) + 0.01*lap(u) }
 scene sheet : drift with plain {
   grid x = 0 .. 2*pi, cells 32, periodic
@@ -166,6 +173,28 @@ TEST(Tune, ChoosesStepsOnTwoAxes) {
   const Scene scene("sheet");
   const std::vector<Point> all = swept(scene, 1, {}, {0.9, 0.75, 0.6, 0.45, 0.3});
   for (const double tolerance : {1e-3, 3e-4}) EXPECT_LE(compare(scene, 1, tolerance, all, {}).ratio, 1.15) << tolerance;
+}
+
+/// Crank-Nicolson's steps have no limit: those of the scene, a hundred times too short, are lengthened. The largest
+/// error by steps is that of exp(-9 k t), k = 0.3: (9 k)^3 dt^2/12.
+TEST(Tune, LengthensStepsWithoutALimit) {
+  const Scene scene("slow");
+  TuneOptions options{scene.options, 2e-2, 2};
+  options.cost = counted;
+  const Choice choice = tune(scene.source, options, scene.session->problem(), {{{"time", {"crank_nicolson"}}}}, {});
+  ASSERT_TRUE(choice.chosen);
+  EXPECT_LE(choice.chosen->error, 2e-2);
+  EXPECT_GT(choice.chosen->step, 0.05);
+}
+
+/// Fractions that a person names are all that are tried.
+TEST(Tune, TriesNoOtherFractionsThanThoseNamed) {
+  const Scene scene("ring");
+  TuneOptions options{scene.options, 1e-2, 2};
+  options.cost = counted;
+  const Choice choice = tune(scene.source, options, scene.session->problem(), {{{"time", {"rk4"}}}, {}, {}, {0.2}}, {});
+  ASSERT_TRUE(choice.chosen);
+  EXPECT_LE(choice.chosen->step, 0.2 * choice.chosen->largest_step);
 }
 
 /// Ten cases of the examples. Normal runs take those of one scene.

@@ -20,6 +20,7 @@ constexpr double margin = 0.95;   // of the tolerance that predictions aim at
 constexpr double usual_order = 2, lowest_order = 0.3, doubtful_order = 0.75, highest_order = 10;
 constexpr double longest_fraction = 0.9, short_fraction = 0.3;  // of the largest stable step
 constexpr std::array all_fractions{short_fraction, 0.45, 0.6, 0.75, longest_fraction};
+constexpr double longest_step = 1e4;       // of the scene's, where no largest stable one is known
 constexpr double doubt = 2;                // by so much predictions of time may be too long
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -48,7 +49,10 @@ class Tuner {
 
   Choice tune(const Wishes& wishes) {
     std::vector<double> fractions = wishes.fractions;
-    if (fractions.empty()) fractions = {longest_fraction, short_fraction};
+    if (fractions.empty()) {
+      fractions = {longest_fraction, short_fraction};
+      fractions_.assign(all_fractions.begin(), all_fractions.end());
+    }
     for (const auto& method : methods_for(scene_, wishes)) {
       for (const double fraction : fractions) candidates_.push_back({method, fraction});
     }
@@ -210,11 +214,17 @@ class Tuner {
     Variant variant = proven_->variant;
     variant.resolution.erase("step");
     try_fractions(variant, std::nextafter(winner_fraction_, 1), 1);
+    if (proven_->largest_step > 0 || fractions_.empty()) return;
+    double fraction = 2 * winner_fraction_;  // of the scene's step
+    const auto is_better = [&](double longer) { return take(run({variant, longer}, options_.point), *winner_); };
+    while (fraction < longest_step && !is_stopped() && is_better(fraction)) fraction *= 2;
+    if (!is_stopped()) is_better(0.7 * fraction);
   }
 
-  /// The longest steps that meet the tolerance, of fractions from `low` to below `high`, by halving.
+  /// The longest steps that meet the tolerance, of fractions from `low` to below `high`, by halving. None where a
+  /// person has named those to try.
   void try_fractions(const Variant& variant, double low, double high) {
-    auto first = std::ranges::lower_bound(all_fractions, low), last = std::ranges::lower_bound(all_fractions, high);
+    auto first = std::ranges::lower_bound(fractions_, low), last = std::ranges::lower_bound(fractions_, high);
     while (first < last && !is_stopped()) {
       const auto middle = first + (last - first) / 2;
       if (take(run({variant, *middle}, options_.point), *winner_)) {
@@ -270,6 +280,7 @@ class Tuner {
   const Candidate* winner_ = nullptr;  // whose point that is
   int winner_rung_ = 0;
   double winner_fraction_ = 0;
+  std::vector<double> fractions_;
   Choice result_;
 };
 

@@ -52,15 +52,17 @@ Module without_coupled_means(Module module, const std::set<std::string>& rates) 
 }
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
-                                               const FrozenPoint& point) {
+                                               const FrozenPoint& point, bool has_events) {
   if (!linear.couples_means()) return nullptr;
   std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
   if (tangent == nullptr) return nullptr;
   const double steps = cells_of_run / static_cast<double>(session.workspace().cell_count());
   State inputs = initial_inputs(session, linear);
-  return std::unique_ptr<CoupledRuns>(
+  auto result = std::unique_ptr<CoupledRuns>(
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
                       static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
+  if (has_events) result->by_events_ = std::max(0.0, result->growth(0));
+  return result;
 }
 
 double CoupledRuns::growth_of_run(double step, int steps) const {
@@ -70,12 +72,17 @@ double CoupledRuns::growth_of_run(double step, int steps) const {
 }
 
 bool CoupledRuns::is_stable(double step) const {
-  const double by_right = std::max(0.0, growth_of_run(step / parts_of_run, steps_ * parts_of_run));
-  return growth_of_run(step, steps_) <= 2 * by_right + ln_hundred;
+  const double by_right = 2 * growth_by_equations(step) + by_events_ * steps_;
+  return growth_of_run(step, steps_) <= by_right + ln_hundred;
+}
+
+double CoupledRuns::growth_by_equations(double step) const {
+  const int parts = steps_ * parts_of_run;
+  return std::max(0.0, growth_of_run(step / parts_of_run, parts) - by_events_ * parts);
 }
 
 double CoupledRuns::growth_rate(double step) const {
-  const double by_right = growth_of_run(step / parts_of_run, steps_ * parts_of_run);
+  const double by_right = growth_by_equations(step);
   return by_right > ln_hundred ? by_right / (steps_ * step) : 0;
 }
 

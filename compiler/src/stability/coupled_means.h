@@ -20,26 +20,30 @@ stencil::Module without_coupled_means(stencil::Module module, const std::set<std
 class CoupledRuns {
  public:
   /// Where the step has such means. null where it has none, or its tangent cannot be compiled.
-  static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear,
-                                           const FrozenPoint& point);
+  static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
+                                           bool has_events);
 
-  /// Whether random disturbances grow no more than a hundredfold beyond twice what they do in steps of an eighth in the
-  /// same time.
+  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what steps of an
+  /// eighth do beside these in the same time.
   bool is_stable(double step) const;
   /// ln |g| of what grows most.
   double growth(double step) const;
   /// 1/time: of what grows by more than a hundredfold in steps of an eighth; 0 where nothing does.
   double growth_rate(double step) const;
+  double growth_by_events() const { return by_events_; }
 
  private:
   CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
   double growth_of_run(double step, int steps) const;
+  /// ln of what the equations multiply by in the time of a run.
+  double growth_by_equations(double step) const;
 
   std::unique_ptr<CompiledTangent> tangent_;
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
+  double by_events_ = 0;  // ln |g| in a step of length 0, where events end each step
 };
 
 }  // namespace dpde::stability

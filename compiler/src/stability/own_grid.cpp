@@ -182,7 +182,7 @@ bool OwnGrid::is_stable(double step) const {
   if (!g.allFinite()) return false;
   const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
-  if (!(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
+  if (!std::isfinite(first) || !(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
   return first <= hundredfold * largest_of_parts(step);
 }
 

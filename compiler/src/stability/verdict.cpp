@@ -87,7 +87,7 @@ class Examination {
       look_at_own(*grid);
       return true;
     }
-    if (const auto runs = CoupledRuns::make(session_, linear_, worst_.point)) {
+    if (const auto runs = coupled_runs()) {
       look_at_runs(*runs);
       return true;
     }
@@ -116,7 +116,7 @@ class Examination {
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
-    if (const auto runs = CoupledRuns::make(session_, linear_, worst_.point)) return runs->is_stable(verdict_.step);
+    if (const auto runs = coupled_runs()) return runs->is_stable(verdict_.step);
     if (!has_walls(session_.problem())) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
@@ -208,6 +208,10 @@ class Examination {
 
   std::optional<OwnGrid> own_grid() const {
     return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
+  }
+
+  std::unique_ptr<CoupledRuns> coupled_runs() const {
+    return CoupledRuns::make(session_, linear_, worst_.point, has_events_in_each_step(session_.problem()));
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
@@ -335,6 +339,7 @@ class Examination {
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
+    verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) { return runs.is_stable(step); };
     double longest = verdict_.step;
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
@@ -348,7 +353,8 @@ class Examination {
     verdict_.place.clear();
     const double growth = runs.growth(verdict_.step);
     verdict_.growth = std::max(verdict_.growth, std::exp(growth));
-    verdict_.beyond = std::max(verdict_.beyond, growth - 2 * verdict_.growth_rate * verdict_.step);
+    verdict_.beyond =
+        std::max(verdict_.beyond, growth - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events);
   }
 
   /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
