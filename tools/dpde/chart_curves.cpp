@@ -81,7 +81,8 @@ std::vector<Mark> hull_of(const MethodMarks& method) {
   return hull;
 }
 
-double slope_of(const std::vector<Mark>& hull) {
+double slope_of(std::vector<Mark> hull, double uncertainty) {
+  std::erase_if(hull, [&](const Mark& mark) { return mark.at.error < uncertainty; });
   if (hull.size() < 2) return NAN;
   const chart::Measured &coarse = hull.front().at, &fine = hull.back().at;
   return std::log(fine.seconds / coarse.seconds) / std::log(coarse.error / fine.error);

@@ -31,8 +31,9 @@ std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, Chart
 
 /// Of a method's drawn marks those that none of its own beats: its curve, from large errors to small ones.
 std::vector<Mark> hull_of(const MethodMarks& method);
-/// Seconds go as error^-slope, from one end of a hull to the other. NaN of fewer than two points.
-double slope_of(const std::vector<Mark>& hull);
+/// Seconds go as error^-slope, from one end of a hull to the other, without errors below that of the reference, which
+/// tells nothing of them. NaN of fewer than two points.
+double slope_of(std::vector<Mark> hull, double uncertainty);
 
 /// How much faster a method is than the first one at an error that both reach: seconds on hulls, by straight lines
 /// between their points in logarithms.

@@ -63,7 +63,7 @@ std::string mark_order(const MethodMarks& method, const Mark& mark) {
 std::string marks_table(const std::vector<MethodMarks>& methods, double uncertainty, const char* seconds) {
   std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", seconds, "order");
   for (const MethodMarks& method : methods) {
-    const double slope = slope_of(hull_of(method));
+    const double slope = slope_of(hull_of(method), uncertainty);
     const bool has_no_limit = std::ranges::all_of(
         method.marks, [](const Mark& mark) { return mark.point->failure.empty() && mark.point->largest_step == 0; });
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) +
@@ -104,10 +104,10 @@ std::string report_speed_ups(const std::vector<MethodMarks>& methods, Json& resu
   return text.empty() ? "" : fmt::format("at equal accuracy, against {}:\n", methods.front().name) + text;
 }
 
-Json slopes_of(const std::vector<MethodMarks>& methods) {
+Json slopes_of(const std::vector<MethodMarks>& methods, double uncertainty) {
   Json result = Json::array();
   for (const MethodMarks& method : methods)
-    result.push_back({{"name", method.name}, {"slope", json_number(slope_of(hull_of(method)))}});
+    result.push_back({{"name", method.name}, {"slope", json_number(slope_of(hull_of(method), uncertainty))}});
   return result;
 }
 
@@ -212,7 +212,7 @@ std::string report_gradients(const ChartResult& chart, const std::vector<MethodM
   const chart::GradientReference& reference = chart.references.gradient;
   result = {{"task", chart.task},
             {"reference", reference_json(reference.text(), reference.uncertainty())},
-            {"methods", slopes_of(methods)}};
+            {"methods", slopes_of(methods, reference.uncertainty())}};
   std::string text = fmt::format("task {}: errors of the gradient against {}{}\n", chart.task, reference.text(),
                                  known_to(reference.uncertainty()));
   text += marks_table(methods, reference.uncertainty(), "s");
@@ -239,7 +239,7 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   result["busy"] = is_machine_busy(methods);
   result["points"] = Json::array();
   for (const Point& point : chart.points) result["points"].push_back(point_json(point));
-  result["methods"] = slopes_of(methods);
+  result["methods"] = slopes_of(methods, reference.uncertainty());
   job.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
                       problem.t_begin + problem.steps * problem.step, reference.text(),
                       known_to(reference.uncertainty())));

@@ -40,9 +40,9 @@ double size_of(const Mark& mark, const Extent& extent) {
          std::log(mark.at.memory_bytes / extent.least_memory) / std::log(extent.most_memory / extent.least_memory);
 }
 
-Curve method_curve(const MethodMarks& method, const Extent& extent) {
+Curve method_curve(const MethodMarks& method, const Extent& extent, double uncertainty) {
   const std::vector<Mark> hull = hull_of(method);
-  const double slope = slope_of(hull);
+  const double slope = slope_of(hull, uncertainty);
   Curve curve{method.name + (std::isnan(slope) ? "" : fmt::format(" (error^-{:.2f})", slope)), {}, {}};
   for (const Mark& mark : hull) {
     curve.x.push_back(mark.at.error);
@@ -102,7 +102,7 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
   const auto add = [&](Curve curve) {
     if (!curve.x.empty()) panel.curves.push_back(std::move(curve));
   };
-  for (const MethodMarks& method : methods) add(method_curve(method, extent));
+  for (const MethodMarks& method : methods) add(method_curve(method, extent, uncertainty));
   add(marks_where("beaten by the same method", Symbol::dot, methods, is_beaten));
   add(marks_where("nothing beats it", Symbol::ring, methods,
                   [](const MethodMarks&, const Mark& mark) { return mark.at.is_pareto; }));
