@@ -50,6 +50,9 @@ TEST(Vectors, DotNormAndCurl) {
   EXPECT_EQ(equations("curl(p)", "curl(u)", 2), "u.x: dy(p)\nu.y: -dx(p)\np: dx(u.y) - dy(u.x)\n");
   EXPECT_EQ(equations("curl(u)", "0", 3),
             "u.x: dy(u.z) - dz(u.y)\nu.y: dz(u.x) - dx(u.z)\nu.z: dx(u.y) - dy(u.x)\np: 0\n");
+  EXPECT_EQ(equations("0", "bracket(p, u.x)", 2),
+            "u.x: 0\nu.y: 0\np: (dx(p)*dy(u.x) - dy(p)*dx(u.x) + (dx(p*dy(u.x)) - dy(p*dx(u.x))) + (dy(u.x*dx(p)) - "
+            "dx(u.x*dy(p))))/3\n");
   EXPECT_EQ(equations("0", "norm(u)", 1), "u.x: 0\np: if(u.x*u.x > 0, sqrt(if(u.x*u.x > 0, u.x*u.x, 1)), 0)\n");
 }
 
@@ -95,6 +98,8 @@ TEST(Vectors, OfTheWrongKindAreRefused) {
   EXPECT_EQ(message_of("0", "p.x"),
             "p is a field and has no components | declare it with vector p in place of field p");
   EXPECT_EQ(message_of("0", "q.x"), "q.x is not known here | did you mean u.x?");
+  EXPECT_EQ(message_of("0", "bracket(p, p)", 1),
+            "bracket is not defined for one axis | a grid line for y adds an axis");
   EXPECT_EQ(message_of("0", "dot(curl(u), u)", 1), "curl is not defined for one axis | a grid line for y adds an axis");
 }
 

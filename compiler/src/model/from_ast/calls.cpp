@@ -16,10 +16,10 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx",       "dy",       "dz",     "d",           "lap",          "grad",          "div",
-    "advect",   "dot",      "curl",   "norm",        "if",           "mean",          "sum",
-    "integral", "inject",   "sample", "interpolate", "random_field", "random_signal", "noise",
-    "force_on", "torque_on"};
+    "dx",     "dy",       "dz",       "d",      "lap",         "grad",         "div",
+    "advect", "bracket",  "dot",      "curl",   "norm",        "if",           "mean",
+    "sum",    "integral", "inject",   "sample", "interpolate", "random_field", "random_signal",
+    "noise",  "force_on", "torque_on"};
 
 /// Applies `f` to each component.
 template <class F>
@@ -46,7 +46,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (const auto* function = find_declaration<ast::Function>(draft_.file, name)) return user_call(*function, e, range);
   if (const DeclaredNetwork* network = find_network(draft_, name)) return inference(*network, e, nullptr, range);
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
-                             name == "grad" || name == "div" || name == "advect" || name == "curl";
+                             name == "grad" || name == "div" || name == "advect" || name == "bracket" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
   if (name == "interpolate" && !is_equation) return refuse("interpolate", e.callee_range);
   if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
@@ -59,6 +59,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "grad") return gradient(e, range);
   if (name == "div") return divergence(e, range);
   if (name == "advect") return advection(e, range);
+  if (name == "bracket") return poisson_bracket(e, range);
   if (name == "dot") return dot_product(e, range);
   if (name == "curl") return curl(e, range);
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};

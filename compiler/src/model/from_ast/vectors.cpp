@@ -169,6 +169,32 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   return {};
 }
 
+/// [a, b] = dx(a) dy(b) - dy(a) dx(b), as a third of three forms of it, the others being dx(a dy(b)) - dy(a dx(b)) and
+/// dy(b dx(a)) - dx(b dy(a)). With differences that sum by parts the first form's sum with b is that of the third with
+/// the other sign, the second's is 0, and so in turn for a: sums of a [a, b], b [a, b] and [a, b] itself are 0. With
+/// differences of order 2 these are the nine points of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
+Typed Expressions::poisson_bracket(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const auto a = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed second = numeric(e.arguments[1].value);
+  if (!a || second.type == Typed::Type::none) return {};
+  if (axis_count() == 1) {
+    draft_.sink.report("vector-operation", e.callee_range, {"bracket", "one axis"}, "a grid line for y adds an axis");
+    return {};
+  }
+  const Origin origin{range};
+  const auto d = [&](const Expr& f, int axis) { return derivative(f, axis, 1, origin); };
+  const auto times = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::multiply, f, g, origin); };
+  const auto less = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::subtract, f, g, origin); };
+  const auto plus = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::add, f, g, origin); };
+  return map_parts(second, [&](const Expr& b) {
+    const Expr at_point = less(times(d(*a, 0), d(b, 1)), times(d(*a, 1), d(b, 0)));
+    const Expr of_a = less(d(times(*a, d(b, 1)), 0), d(times(*a, d(b, 0)), 1));
+    const Expr of_b = less(d(times(b, d(*a, 0)), 1), d(times(b, d(*a, 1)), 0));
+    return binary(BinaryOp::divide, plus(plus(at_point, of_a), of_b), 3.0, origin);
+  });
+}
+
 /// On two axes dx(v.y) - dy(v.x), a number, or of a number s the vector (dy(s), -dx(s)); on three a vector.
 Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
