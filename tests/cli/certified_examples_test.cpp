@@ -51,6 +51,16 @@ const std::map<std::string, std::string> smaller = {
     {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
     {"heat block", "--set cells=24"},
     {"learned_flux fine", "--set cells=128 --set end=5"},
+    {"plasma faster_by_eta",
+     "--set cells.x=12 --set cells.y=6 --set end=10 --set time=euler --set dx=central2 --set lap=central2 --set "
+     "kick=0.01"},
+    {"plasma find_c", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"plasma start", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"plasma tearing",
+     "--set cells.x=12 --set cells.y=6 --set end=1 --set time=euler --set dx=central2 --set lap=central2"},
+    {"plasma turbulence", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"plasma whirls", "--set cells=16 --set end=0.1"},
+    {"plasma zonal", "--set cells=8 --set end=0.1 --set time=euler"},
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
