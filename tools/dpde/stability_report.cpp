@@ -114,8 +114,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
   if (verdict.places_between_walls > 0)
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
-                        fmt::join(stability::cells_between_walls(problem.axes), " x "), verdict.places_between_walls,
-                        verdict.places);
+                        fmt::join(stability::cells_between_walls(problem.axes, problem.states.size()), " x "),
+                        verdict.places_between_walls, verdict.places);
   if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);

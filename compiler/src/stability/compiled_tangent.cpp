@@ -68,7 +68,9 @@ State initial_inputs(driver::Session& session, const LinearStep& linear) {
       const model::Axis& along = session.axes()[axis];
       memory.set_coordinate(static_cast<int>(axis), along.topology, along.low, along.spacing());
     } else {
-      memory.set(input, state < 0 ? session.workspace().dense(input) : session.initial(state));
+      std::vector<double> values = state < 0 ? session.workspace().dense(input) : session.initial(state);
+      values.resize(session.workspace().cell_count());  // of a control field the first interval
+      memory.set(input, values);
     }
   }
   return memory;

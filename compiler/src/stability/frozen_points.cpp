@@ -8,7 +8,9 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <span>
 
+#include "dpde/runtime/rollout.h"
 #include "stability/whole_fields.h"
 #include "stencil/build.h"
 #include "support/contains.h"
@@ -66,7 +68,9 @@ class Sampler {
       if (stencil::is_coordinate(name)) continue;
       const int state = session.engine().state_index(name);
       fields_[name] = state < 0 ? session.workspace().dense(name) : session.initial(state);
-      fields_[name].resize(session.workspace().cell_count());  // of a control field the first interval
+      for (const model::Coefficient& coefficient : session.problem().coefficients) {
+        if (coefficient.name == name && coefficient.is_control()) intervals_[name] = coefficient.every;
+      }
     }
     const double step = session.problem().step;
     const FrozenPoint point = at(session.workspace().cell_count() / 2, time_within(session, 0.5)).point;
@@ -79,17 +83,33 @@ class Sampler {
 
   std::set<std::size_t> cells() const {
     std::set<std::size_t> result;
+    const std::size_t count = session_.workspace().cell_count();
     for (const std::string& name : varied_) {
       const std::vector<double>& values = fields_.at(name);
       const auto [low, high] = std::minmax_element(values.begin(), values.end());
-      result.insert(static_cast<std::size_t>(low - values.begin()));
-      result.insert(static_cast<std::size_t>(high - values.begin()));
+      for (const auto& extreme : {low, high}) result.insert(static_cast<std::size_t>(extreme - values.begin()) % count);
     }
-    const std::size_t count = session_.workspace().cell_count();
     for (std::size_t i = 0; i < places_between && varies_in_space(); ++i)
       result.insert(i * (count - 1) / (places_between - 1));
     if (reads_places_) add_along_axes(result);
     if (result.empty()) result.insert(count / 2);
+    return result;
+  }
+
+  /// Where and when control fields that the response depends on are smallest and largest.
+  std::vector<ScenePoint> extremes_of_controls() const {
+    std::vector<ScenePoint> result;
+    const std::size_t count = session_.workspace().cell_count();
+    for (const auto& [name, every] : intervals_) {
+      if (!varied_.contains(name)) continue;
+      const std::vector<double>& values = fields_.at(name);
+      const auto [low, high] = std::minmax_element(values.begin(), values.end());
+      for (const auto& extreme : {low, high}) {
+        const auto place = static_cast<std::size_t>(extreme - values.begin());
+        const double steps = (static_cast<double>(place / count) + 0.5) * every;
+        result.push_back(at(place % count, session_.problem().t_begin + steps * session_.problem().step));
+      }
+    }
     return result;
   }
 
@@ -130,7 +150,7 @@ class Sampler {
     ScenePoint result;
     result.point.params = numbers_of(session_);
     for (const auto& [name, values] : fields_) {
-      FrozenValue& value = result.point.fields[name] = about(values, cell, smaller);
+      FrozenValue& value = result.point.fields[name] = about(now(name, values, t), cell, smaller);
       if (is_clamped(name)) value.slope.fill(small_slope * std::abs(value.value));
     }
     for (const auto& [name, values] : whole_) result.point.whole[name] = about(values, cell, mean);
@@ -150,6 +170,17 @@ class Sampler {
   }
 
  private:
+  /// Of a control field the interval of this time.
+  std::span<const double> now(const std::string& name, std::span<const double> values, double t) const {
+    const std::size_t count = session_.workspace().cell_count();
+    const auto every = intervals_.find(name);
+    if (every == intervals_.end()) return values.first(count);
+    const double step = std::floor((t - session_.problem().t_begin) / session_.problem().step + 1e-9);
+    const std::size_t interval =
+        control_interval(static_cast<std::int64_t>(step), every->second, values.size() / count);
+    return values.subspan(interval * count, count);
+  }
+
   /// Of a constant a clamp cuts off both sides; of any slope nothing.
   bool is_clamped(const std::string& name) const {
     const model::Advection advect = session_.problem().scheme.transport_of(name).advect;
@@ -164,7 +195,7 @@ class Sampler {
   static double mean(double up, double down) { return 0.5 * (up + down); }
 
   /// No slope at the ends of bounded axes, and where the flow is followed.
-  FrozenValue about(const std::vector<double>& values, std::size_t cell,
+  FrozenValue about(std::span<const double> values, std::size_t cell,
                     const std::function<double(double, double)>& slope) const {
     FrozenValue result(values[cell]);
     if (follows_flow_) return result;
@@ -216,9 +247,10 @@ class Sampler {
   }
 
   driver::Session& session_;
-  std::map<std::string, std::vector<double>> fields_;
-  std::set<std::string> varied_;                      // of them those that the response depends on
-  std::map<std::string, std::vector<double>> whole_;  // of these, those
+  std::map<std::string, std::vector<double>> fields_;  // of a control field one interval after the other
+  std::map<std::string, int> intervals_;               // of these, in steps
+  std::set<std::string> varied_;                       // of them those that the response depends on
+  std::map<std::string, std::vector<double>> whole_;   // of these, those
   bool reads_places_ = false;
   bool follows_flow_;
 };
@@ -359,6 +391,7 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
   if (varies || sampler.varies_in_space()) {
     for (ScenePoint& point : heaviest_points(session, linear, sampler, varies)) add(std::move(point));
   }
+  for (ScenePoint& point : sampler.extremes_of_controls()) add(std::move(point));
   for (const auto& [name, control] : session.workspace().controls()) {
     const auto [low, high] = std::ranges::minmax(control.values);
     for (std::size_t i = 0, known = result.size(); i < known; ++i) {

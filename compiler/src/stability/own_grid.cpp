@@ -21,6 +21,8 @@ constexpr double most_unknowns = 256;
 constexpr int first_doublings = 9, all_doublings = 18;  // of steps: 512, and a quarter of a million
 constexpr int doublings_of_parts = 3;                   // of a step: eighths
 constexpr double tenfold = 10, hundredfold = 100;
+constexpr double slow = 1e-3;                // rates of decay, of the largest
+constexpr double surely_above = 1e-4;        // 1, of eigenvalues
 constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matrix
 constexpr double left_out = 1e-9;            // by differences of steps, of the largest rate
 constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
@@ -97,7 +99,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   OwnGrid plain(session, *equations.without_events(), point);
   plain.measure_rates(step);
   result.rate_ = plain.rate_;
-  result.fastest_ = plain.fastest_;
+  result.fastest_ = plain.fastest_;  // which of its eigenvalues are events' is not known
   result.by_events_ = std::max(0.0, std::log(eigenvalues(result.tangent(0)).cwiseAbs().maxCoeff()));
   return result;
 }
@@ -137,7 +139,8 @@ void OwnGrid::measure_rates(double step) {
   if (!(fastest_ > 0)) return;
   const double length = (smooth > 0 ? 1e-5 : 1e-3) / fastest_;
   std::complex<double> largest = 0;
-  for (const std::complex<double> rate : rates(length)) {
+  const std::vector<std::complex<double>> all = rates(length);
+  for (const std::complex<double> rate : all) {
     if (rate.real() > largest.real()) largest = rate;
   }
   if (largest.real() == 0) return;
@@ -147,6 +150,7 @@ void OwnGrid::measure_rates(double step) {
                        rounding_of_steps / length * sensitivity(std::move(matrix), std::exp(largest * length));
   if (largest.real() > uncertain) {
     rate_ = largest.real();
+    if (smooth > 0) growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > -slow * fastest_; });
   } else if (largest.real() > left_out * fastest_) {  // shorter steps leave what is the equations'
     const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
     if (by_shorter > 0.7 * rate) rate_ = by_shorter;
@@ -180,6 +184,7 @@ double OwnGrid::largest_of_parts(double step) const {
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return false;
+  if (growing_ > 0 && (eigenvalues(g).cwiseAbs().array() > 1 + surely_above).count() > growing_) return false;
   const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!std::isfinite(first) || !(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;

@@ -3,9 +3,10 @@
 // are few cells. It sees walls, spacings and coefficients as they are, all at once. Nothing is frozen.
 //
 // With g = exp(-2 s dt) G / e, where G is the matrix of a step dt, s the growth rate of the equations and e what events
-// that end each step multiply at most, a step is stable where neither of these holds:
+// that end each step multiply at most, a step is stable where none of these holds:
 //   - a power of g beyond the 512th grows faster than in proportion: |g^262144| > 10 * 512 * max |g^n|, n up to 512.
 //     Growth in proportion is that of means that drift by right.
+//   - more of its eigenvalues are above 1 than the equations have rates that do not decay, where one of these grows.
 //   - the first powers are more than a hundred times as large as those of steps of an eighth in the same time.
 //     Eigenvalues alone would call stable what grows while it is carried through the domain and dies at its end (L. N.
 //     Trefethen and M. Embree, Spectra and Pseudospectra, 2005, chapter 14).
@@ -68,6 +69,7 @@ class OwnGrid {
   stencil::Params params_;
   stencil::State memory_;
   double rate_ = 0, fastest_ = 0, by_events_ = 0;
+  Eigen::Index growing_ = 0;  // rates that do not decay; 0 where something grows by right and they are not known
 };
 
 }  // namespace dpde::stability

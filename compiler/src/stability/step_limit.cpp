@@ -18,10 +18,12 @@ constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation d
 constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
 constexpr double farthest_windows = 8;                        // cells
 constexpr double factor_with_solves = 2;                      // they are slow to look at, and often have no limit
-constexpr double rounding_of_mean = 1e-6;                     // see is_too_long() of waves
-constexpr double precision = 5e-5;                            // of limits, relative
-constexpr double unresolved = 0.5;   // growth of the equations in a step that no step of this size can be judged by
-constexpr double no_growth = 1e-10;  // of the largest rate: rounding
+constexpr double first_pole = 0.3, last_pole = 4;             // growth in a step that is solved for: 1/(1 - s dt) ...
+constexpr double factor_near_poles = 1.05;
+constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
+constexpr double precision = 5e-5;         // of limits, relative
+constexpr double decaying = 1e-3;          // of the largest rate
+constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
@@ -224,7 +226,8 @@ bool FrozenAnalysis::measure_rates(double step) {
   short_ = short_step * step;
   for (int pass = 0; pass < 8; ++pass) {
     if (!estimate(short_)) return false;
-    const double found = rate_ > 0 ? short_step / rate_ : short_;
+    // The root of both: where changes go as the square of the step, what is found is one over it.
+    const double found = rate_ > 0 ? std::sqrt(short_ * short_step / rate_) : short_;
     const bool is_settled = found > 0.5 * short_ && found < 2 * short_;
     short_ = found;
     if (is_settled || rate_ == 0) break;
@@ -272,6 +275,18 @@ double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
   return events_ ? std::max(0.0, std::log(events_->spectral_radius(wave))) : 0;
 }
 
+/// ln of the largest factor of the wave beyond as many as it has rates that do not decay; of none -infinite. Else what
+/// grows by right would hide that what decays by right grows in long steps.
+double FrozenAnalysis::growth_of_decaying(const Amplification& g, const Angles& wave) const {
+  if (growth_ == 0 || !rates_ || events_) return -infinite;
+  std::size_t others = 0;
+  for (const std::complex<double> rate : rates_->eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
+  std::vector<double> sizes;
+  for (const std::complex<double> factor : g.eigenvalues(wave)) sizes.push_back(std::abs(factor));
+  std::ranges::sort(sizes, std::greater());
+  return others < sizes.size() ? std::log(sizes[others]) : -infinite;
+}
+
 double FrozenAnalysis::growth_by_events() const {
   const auto growth_of = [&](const Angles& a) { return allowed_to_events(a); };
   return events_ ? std::max(over_waves(growth_of).value, growth_of({})) : 0;
@@ -305,9 +320,8 @@ Largest FrozenAnalysis::excess(double step) const {
   if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
   return over_waves([&](const Angles& a) {
     const double growth = std::log(g->spectral_radius(a));
-    const double by_equations = allowed_rate(a) * step;
-    if (by_equations > unresolved) return 0.0;
-    return std::isnan(growth) ? infinite : growth - 2 * by_equations - allowed_to_events(a);
+    const double beyond = growth - 2 * allowed_rate(a) * step - allowed_to_events(a);
+    return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(*g, a));
   });
 }
 
@@ -369,7 +383,9 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
 /// Interpolation damps least where it lands on cells, and turns waves as it carries them: other terms may be unstable
 /// in narrow windows of steps, as many as cells are passed.
 double FrozenAnalysis::next_step(double step) const {
-  if (!linear_->follows_flow()) return step * (linear_->solves() ? factor_with_solves : factor_up);
+  const bool is_near_pole = growth_ * step > first_pole && growth_ * step < last_pole;
+  const double with_solves = is_near_pole ? factor_near_poles : factor_with_solves;
+  if (!linear_->follows_flow()) return step * (linear_->solves() ? with_solves : factor_up);
   const std::optional<Response> rows = linear_->response(point_, step, stages_);
   const double cells = rows ? rows->displacement : 0;
   const bool is_fine = cells > 0 && cells < farthest_windows && rank_ < 3;

@@ -6,9 +6,9 @@
 // of waves of eight cells and more (is_resolved), or what the equations do to some wave without a grid (Symbol). The
 // step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
-// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
-// that the equations multiply by more than exp(1/2) in a step are not judged: that is blow-up of theirs, or a step that
-// does not resolve it. Events that end each step may multiply a wave besides by what they do in a step of length 0.
+// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Where
+// something grows by right, no more of a wave's factors may be above 1 than it has rates that do not decay. Events that
+// end each step may multiply a wave besides by what they do in a step of length 0.
 #pragma once
 
 #include <limits>
@@ -81,6 +81,7 @@ class FrozenAnalysis {
   bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
   double allowed_to_events(const Angles& wave) const;
+  double growth_of_decaying(const Amplification& g, const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool estimate(double step);
   bool differentiate(double step);

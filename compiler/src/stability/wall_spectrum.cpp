@@ -14,10 +14,15 @@ namespace dpde::stability {
 
 namespace {
 
+constexpr int fewest_along = 4;
+constexpr double most_columns = 400;
 constexpr std::array<int, 3> cells_along{24, 8, 5}, cells_with_networks{24, 4, 4};  // these take long
 
-int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_networks) {
-  return std::min(axes[axis].cells, (has_networks ? cells_with_networks : cells_along)[axes.size() - 1]);
+int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_networks, std::size_t states) {
+  int along = (has_networks ? cells_with_networks : cells_along)[axes.size() - 1];
+  // Eigenvalues of matrices with more columns take seconds.
+  while (along > fewest_along && std::pow(along, axes.size()) * static_cast<double>(states) > most_columns) --along;
+  return std::min(axes[axis].cells, along);
 }
 
 using Names = std::map<std::string, std::string>;  // fields of a program, and what `whole` calls them
@@ -65,7 +70,8 @@ class SmallGrid {
             const std::map<std::string, stencil::Weights>& weights)
       : linear_(linear), program_(linear.program()), point_(point), params_(point.params), weights_(weights) {
     grid_.rank = static_cast<int>(axes.size());
-    for (std::size_t a = 0; a < axes.size(); ++a) grid_.cells[a] = cells_of(axes, a, !weights.empty());
+    for (std::size_t a = 0; a < axes.size(); ++a)
+      grid_.cells[a] = cells_of(axes, a, !weights.empty(), linear.states().size());
     params_["dt"] = step;
     find_known(program_.body, linear, point.whole, known_);
     take_out(program_.body, known_);
@@ -169,15 +175,15 @@ Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step
   return stability::eigenvalues(tangent);
 }
 
-std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes) {
+std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes, std::size_t states) {
   std::vector<int> cells;
-  for (std::size_t a = 0; a < axes.size(); ++a) cells.push_back(cells_of(axes, a, false));
+  for (std::size_t a = 0; a < axes.size(); ++a) cells.push_back(cells_of(axes, a, false, states));
   return cells;
 }
 
 double cells_with_networks_along(const std::vector<model::Axis>& axes) {
   double cells = 1;
-  for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a, true);
+  for (std::size_t a = 0; a < axes.size(); ++a) cells *= cells_of(axes, a, true, 1);
   return cells;
 }
 

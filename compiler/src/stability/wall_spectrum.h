@@ -15,8 +15,8 @@
 
 namespace dpde::stability {
 
-/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most; with networks on 24, 4 x 4 or 4 x 4 x 4. Empty where the
-/// tangent is not finite.
+/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most, fewer of many states; with networks on 24, 4 x 4 or 4 x 4 x 4.
+/// Empty where the tangent is not finite.
 class WallSpectrum {
  public:
   WallSpectrum(const LinearStep& linear, std::vector<model::Axis> axes,
@@ -31,8 +31,8 @@ class WallSpectrum {
   mutable std::unique_ptr<CompiledTangent> compiled_;  // made by the first who wants many columns; null else
   mutable bool was_tried_ = false;
 };
-/// The cells of that grid along each axis.
-std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes);
+/// The cells of that grid along each axis, of so many states.
+std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes, std::size_t states);
 /// The number of cells of that grid where it has networks: fewer in two and three dimensions.
 double cells_with_networks_along(const std::vector<model::Axis>& axes);
 
