@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which sums a step leaves as they are: integrals of fields and of their squares, and a person's observables, as runs
-// of the compiled step from random states on a few cells have them, and those that only the steps in time change; and
-// what becomes of all these in a long run.
+// of the compiled step from random states on a few cells have them, and steps of the scene itself at some moments;
+// those that only the steps in time change; and what becomes of all these in a long run.
 #pragma once
 
 #include <array>
