@@ -25,6 +25,9 @@ constexpr double doubt = 2;                // by so much predictions of time may
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
+constexpr double hopeless = 1000;  // times the time of the best
+constexpr double risen = 1.1;      // order, from one pair of grids to the next
+
 /// One method with one fraction of the largest stable step.
 struct Candidate {
   std::map<std::string, std::string> method;
@@ -112,7 +115,12 @@ class Tuner {
     return run(entry, options);
   }
 
-  bool meets(const Point& point) const { return is_complete(point) && point.error <= options_.tolerance; }
+  /// However far the reference is off.
+  bool meets(const Point& point) const {
+    const double uncertainty =
+        options_.of_gradient ? references_.gradient.uncertainty() : references_.states.uncertainty();
+    return is_complete(point) && point.error + uncertainty <= options_.tolerance;
+  }
 
   /// Two coarse grids, and finer ones as long as they are unstable or do not resolve what there is.
   void explore(Candidate& candidate) {
@@ -130,6 +138,23 @@ class Tuner {
     candidate.out = why;
     if (!why.empty()) return;
     predict(candidate);
+    look_finer(candidate);
+  }
+
+  /// Coarse grids may be too coarse for a method to show its order: what would need too many cells is looked at on
+  /// finer ones once, and as long as its order rises.
+  void look_finer(Candidate& candidate) {
+    double before = 0;
+    while (!candidate.out.empty() && !is_stopped()) {
+      const int rung = candidate.runs.rbegin()->first + rungs_apart;
+      if (rung > highest_rung_ || !explore_at(candidate, rung).failure.empty()) return;
+      const auto last = std::prev(candidate.runs.end()), next = std::prev(last);
+      const double order = std::log(next->second.error / last->second.error);
+      candidate.out.clear();
+      predict(candidate);
+      if (!(order > risen * before)) return;
+      before = order;
+    }
   }
 
   /// By the two finest runs.
@@ -260,9 +285,10 @@ class Tuner {
     result_.chosen = proven_;
     for (const Candidate& candidate : candidates_) {
       if (candidate.runs.empty() || &candidate == winner_) continue;
-      const std::string why = !candidate.out.empty()
-                                  ? candidate.out
-                                  : fmt::format("it should take {:.3g} s a unit of time", candidate.seconds);
+      const bool is_hopeless = proven_ && candidate.seconds > hopeless * proven_->seconds;
+      const std::string why = !candidate.out.empty() ? candidate.out
+                              : is_hopeless ? fmt::format("it should take more than {:g} times as long", hopeless)
+                                            : fmt::format("it should take {:.3g} s a unit of time", candidate.seconds);
       result_.runners_up.push_back({std::prev(candidate.runs.end())->second, why});
     }
     return std::move(result_);
