@@ -170,9 +170,14 @@ void restrict_along(const RestrictedRow& given, double* coarse) {
 
 void add_interpolated(const InterpolatedRow& given, double* x) {
   const InterpolatedRow row = given;
+  const double *one = row.rows[0], *other = row.rows[1];
+  const double *far_one = one + row.to_far, *far_other = other + row.to_far;
 #pragma omp simd
-  for (std::int64_t i = 0; i < row.count; ++i)
-    x[i] += row.share[i] * (row.near[i] * row.at_near[i] + row.far[i] * row.at_far[i]);
+  for (std::int64_t i = 0; i < row.count; ++i) {
+    const double near = row.weights[0] * one[i] + row.weights[1] * other[i],
+                 far = row.weights[0] * far_one[i] + row.weights[1] * far_other[i];
+    x[i] += row.share[i] * (row.near[i] * near + row.far[i] * far);
+  }
 }
 
 void take_share(std::int64_t count, const double* share, double* r) {
