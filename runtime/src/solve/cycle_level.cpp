@@ -218,6 +218,26 @@ void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLeve
   if (squares != nullptr) *squares = sum;
 }
 
+double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& coarse) {
+  double squares = 0;
+  if (!is_chequered_) {
+    ascend(b, x, false, coarse, &squares);
+    descend(b, x, false, coarse);
+    return squares;
+  }
+  coarse.lines_known_.fill(-1);
+  const auto smooth_red = [&](const Row& row) { smooth_row(row, red, b, x); };
+  const auto smooth_black = [&](const Row& row) { smooth_row(row, black, b, x); };
+  const auto smooth_counted = [&](const Row& row) {
+    squares += kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
+    close_ring(x, row, half_of(row, red));
+  };
+  in_turns([&](const Row& row) { add_correction(row, black, coarse, x); }, smooth_red, smooth_black, smooth_counted,
+           smooth_black, [&](const Row& row) { find_residual(row, b, x); });
+  coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
+  return squares;
+}
+
 double CycleLevel::squared_residual(const double* b, const double* x) const {
   double sum = 0;
   for_each_row([&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); });

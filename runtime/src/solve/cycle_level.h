@@ -35,6 +35,8 @@ class CycleLevel {
   /// x += what is interpolated of the coarse level; then smooths, backwards or as before. `squares`: null, or becomes
   /// |b - A*x|^2.
   void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares = nullptr);
+  /// One behind the other, in half as many passes over memory: where another cycle follows. |b - A*x|^2 between them.
+  double ascend_and_descend(const double* b, double* x, CycleLevel& coarse);
   /// |b - A*x|^2
   double squared_residual(const double* b, const double* x) const;
   void multiply(const double* x, double* y) const;

@@ -59,6 +59,8 @@ struct RowKernels {
   using At = const RowPlace&;
   void (*scale)(Of level, At row, int half, double factor, const double* b, double* x);  // x = factor*inverse*b
   void (*smooth[3])(Of level, At row, int half, const double* b, double* x);             // x = inverse*(b + sum)
+  /// The same; |b - A*x|^2 of what was there before.
+  double (*smooth_counted[3])(Of level, At row, int half, const double* b, double* x);
   /// to = x + factor*inverse*(b - A*x)
   void (*relax[3])(Of level, At row, int half, double factor, const double* b, const double* x, double* to);
   void (*residual[3])(Of level, At row, int half, const double* b, const double* x, double* r);  // r = b - A*x
