@@ -42,8 +42,9 @@ EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& optio
     if (scene.axes[a].centres == nullptr || options.cells[a] == scene.axes[a].cells) continue;
     throw Error(
         ErrorKind::input,
-        fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
-                    scene.axes[a].name, scene.name, scene.axes[a].cells));
+        fmt::format(
+            "axis {} of scene {} is stretched or runs down: it was compiled for {} cells and runs on no other number",
+            scene.axes[a].name, scene.name, scene.axes[a].cells));
   }
   return {options};
 }

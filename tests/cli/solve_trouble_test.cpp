@@ -31,6 +31,24 @@ TEST_F(SolveTrouble, FlowThatComesInThroughAnOpenEndIsAWarning) {
   EXPECT_NE(dpde("run s.dpde").err.find("on 8 of 16 faces"), std::string::npos);
 }
 
+TEST_F(SolveTrouble, OpenEndsAreCalledByTheirPlaces) {
+  const auto turned = [&](const std::string& inflow) {
+    std::string text = open_channel(inflow, "  solid = 0 > 1");
+    const auto put = [&](const std::string& old, const std::string& now) {
+      for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + now.size()))
+        text.replace(at, old.size(), now);
+    };
+    put("grid x = 0 .. 2", "grid x = 2 .. 0");
+    put("x.low", "x.in"), put("x.high", "x.low"), put("x.in", "x.high");
+    write("s.dpde", text);
+    return dpde("run s.dpde").err;
+  };
+  EXPECT_EQ(turned("-y*(1 - y)"), "");
+  const std::string told = turned("-sin(2*pi*y)");
+  EXPECT_NE(told.find("through the open end x.low"), std::string::npos) << told;
+  EXPECT_NE(told.find("on 8 of 16 faces"), std::string::npos) << told;
+}
+
 TEST_F(SolveTrouble, RoomsThatObstaclesCutOffAreNamed) {
   const auto solve_of = [&](const std::string& solid) {
     write("s.dpde", open_channel("y*(1 - y)", "  solid = " + solid));

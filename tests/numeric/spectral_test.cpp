@@ -17,11 +17,11 @@ using testing::Overrides;
 using testing::run_scene;
 
 /// The solution that Cole and Hopf's transformation gives for a phi of one wave; periodic, and smooth.
-const std::string burgers_by_waves = R"(
-model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+const std::string burgers_on_ring = R"(
+model burgers_on_ring { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
 model product { field u; param nu; dt(u) = -0.5*dx(u^2) + nu*lap(u) }
 scheme waves { advect = spectral; dx = spectral; lap = spectral; time = rk4 }
-scene line : burgers with waves {
+scene line : burgers_on_ring with waves {
   grid x = 0 .. 2*pi, cells 48, periodic
   nu = 0.3
   initial u = 2*nu*sin(x)/(2 + cos(x))
@@ -92,7 +92,7 @@ TEST(Spectral, ErrorsFallFasterThanAnyPower) {
   for (const std::string scene : {"line", "flux"}) {
     std::vector<double> errors;
     for (const std::string cells : {"8", "16", "32", "48"})
-      errors.push_back(run_scene(burgers_by_waves, scene, {{"cells", cells}, {"step", "1/2000"}}).l2.at("u"));
+      errors.push_back(run_scene(burgers_on_ring, scene, {{"cells", cells}, {"step", "1/2000"}}).l2.at("u"));
     EXPECT_LT(errors[1], errors[0] / 50) << scene;
     EXPECT_LT(errors[2], errors[1] / 2000) << scene;
     EXPECT_LT(errors[3], 1e-12) << scene;
@@ -111,9 +111,9 @@ TEST(Spectral, BackEndsAgree) {
     Overrides short_run{{"end", "0.05"}, {"cells", "12"}};
     short_run.insert(scheme.begin(), scheme.end());
     const std::vector<double> wanted =
-        run_scene(burgers_by_waves, "line", short_run, driver::Backend::interpreter).state.at("u");
+        run_scene(burgers_on_ring, "line", short_run, driver::Backend::interpreter).state.at("u");
     for (const driver::Backend backend : {driver::Backend::jit, driver::Backend::cpp}) {
-      const std::vector<double> found = run_scene(burgers_by_waves, "line", short_run, backend).state.at("u");
+      const std::vector<double> found = run_scene(burgers_on_ring, "line", short_run, backend).state.at("u");
       ASSERT_EQ(found.size(), wanted.size());
       for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-13);
     }
@@ -124,7 +124,7 @@ double observed_order(const std::string& scene, const std::string& time, double 
   std::vector<double> errors;
   for (const double part : {1.0, 2.0, 4.0})
     errors.push_back(
-        run_scene(burgers_by_waves, scene, {{"time", time}, {"step", std::to_string(step / part)}}).l2.at("u"));
+        run_scene(burgers_on_ring, scene, {{"time", time}, {"step", std::to_string(step / part)}}).l2.at("u"));
   EXPECT_GT(errors[2], 1e-13) << scene << " " << time;
   return std::log2(errors[1] / errors[2]);
 }
@@ -168,7 +168,7 @@ scene line : ks with waves {
 TEST(Dealias, CutsStates) {
   for (const std::string time : {"euler", "rk4", "ssp_rk3", "etdrk4"}) {
     const std::vector<double> u =
-        run_scene(burgers_by_waves, "line",
+        run_scene(burgers_on_ring, "line",
                   {{"time", time}, {"dealias", "two_thirds"}, {"cells", "24"}, {"step", "0.005"}})
             .state.at("u");
     for (int m = 0; m <= 12; ++m) {
@@ -182,7 +182,7 @@ TEST(Dealias, CutsStates) {
 }
 
 TEST(Spectral, SinglePrecisionIsThatOfTheFields) {
-  const double error = run_scene(burgers_by_waves, "line", {{"real", "f32"}}).l2.at("u");
+  const double error = run_scene(burgers_on_ring, "line", {{"real", "f32"}}).l2.at("u");
   EXPECT_LT(error, 1e-5);
   EXPECT_GT(error, 1e-9);
 }

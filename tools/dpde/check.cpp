@@ -296,7 +296,10 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   double cells = 1;
   for (const model::Axis& axis : problem.axes) {
     text += fmt::format(" {} = {} .. {} in {} {}{} cells,", axis.name, axis.low, axis.high, axis.cells,
-                        axis.topology == Topology::periodic ? "periodic" : "bounded", axis.stretch ? " stretched" : "");
+                        axis.topology == Topology::periodic ? "periodic" : "bounded",
+                        axis.stretch       ? " stretched"
+                        : axis.runs_down() ? " (from high to low)"
+                                           : "");
     cells *= axis.cells;
   }
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);

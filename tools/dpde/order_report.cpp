@@ -79,7 +79,7 @@ std::string mirrored_in(const model::Problem& problem, const model::Expr& operan
     if (c.walls || c.placement[a] || !is_coefficient_beside(operand, axis, c.name)) continue;
     for (const bool is_low : {true, false}) {
       if (model::goes_on_beyond(problem, c, a, is_low) || (is_flux && !has_slope(problem, a, is_low))) continue;
-      return fmt::format("{} is mirrored beyond {}.{}", c.name, problem.axes[a].name, is_low ? "low" : "high");
+      return fmt::format("{} is mirrored beyond {}", c.name, model::side_name(problem.axes[a], is_low));
     }
   }
   return "";

@@ -70,9 +70,26 @@ std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces
   return below;
 }
 
+/// Places rise to the right and upwards, whatever way the cells are counted.
+MapPanel with_rising_places(MapPanel panel) {
+  const auto row = [&](int y) { return panel.values.begin() + std::ptrdiff_t{y} * panel.nx; };
+  if (panel.x_low > panel.x_high) {
+    for (int y = 0; y < panel.ny; ++y) std::reverse(row(y), row(y + 1));
+    std::reverse(panel.x_faces.begin(), panel.x_faces.end());
+    std::swap(panel.x_low, panel.x_high);
+  }
+  if (panel.y_low > panel.y_high) {
+    for (int y = 0; y < panel.ny / 2; ++y) std::swap_ranges(row(y), row(y + 1), row(panel.ny - 1 - y));
+    std::reverse(panel.y_faces.begin(), panel.y_faces.end());
+    std::swap(panel.y_low, panel.y_high);
+  }
+  return panel;
+}
+
 /// The panel with equal pixels in the place of cells, no more of them than the picture has: each the mean of its cells,
 /// so that one that is not finite shows. The colours are those of the values themselves.
 MapPanel with_pixels(MapPanel panel) {
+  panel = with_rising_places(std::move(panel));
   if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height)
     return panel;
   if (!panel.range) panel.range = range_of(panel.values);

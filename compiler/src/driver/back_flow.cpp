@@ -33,6 +33,7 @@ void BackFlowWatch::look(double t, const std::vector<void*>& states) {
 
 void BackFlowWatch::look_at(const model::State& state, std::size_t axis, double t, const void* values) {
   const dpde_layout& layout = session_->workspace().layout();
+  const model::Axis& along = session_->problem().axes[axis];
   Worst now{.t = t};
   const auto look = [&](const auto* numbers) {
     for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
@@ -43,8 +44,9 @@ void BackFlowWatch::look_at(const model::State& state, std::size_t axis, double 
           const std::int64_t place[3] = {x, y, z};
           if (place[axis] + 1 != layout.cells[axis]) continue;
           ++now.of;
-          now.faces += value < 0 ? 1 : 0;
-          now.inwards = std::max(now.inwards, -value);
+          const double outwards = along.runs_down() ? -value : value;
+          now.faces += outwards < 0 ? 1 : 0;
+          now.inwards = std::max(now.inwards, -outwards);
         }
       }
     }
@@ -61,7 +63,7 @@ void BackFlowWatch::report(DiagnosticSink& sink) const {
     const auto& [name, axis] = side;
     sink.report(
         "back-flow", problem.find_state(name)->origin.range,
-        {problem.axes[axis].name + ".high", fmt::format("{:.6g}", worst.t), fmt::format("{:.3g}", worst.inwards),
+        {side_name(problem.axes[axis], false), fmt::format("{:.6g}", worst.t), fmt::format("{:.3g}", worst.inwards),
          fmt::format("{}", worst.faces), fmt::format("{}", worst.of), fmt::format("{:.3g}", worst.largest)},
         "nothing says what it brings, so that it may be wrong there and grow: put the open end farther away");
   }

@@ -40,6 +40,7 @@ std::string mismatch(const std::vector<model::Axis>& from, const std::vector<mod
       return fmt::format("its axis {} reaches from {} to {}, here axis {} reaches from {} to {}", from[a].name,
                          from[a].low, from[a].high, to[a].name, to[a].low, to[a].high);
     }
+    if (from[a].runs_down() != to[a].runs_down()) return fmt::format("its axis {} runs the other way", from[a].name);
     if (from[a].cells % to[a].cells != 0) {
       return fmt::format("its {} cells along {} are no multiple of {}", from[a].cells, from[a].name, to[a].cells);
     }

@@ -27,7 +27,9 @@ std::string grid_text(const model::Problem& problem) {
   for (const model::Axis& axis : problem.axes) {
     text += fmt::format("{}{} = {} .. {}, {} cells{}{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high,
                         axis.cells, axis.topology == Topology::periodic ? ", periodic" : "",
-                        axis.stretch ? ", stretched " + model::print(axis.stretch->map) : "");
+                        axis.stretch       ? ", stretched " + model::print(axis.stretch->map)
+                        : axis.runs_down() ? ", downwards"
+                                           : "");
   }
   return text;
 }

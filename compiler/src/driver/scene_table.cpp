@@ -92,7 +92,7 @@ struct SceneTable::Storage {
 };
 
 const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
-  if (!axis.stretch) return nullptr;
+  if (!axis.stretch && !axis.runs_down()) return nullptr;
   std::vector<double>& places = centres.emplace_back();
   for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
   return places.data();

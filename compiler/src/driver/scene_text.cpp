@@ -81,7 +81,10 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
   for (const model::Coefficient& field : problem.coefficients) add(field.is_control(), "the control " + field.name);
   add(problem.scheme.real != Precision::f64, fmt::format("real = {}", name_of(problem.scheme.real)));
   add(model::Placements(problem).is_staggered(), "fields that are not at cell centres");
-  for (const model::Axis& axis : problem.axes) add(axis.stretch.has_value(), "the stretched axis " + axis.name);
+  for (const model::Axis& axis : problem.axes) {
+    add(axis.stretch.has_value(), "the stretched axis " + axis.name);
+    add(axis.runs_down(), fmt::format("the axis {}, which runs down", axis.name));
+  }
   for (const model::Quantity& quantity : problem.observables) {
     add(model::any_part(quantity.value,
                         [](const model::Expr& e) {

@@ -2,6 +2,7 @@
 // The order of the parts. All of them run, so that one pass tells all mistakes of a file.
 #include "model/from_ast.h"
 
+#include "model/falling_axes.h"
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
@@ -63,7 +64,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_smoother(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;
-  draft.problem = in_uniform_coordinates(std::move(draft.problem));
+  draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
   drop_unused(draft);
   keep_called_networks(draft);
   return std::move(draft.problem);

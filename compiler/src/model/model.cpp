@@ -17,7 +17,12 @@ Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
 
 bool Expr::operator==(const Expr& other) const { return node_ == other.node_ || *node_ == *other.node_; }
 
+std::string side_name(const Axis& axis, bool is_low) {
+  return axis.name + (is_low != axis.runs_down() ? ".low" : ".high");
+}
+
 double Axis::place(double s) const {
+  if (ends) return *ends - s;
   if (!stretch) return s;
   const auto inside = [&](double t) { return value_at(stretch->map, t); };
   const double length = stretch->high - stretch->low;

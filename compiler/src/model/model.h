@@ -192,13 +192,14 @@ struct Stretch {
   double low = 0, high = 1;
 };
 /// low, high and spacing() are those of the coordinate that runs uniformly, centre(i) and face(i) the places. They are
-/// the same where nothing is stretched.
+/// the same where nothing is stretched or runs down.
 struct Axis {
   std::string name;  // x, y, z
   double low = 0, high = 1;
   int cells = 1;
   Topology topology = Topology::periodic;
   std::optional<Stretch> stretch = {};
+  std::optional<double> ends = {};  // low + high, where places run down: each is that minus the coordinate
   double spacing() const { return (high - low) / cells; }
   double centre(std::int64_t i) const { return place(low + (static_cast<double>(i) + 0.5) * spacing()); }
   /// On the lower side of cell i.
@@ -206,7 +207,12 @@ struct Axis {
   double width(std::int64_t i) const { return stretch ? face(i + 1) - face(i) : spacing(); }
   /// Where the uniform coordinate is s; beyond the ends the map goes on periodically, or as its odd image.
   double place(double s) const;
+  bool runs_down() const { return ends.has_value(); }
+  /// Whether fields on faces hold the values on the wall where the place is low, or high.
+  bool holds_wall(bool is_low) const { return is_low == runs_down(); }
 };
+/// "x.low": of the side where the coordinate is high where the axis runs down.
+std::string side_name(const Axis& axis, bool is_low);
 
 struct Parameter {
   std::string name;

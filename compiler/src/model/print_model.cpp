@@ -152,8 +152,9 @@ std::string text_of(const When& when) {
 
 std::string text_of(const Axis& axis) {
   const std::string stretched = axis.stretch ? ", stretched " + print(axis.stretch->map) : "";
-  return fmt::format("grid {} = {} .. {}, cells {}{}{}", axis.name, bare(axis.low), bare(axis.high), axis.cells,
-                     axis.topology == Topology::periodic ? ", periodic" : "", stretched);
+  const std::string place = axis.ends ? fmt::format("  # the place is {} - {}", bare(*axis.ends), axis.name) : "";
+  return fmt::format("grid {} = {} .. {}, cells {}{}{}{}", axis.name, bare(axis.low), bare(axis.high), axis.cells,
+                     axis.topology == Topology::periodic ? ", periodic" : "", stretched, place);
 }
 
 /// "" when all axes are periodic.

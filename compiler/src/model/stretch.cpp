@@ -7,6 +7,7 @@
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/placement.h"
+#include "model/rewrite.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -46,9 +47,6 @@ class Rewriter {
   }
 
   Expr operator()(const Expr& e);
-  void rewrite(std::optional<Expr>& e) {
-    if (e) e = (*this)(*e);
-  }
   /// Of a field at this placement.
   void rewrite(AxisSides& sides, int axis, const Placement& home);
   /// From now on equations are those of a field at this placement.
@@ -301,15 +299,6 @@ std::vector<Coefficient> Rewriter::metrics() const {
   return metrics;
 }
 
-void rewrite_task(Rewriter& rewriter, Task& task) {
-  for (Unknown& unknown : task.unknowns) rewriter.rewrite(unknown.from.formula);
-  for (Loss& loss : task.losses) loss.value = rewriter(loss.value);
-  for (Test& test : task.tests) {
-    test.quantity.value = rewriter(test.quantity.value);
-    for (Expr& field : test.fields) field = rewriter(field);
-  }
-}
-
 }  // namespace
 
 std::string size_name(const Axis& axis) { return "size of " + axis.name; }
@@ -320,37 +309,15 @@ Problem in_uniform_coordinates(Problem problem) {
   if (std::ranges::none_of(problem.axes, is_stretched)) return problem;
   const Problem before = problem;
   Rewriter rewriter(before);
+  rewrite_formulas(problem, [&](const Expr& e, const Placement& home) {
+    rewriter.begin(home);
+    return rewriter(e);
+  });
   for (State& state : problem.states) {
     rewriter.begin(state.placement);
-    rewriter.rewrite(state.rhs);
-    rewriter.rewrite(state.initial.formula);
-    rewriter.rewrite(state.exact);
-    if (state.held) state.held = Held{rewriter(state.held->inside), rewriter(state.held->value)};
     for (int axis = 0; axis < static_cast<int>(state.boundary.size()); ++axis)
       rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis, state.placement);
   }
-  for (Coefficient& coefficient : problem.coefficients) rewriter.rewrite(coefficient.value.formula);
-  for (Quantity& observable : problem.observables) observable.value = rewriter(observable.value);
-  for (Event& event : problem.events) {
-    for (Event::Update& update : event.updates) {
-      rewriter.begin(before.find_state(update.state)->placement);
-      update.value = rewriter(update.value);
-    }
-  }
-  for (Projection& projection : problem.projections) {
-    rewriter.begin({});
-    rewriter.rewrite(projection.potential);
-    projection.constraint = rewriter(projection.constraint);
-    for (Event::Update& update : projection.updates) {
-      rewriter.begin(before.find_state(update.state)->placement);
-      update.value = rewriter(update.value);
-    }
-  }
-  for (StatedOrder& stated : problem.operators) {
-    for (Expr& part : stated.body) part = rewriter(part);
-  }
-  rewriter.rewrite(problem.rate);
-  if (problem.task) rewrite_task(rewriter, *problem.task);
   for (Coefficient& metric : rewriter.metrics()) problem.coefficients.push_back(std::move(metric));
   return problem;
 }

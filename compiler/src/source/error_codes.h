@@ -109,7 +109,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0404", "missing-cells", Severity::error, "axis {} has no number of cells"},
     {"E0405", "bad-cells", Severity::error, "the number of cells is a whole number from 1 to 2147483647, not {}"},
     {"E0406", "too-many-cells", Severity::error, "the grid has {} cells, more than 2147483648"},
-    {"E0407", "empty-extent", Severity::error, "the axis must end behind its begin {}, not at {}"},
+    {"E0407", "empty-extent", Severity::error, "the axis begins and ends at {}"},
     {"E0408", "missing-boundary", Severity::error, "field {} has no boundary at {}"},
     {"E0409", "boundary-of-periodic-axis", Severity::error, "axis {} is periodic and takes no boundary"},
     {"E0410", "unknown-side", Severity::error, "{} is not a side of the grid"},

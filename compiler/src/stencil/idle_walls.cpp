@@ -230,7 +230,7 @@ struct Idle {
 void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sink) {
   const model::Side& side = idle.of(idle.state);
   const std::string &name = idle.state.name,
-                    place = problem.axes[static_cast<std::size_t>(idle.axis)].name + (idle.is_high ? ".high" : ".low");
+                    place = side_name(problem.axes[static_cast<std::size_t>(idle.axis)], !idle.is_high);
   if (!idle.holder) {
     sink.report("idle-boundary", range_of(idle.state, side), {name, place},
                 "write zero_gradient, which asks for nothing");

@@ -18,7 +18,8 @@ typedef struct dpde_axis {
   double low, high;
   int64_t cells; /* as the scene says; the programs run on any number */
   int32_t is_periodic;
-  const double* centres; /* null: uniform. Of a stretched axis, whose programs run on as many cells as the scene says */
+  const double* centres; /* null: uniform. Of an axis that is stretched or runs down, whose programs run on as many
+                            cells as the scene says */
 } dpde_axis;
 
 typedef struct dpde_value {

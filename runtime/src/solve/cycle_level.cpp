@@ -2,6 +2,7 @@
 #include "solve/cycle_level.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dpde {
 namespace {
@@ -51,6 +52,7 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherK
   residual_ = Numbers(size());
   halves_ = Numbers(static_cast<std::size_t>(rows_.stride()));
   line_ = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
+  lines_ = Numbers(lines_known_.size() * static_cast<std::size_t>(line_stride()));
   for (std::size_t half : {0u, 1u}) {
     near_[half] = every_second_of(from_[0].near_weight, half);
     far_[half] = every_second_of(from_[0].far_weight, half);
@@ -99,13 +101,13 @@ LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
 
 void CycleLevel::smooth_row(const Row& row, int colour, const double* b, double* x) const {
   kernels_.smooth[axes_](level_, row, half_of(row, colour), b, x);
-  close_ring(x, row);
+  close_ring(x, row, half_of(row, colour));
 }
 
 /// Red cells, where all others are 0.
 void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
   kernels_.scale(level_, row, half_of(row, red), 1, b, x);
-  close_ring(x, row);
+  close_ring(x, row, half_of(row, red));
 }
 
 void CycleLevel::relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const {
@@ -194,6 +196,7 @@ void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLe
 void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares) {
   const int first = is_backwards ? black : red, second = 1 - first;
   double *between = residual_.data(), sum = 0;
+  coarse.lines_known_.fill(-1);
   const auto add = [&](const Row& row) { add_correction(row, second, coarse, x); };
   const auto count_all = [&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); };
   const auto in_turns_or_counted = [&](const auto& one, const auto& other, const auto& count) {
@@ -213,6 +216,26 @@ void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLeve
     if (squares != nullptr) for_each_row(count_all);
   }
   if (squares != nullptr) *squares = sum;
+}
+
+double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& coarse) {
+  double squares = 0;
+  if (!is_chequered_) {
+    ascend(b, x, false, coarse, &squares);
+    descend(b, x, false, coarse);
+    return squares;
+  }
+  coarse.lines_known_.fill(-1);
+  const auto smooth_red = [&](const Row& row) { smooth_row(row, red, b, x); };
+  const auto smooth_black = [&](const Row& row) { smooth_row(row, black, b, x); };
+  const auto smooth_counted = [&](const Row& row) {
+    squares += kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
+    close_ring(x, row, half_of(row, red));
+  };
+  in_turns([&](const Row& row) { add_correction(row, black, coarse, x); }, smooth_red, smooth_black, smooth_counted,
+           smooth_black, [&](const Row& row) { find_residual(row, b, x); });
+  coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
+  return squares;
 }
 
 double CycleLevel::squared_residual(const double* b, const double* x) const {
@@ -267,45 +290,62 @@ void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
   coarse.rows_.pack(coarse.line(), 1, to[0], to[1]);
 }
 
-void CycleLevel::spread(const Row& fine, int which, CycleLevel& coarse, RowSum& sum) const {
-  const auto j = static_cast<std::size_t>(fine.y), k = static_cast<std::size_t>(fine.z);
-  const AxisInterpolation &y = from_[1], &z = from_[2];
-  for (const auto& [plane, in_z] : {std::pair{z.near[k], z.near_weight[k]}, std::pair{z.far[k], z.far_weight[k]}}) {
-    for (const auto& [line, in_y] : {std::pair{y.near[j], y.near_weight[j]}, std::pair{y.far[j], y.far_weight[j]}}) {
-      if (in_y * in_z == 0) continue;
-      const Row row{line + coarse.cells_[1] * plane, line, plane};
-      sum.values[sum.terms] = coarse.half(coarse.x.data(), row, which);
-      sum.weights[sum.terms++] = in_y * in_z;
-    }
+/// Of the level above: interpolated across the outer axis to plane z, in order along x where that is halved. Fine rows
+/// that follow one another take the same ones.
+const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse) const {
+  // around a ring the last one stands beside the first
+  const std::size_t slot = y + 1 == coarse.cells_[1] ? 4 : y % 4;
+  double* const line = coarse.lines_.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + 8;
+  const std::int64_t number = y + coarse.cells_[1] * z;
+  if (std::exchange(coarse.lines_known_[slot], number) == number) return line;
+  const HalfRows& from = coarse.rows_;
+  const AxisInterpolation& across = from_[2];
+  const auto k = static_cast<std::size_t>(z);
+  const bool is_halved = from_[0].is_halved;
+  const double* halves[2];
+  for (const int which : {0, 1}) {
+    const auto above = [&](std::uint32_t plane) {
+      return coarse.half(coarse.x.data(), Row{y + coarse.cells_[1] * plane, y, plane}, which);
+    };
+    halves[which] = above(across.near[k]);
+    if (is_halved && across.near_weight[k] == 1) continue;
+    double* to = (is_halved ? coarse.halves_.data() : line) + from.begin(which);
+    kernels_.sum({.count = from.count(which),
+                  .terms = across.far_weight[k] == 0 ? 1 : 2,
+                  .values = {halves[which], above(across.far[k])},
+                  .weights = {across.near_weight[k], across.far_weight[k]}},
+                 to);
+    halves[which] = to;
   }
+  if (!is_halved) return line;
+  kernels_.interleave(from.count(1), halves[0], halves[1], line);
+  if (from.count(0) > from.count(1)) line[from.cells() - 1] = halves[0][from.count(1)];
+  if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
+  return line;
 }
 
 /// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
 void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const {
-  const HalfRows& from = coarse.rows_;
-  double *halves = coarse.halves_.data(), *line = coarse.line();
-  for (const int which : {0, 1}) {
-    RowSum sum{.count = from.count(which)};
-    spread(row, which, coarse, sum);
-    kernels_.sum(sum, halves + from.begin(which));
-  }
-  kernels_.interleave(from.count(1), halves, halves + from.begin(1), line);
-  if (from.count(0) > from.count(1)) line[from.cells() - 1] = halves[from.count(1)];
-  if (from.is_ring()) line[-1] = line[from.cells() - 1], line[from.cells()] = line[0];
+  const auto j = static_cast<std::size_t>(row.y);
+  const AxisInterpolation& from = from_[1];
+  const double *near = coarse_line(from.near[j], row.z, coarse), *far = coarse_line(from.far[j], row.z, coarse);
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, colour)) continue;
     const auto h = static_cast<std::size_t>(which);
     const bool is_halved = from_[0].is_halved;  // else each cell has one of its own above it, of weight 1
-    const double* at_near = is_halved ? line : halves + rows_.begin(which);
+    const std::int64_t begin = is_halved ? 0 : rows_.begin(which);
     kernels_.add_interpolated({.count = rows_.count(which),
                                .near = near_[h].data(),
                                .far = far_[h].data(),
                                .share = share_.row(row.number) + rows_.begin(which),
-                               .at_near = at_near,
-                               .at_far = is_halved ? line + (which == 0 ? -1 : 1) : at_near},
+                               .rows = {near + begin, far + begin},
+                               .weights = {from.near_weight[j], from.far_weight[j]},
+                               .to_far = !is_halved   ? 0
+                                         : which == 0 ? -1
+                                                      : 1},
                               half(x, row, which));
+    close_ring(x, row, which);
   }
-  close_ring(x, row);
 }
 
 }  // namespace dpde

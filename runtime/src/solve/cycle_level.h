@@ -35,6 +35,8 @@ class CycleLevel {
   /// x += what is interpolated of the coarse level; then smooths, backwards or as before. `squares`: null, or becomes
   /// |b - A*x|^2.
   void ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares = nullptr);
+  /// One behind the other, in half as many passes over memory: where another cycle follows. |b - A*x|^2 between them.
+  double ascend_and_descend(const double* b, double* x, CycleLevel& coarse);
   /// |b - A*x|^2
   double squared_residual(const double* b, const double* x) const;
   void multiply(const double* x, double* y) const;
@@ -54,6 +56,9 @@ class CycleLevel {
     return vector + place(row, which);
   }
   void close_ring(double* x, const Row& row) const { rows_.close_ring(half(x, row, 0), half(x, row, 1)); }
+  void close_ring(double* x, const Row& row, int which) const {
+    rows_.close_ring(half(x, row, 0), half(x, row, 1), which);
+  }
   double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
@@ -78,9 +83,10 @@ class CycleLevel {
   void find_residual(const Row& row, const double* b, const double* x);
   void restrict_to(const Row& row_of_coarse, CycleLevel& coarse);
   void add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const;
-  /// The rows of the fine level that a coarse one takes of; the coarse ones that a fine one is interpolated of.
+  /// The rows of the fine level that a coarse one takes of.
   void gather(const Row& coarse, int which, RowSum& sum) const;
-  void spread(const Row& fine, int which, CycleLevel& coarse, RowSum& sum) const;
+  const double* coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse) const;
+  std::int64_t line_stride() const { return rows_.stride() + 16; }  // room before and behind
 
   std::array<std::int64_t, 3> cells_;
   HalfRows rows_;
@@ -97,6 +103,8 @@ class CycleLevel {
   std::array<double, 2> factors_{};    // of steps of relaxation, where it is not in colours
   std::array<Numbers, 2> near_, far_;  // weights along x, of each half
   std::array<Numbers, 4> restricting_;
+  Numbers lines_;  // what the finer level is interpolated of, and which rows of it these are for
+  std::array<std::int64_t, 5> lines_known_{};
   Numbers residual_, halves_, line_;  // the residual; before it is known, x between two steps of relaxation
   const RowKernels& kernels_;
 };

@@ -21,10 +21,15 @@ class HalfRows {
 
   void close_ring(double* row) const { close_ring(row, row + odd_); }
   void close_ring(double* even, double* odd) const {
+    for (const int half : {0, 1}) close_ring(even, odd, half);
+  }
+  /// What follows from the cells of one half; others are not touched.
+  void close_ring(double* even, double* odd, int half) const {
     if (!is_ring_) return;
     const bool is_last_odd = cells_ % 2 == 0;
-    odd[-1] = is_last_odd ? odd[count(1) - 1] : even[count(0) - 1];
-    (is_last_odd ? even + count(0) : odd + count(1))[0] = even[0];
+    if (is_last_odd && half == 1) odd[-1] = odd[count(1) - 1];
+    if (is_last_odd && half == 0) even[count(0)] = even[0];
+    if (!is_last_odd && half == 0) odd[-1] = even[count(0) - 1], odd[count(1)] = even[0];
   }
   /// row = factor*cells; the rooms stay as they are.
   void pack(const double* cells, double factor, double* row) const { pack(cells, factor, row, row + odd_); }

@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace dpde {
+namespace {
+
+constexpr double usual_rate = 0.01;  // of |b - A*x|^2 in one cycle, before one is made
+
+}  // namespace
 
 void Multigrid::pack_right(std::span<const double> b, std::span<double> vector) const {
   levels_.front().pack_right(b, sign_, vector.data());
@@ -22,27 +27,24 @@ void Multigrid::descend(std::size_t level, const double* b, double* x) {
     coarsest_->solve(coarsest_b_, coarsest_x_);
     return here.pack(coarsest_x_, x);
   }
-  cycle_from(level, b, x, true);
-}
-
-void Multigrid::cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero, double* squares) {
-  CycleLevel &here = levels_[level], &coarse = levels_[level + 1];
-  here.descend(b, x, is_guess_zero, coarse);
+  CycleLevel& coarse = levels_[level + 1];
+  here.descend(b, x, true, coarse);
   descend(level + 1, coarse.b.data(), coarse.x.data());
-  here.ascend(b, x, is_symmetric_, coarse, squares);
+  here.ascend(b, x, is_symmetric_, coarse);
 }
 
 double Multigrid::residual(std::span<const double> b, std::span<const double> x) const {
   return std::sqrt(levels_.front().squared_residual(b.data(), x.data()));
 }
 
+/// Where another cycle is sure to follow, as far as the one before tells, the finest level goes up and down at once.
 IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding,
                                    int most) {
   CycleLevel& finest = levels_.front();
   const double size = norm(b);
   IterationReport report;
-  double squares = finest.squared_residual(b.data(), x.data());
-  for (;; ++report.iterations) {
+  double squares = finest.squared_residual(b.data(), x.data()), rate = usual_rate;
+  for (bool has_descended = false;; ++report.iterations) {
     const double left = std::sqrt(squares);
     report.residual = size == 0 ? left : left / size;
     const bool is_near = report.residual <= 1e-7;  // before, |x| need not be known
@@ -51,9 +53,18 @@ IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> 
     if (levels_.size() == 1) {
       descend(0, b.data(), x.data());
       squares = finest.squared_residual(b.data(), x.data());
-    } else {
-      cycle_from(0, b.data(), x.data(), false, &squares);
+      continue;
     }
+    if (!has_descended) finest.descend(b.data(), x.data(), false, levels_[1]);
+    descend(1, levels_[1].b.data(), levels_[1].x.data());
+    const double before = squares;
+    has_descended = report.iterations + 1 < most && report.residual * std::sqrt(rate) > tolerance;
+    if (has_descended) {
+      squares = finest.ascend_and_descend(b.data(), x.data(), levels_[1]);
+    } else {
+      finest.ascend(b.data(), x.data(), is_symmetric_, levels_[1], &squares);
+    }
+    rate = squares / before;
   }
 }
 

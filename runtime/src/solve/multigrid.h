@@ -59,7 +59,6 @@ class Multigrid {
   static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
                                        std::string& why);
   void descend(std::size_t level, const double* b, double* x);
-  void cycle_from(std::size_t level, const double* b, double* x, bool is_guess_zero, double* squares = nullptr);
 
   std::vector<CycleLevel> levels_;
   std::optional<SymmetricFactors> coarsest_;

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "solve/finite.h"
+
 namespace dpde {
 namespace {
 
@@ -87,9 +89,8 @@ StencilMatrix NullSpace::balanced(StencilMatrix matrix) const {
 
 double NullSpace::share_of_mean(std::span<const double> values) const {
   if (parts_.empty()) return 0;
-  const Eigen::Map<const Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
-  const double whole = all.matrix().norm();
-  return whole == 0 ? 0 : std::abs(all.mean()) * std::sqrt(static_cast<double>(values.size())) / whole;
+  const auto [sum, squares] = sums_of(values);
+  return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * static_cast<double>(values.size()));
 }
 
 double NullSpace::remove(std::span<double> values) const {

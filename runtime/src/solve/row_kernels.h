@@ -44,11 +44,13 @@ struct RestrictedRow {
   const double* weights[4];
 };
 
-/// Interpolation along x: share*(near*at_near + far*at_far).
+/// Interpolation along x between sums of two rows: share*(near*sum_i + far*sum_(i+to_far)).
 struct InterpolatedRow {
   std::int64_t count;
   const double *near, *far, *share;
-  const double *at_near, *at_far;
+  const double* rows[2];
+  double weights[2];
+  std::int64_t to_far;
 };
 
 /// One half of a row. Index: the number of axes - 1; `factor`: of a step of relaxation. Vectors are those of the level.
@@ -57,6 +59,8 @@ struct RowKernels {
   using At = const RowPlace&;
   void (*scale)(Of level, At row, int half, double factor, const double* b, double* x);  // x = factor*inverse*b
   void (*smooth[3])(Of level, At row, int half, const double* b, double* x);             // x = inverse*(b + sum)
+  /// The same; |b - A*x|^2 of what was there before.
+  double (*smooth_counted[3])(Of level, At row, int half, const double* b, double* x);
   /// to = x + factor*inverse*(b - A*x)
   void (*relax[3])(Of level, At row, int half, double factor, const double* b, const double* x, double* to);
   void (*residual[3])(Of level, At row, int half, const double* b, const double* x, double* r);  // r = b - A*x

@@ -91,6 +91,25 @@ void smooth(const LevelRows& level, const RowPlace& row, int half, const double*
   });
 }
 
+template <int rank, bool is_even>
+double smooth_and_count(const LevelRows& level, const RowPlace& row, int half, const double* b, double* x) {
+  const HalfRow<rank> t = half_row<rank, is_even>(level, row, half, x);
+  double squares = 0;
+#pragma omp simd reduction(+ : squares)
+  for (std::int64_t i = 0; i < t.count; ++i) {
+    const double wanted = b[t.begin + i] + sum_of_neighbours<rank, is_even>(t, i);
+    const double left = wanted - t.diagonal[i] * x[t.begin + i];
+    squares += left * left;
+    x[t.begin + i] = t.inverse[i] * wanted;
+  }
+  return squares;
+}
+template <int rank>
+double smooth_counted(const LevelRows& level, const RowPlace& row, int half, const double* b, double* x) {
+  return level.is_even ? smooth_and_count<rank, true>(level, row, half, b, x)
+                       : smooth_and_count<rank, false>(level, row, half, b, x);
+}
+
 template <int rank>
 void relax(const LevelRows& level, const RowPlace& row, int half, double factor, const double* b, const double* x,
            double* to) {
@@ -170,9 +189,14 @@ void restrict_along(const RestrictedRow& given, double* coarse) {
 
 void add_interpolated(const InterpolatedRow& given, double* x) {
   const InterpolatedRow row = given;
+  const double *one = row.rows[0], *other = row.rows[1];
+  const double *far_one = one + row.to_far, *far_other = other + row.to_far;
 #pragma omp simd
-  for (std::int64_t i = 0; i < row.count; ++i)
-    x[i] += row.share[i] * (row.near[i] * row.at_near[i] + row.far[i] * row.at_far[i]);
+  for (std::int64_t i = 0; i < row.count; ++i) {
+    const double near = row.weights[0] * one[i] + row.weights[1] * other[i],
+                 far = row.weights[0] * far_one[i] + row.weights[1] * far_other[i];
+    x[i] += row.share[i] * (row.near[i] * near + row.far[i] * far);
+  }
 }
 
 void take_share(std::int64_t count, const double* share, double* r) {
@@ -183,6 +207,7 @@ void take_share(std::int64_t count, const double* share, double* r) {
 RowKernels loops() {
   return {.scale = scale,
           .smooth = {smooth<1>, smooth<2>, smooth<3>},
+          .smooth_counted = {smooth_counted<1>, smooth_counted<2>, smooth_counted<3>},
           .relax = {relax<1>, relax<2>, relax<3>},
           .residual = {residual<1>, residual<2>, residual<3>},
           .squared_residual = {squared_residual<1>, squared_residual<2>, squared_residual<3>},

@@ -55,7 +55,12 @@ void write_cells(const dpde_layout& layout, void* base, std::span<const double> 
     for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
       for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
         Real* row = cells + y * layout.stride[1] + z * layout.stride[2];
-        for (std::int64_t x = 0; x < layout.cells[0]; ++x) row[x] = static_cast<Real>(*from++);
+        if constexpr (std::is_same_v<Real, double>) {
+          std::copy_n(from, layout.cells[0], row);
+        } else {
+          for (std::int64_t x = 0; x < layout.cells[0]; ++x) row[x] = static_cast<Real>(from[x]);
+        }
+        from += layout.cells[0];
       }
     }
   });

@@ -194,24 +194,24 @@ std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::strin
 
 namespace {
 
-/// The coordinate by which the axis runs the other way.
-std::string mirrored(const Axis& axis) {
-  const double sum = axis.low + axis.high;
-  return sum == 0 ? "-" + axis.name : fmt::format("{:g} - {}", sum, axis.name);
-}
-
-/// Nothing holds what lies on a low wall.
+/// Nothing holds what lies on the wall that an axis begins with.
 void check_open_walls(Draft& draft, const State& state) {
   for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
     const Axis& along = draft.problem.axes[axis];
-    const SideCondition& low = condition_of(state.boundary[axis].low.kind);
-    if (along.topology == Topology::periodic || !state.placement[axis] || !low.keeps_wall()) continue;
+    if (along.topology == Topology::periodic || !state.placement[axis]) continue;
+    const bool is_low = !along.holds_wall(true);
+    const AxisSides& sides = state.boundary[axis];
+    const auto is_open = [](const Side& side) { return condition_of(side.kind).keeps_wall(); };
+    if (!is_open(is_low ? sides.low : sides.high)) continue;
+    const std::string place = along.name + (is_low ? ".low" : ".high");
+    const bool are_both = is_open(sides.low) && is_open(sides.high);
     draft.sink.report(
-        "not-allowed-here", boundary_of_side(draft, state.name, along.name + ".low").value_or(state.origin.range),
-        {"outflow", fmt::format("the low wall of {}, which lies on it", state.name)},
-        fmt::format("let it flow out at {0}.high: turn the scene, with {1} in the place of {0} and -{2} in "
-                    "that of {2}",
-                    along.name, mirrored(along), state.name));
+        "not-allowed-here", boundary_of_side(draft, state.name, place).value_or(state.origin.range),
+        {"outflow", fmt::format("{}, where the axis begins", place)},
+        are_both ? fmt::format("one end of {} can be open: give {} a value at the other", along.name, state.name)
+                 : fmt::format("let the axis end there: grid {} = {} .. {}; arrays then begin with the "
+                               "cell at the other end, formulas stay",
+                               along.name, is_low ? along.high : along.low, is_low ? along.low : along.high));
   }
 }
 

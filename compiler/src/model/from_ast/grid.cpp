@@ -51,19 +51,31 @@ void check_precision(Draft& draft, const ast::GridItem& item, const Axis& axis) 
                     "take fewer cells, or real = f64");
 }
 
+/// What knows of the order of cells has no meaning on an axis that runs down.
+void check_falling(Draft& draft, const ast::GridItem& item) {
+  const auto refuse = [&](const char* what, const char* hint) {
+    draft.sink.report("not-allowed-here", item.high.range(), {"an axis that runs down", what}, hint);
+  };
+  if (draft.program) refuse("a scene of a program", "the kernels of a program say which neighbour is which");
+  if (item.stretched) refuse("a grid line with stretched", "let it run up, or leave stretched out");
+}
+
 void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
   const auto low = evaluate(draft, item.low, "the grid"), high = evaluate(draft, item.high, "the grid");
   if (!low || !high) return;
-  if (!(*low < *high)) {
-    draft.sink.report("empty-extent", item.high.range(), {fmt::format("{}", *low), fmt::format("{}", *high)});
+  if (*low == *high) {
+    draft.sink.report("empty-extent", item.high.range(), {fmt::format("{}", *low)});
     return;
   }
   if (!std::isfinite(*high - *low)) {
     draft.sink.report("not-finite", item.high.range(), {"the length of the axis"});
     return;
   }
-  axis.low = *low;
-  axis.high = *high;
+  axis.low = std::min(*low, *high);
+  axis.high = std::max(*low, *high);
+  if (*low < *high) return;
+  axis.ends = axis.low + axis.high;
+  check_falling(draft, item);
 }
 
 /// The axes that are given, an empty place for each that is not.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calls of networks: corrector(u, nu), of several outputs corrector(a, b).da.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "model/build.h"
@@ -61,6 +63,13 @@ bool Expressions::may_call_network(const DeclaredNetwork& declared, const ast::C
     draft_.sink.report("bad-network", e.callee_range,
                        {"the network " + e.callee + " is not for a program on these axes"},
                        "below the model inputs and outputs are numbers: network n(3) -> 2");
+    return false;
+  }
+  const auto falls = std::ranges::find_if(draft_.problem.axes, &Axis::runs_down);
+  if (falls != draft_.problem.axes.end()) {
+    draft_.sink.report("not-allowed-here", e.callee_range,
+                       {"the network " + e.callee, fmt::format("a scene whose {} runs down", falls->name)},
+                       "its weights know neighbours by the order of the cells, which is turned round here");
     return false;
   }
   const bool is_formula = purpose_ == Purpose::initial || purpose_ == Purpose::coefficient;

@@ -81,7 +81,9 @@ class Hats {
     const Expr share = hat(select(is_first, 1.0, left(number_of_axis, position)),
                            select(is_last, 1.0, right(number_of_axis, position)));
     if (!is_staggered_[static_cast<std::size_t>(number_of_axis)]) return share;
-    return select(at(BinaryOp::greater, place_before(axis, number_of_axis, 0.25)), 0.0, share);
+    const Expr is_wall = axis.holds_wall(true) ? at(BinaryOp::less, place_after(axis, number_of_axis, 0.25))
+                                               : at(BinaryOp::greater, place_before(axis, number_of_axis, 0.25));
+    return select(is_wall, 0.0, share);
   }
   Expr size(int number_of_axis) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
@@ -121,20 +123,25 @@ class Hats {
 
 Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin);
 
-/// Interpolation ends half a cell beyond the centres: before the first face that lies between walls it is spelled out,
-/// from the value on the wall itself.
+/// Interpolation ends half a cell beyond the centres: beside the wall whose values the field does not hold it is
+/// spelled out, from the value on the wall itself.
 Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
   const Axis& along = problem.axes[axis];
   const int number_of_axis = static_cast<int>(axis);
-  const Expr first = minus(place_after(along, number_of_axis, 1), along.low);
-  const Expr share = larger(binary(BinaryOp::divide, minus(sample.place[axis], along.low), first), 0.0);
-  sample.place[axis] = smaller(sample.place[axis], along.high);
+  const bool is_low = !along.holds_wall(true);
+  const Expr place = sample.place[axis];
+  const Expr first = is_low ? minus(place_after(along, number_of_axis, 1), along.low)
+                            : minus(along.high, place_before(along, number_of_axis, 1));
+  const Expr way = is_low ? minus(place, along.low) : minus(along.high, place);
+  const Expr share = larger(binary(BinaryOp::divide, way, first), 0.0);
+  sample.place[axis] = is_low ? smaller(place, along.high) : larger(place, along.low);
   const auto taken = [&](Along what) {
     sample.along[axis] = what;
     return sampled(problem, sample, axis + 1, origin);
   };
-  const Expr below = times(minus(1.0, share), taken(Along::lower)), above = times(share, taken(Along::upper));
-  return select(binary(BinaryOp::less, share, 0.5), plus(below, above), taken(Along::linear), origin);
+  const Expr on_wall = times(minus(1.0, share), taken(is_low ? Along::lower : Along::upper)),
+             inside = times(share, taken(is_low ? Along::upper : Along::lower));
+  return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(Along::linear), origin);
 }
 
 /// Beside a wall with a slope, across a stretched axis: the halo has that slope over a cell as wide as the map has it

@@ -195,7 +195,7 @@ class Binder {
           refuse(boundary_of_side(draft_, across->name, place).value_or(range_),
                  fmt::format("{} has no value at {}", across->name, place),
                  fmt::format("write boundary {}: {} = 0{}", across->name, place,
-                             side == &AxisSides::high ? ", or = outflow" : ""));
+                             along.holds_wall(side == &AxisSides::low) ? ", or = outflow" : ""));
           return std::nullopt;
         }
         boundary[axis].*side = Side{wall.keeps_wall() ? SideKind::value : SideKind::zero_gradient};

@@ -95,8 +95,8 @@ class OnWall {
     offset[static_cast<std::size_t>(wall_.axis)] = wall_.is_low ? rows : -rows;
     return rows == 0 ? field : shift(field, std::move(offset), field->origin);
   }
-  /// The row of what lies on the wall: on low ones it is the one before the first.
-  int row_of_wall() const { return wall_.is_low ? -1 : 0; }
+  /// The row of what lies on the wall, which is one before the first where the field does not hold it.
+  int row_of_wall() const { return axis_.holds_wall(wall_.is_low) ? 0 : -1; }
 
   bool lies_on_wall(const std::string& name) const {
     const State* state = draft_.problem.find_state(name);
@@ -214,8 +214,9 @@ Typed Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceR
   add_terms(*operand, 1.0, terms);
   const Axis& axis = draft_.problem.axes[static_cast<std::size_t>(wall.axis)];
   const Expr here = coordinate(wall.axis);
-  const Expr beside = wall.is_low ? binary(BinaryOp::less, here, place_after(axis, wall.axis, 1.25))
-                                  : binary(BinaryOp::greater, here, place_before(axis, wall.axis, 0.75));
+  const double reach = axis.holds_wall(wall.is_low) ? 0.75 : 1.25;
+  const Expr beside = wall.is_low ? binary(BinaryOp::less, here, place_after(axis, wall.axis, reach))
+                                  : binary(BinaryOp::greater, here, place_before(axis, wall.axis, reach));
   double area = 1;
   for (const Axis& other : draft_.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
   Expr sum = 0.0;

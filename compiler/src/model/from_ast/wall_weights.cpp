@@ -80,9 +80,7 @@ std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownV
         if (!may_change(problem, side.a) && !may_change(problem, side.b)) continue;
         const SourceRange range = side.a->origin.range.is_known() ? side.a->origin.range : side.b->origin.range;
         const auto misfit = misfit_of_wall(
-            problem,
-            {state.name, static_cast<int>(axis), across.name + (is_low ? ".low" : ".high"), side.a, side.b, range},
-            values);
+            problem, {state.name, static_cast<int>(axis), side_name(across, is_low), side.a, side.b, range}, values);
         if (misfit && (misfit->is_empty || !across.stretch)) return WallMisfitAt{*misfit, range};
       }
     }

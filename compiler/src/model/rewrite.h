@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// All formulas of a problem, one after the other, for changes of coordinates.
+#pragma once
+
+#include <functional>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+/// What becomes of a formula of a field at this placement; of formulas that belong to no field, at the centres.
+using FormulaRule = std::function<Expr(const Expr&, const Placement&)>;
+/// In the place of each formula what the rule makes of it; all but those of boundaries.
+void rewrite_formulas(Problem& problem, const FormulaRule& rule);
+
+}  // namespace dpde::model

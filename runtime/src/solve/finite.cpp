@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/finite.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace dpde {
+namespace {
+
+/// So many sums beside one another: additions need not wait for each other, and are the same on all machines.
+constexpr std::size_t strands = 16;
+using Strands = std::array<double, strands>;
+
+/// f(strand, value) of all values.
+template <class F>
+void in_strands(std::span<const double> values, const F& f) {
+  std::size_t i = 0;
+  for (; i + strands <= values.size(); i += strands) {
+#pragma omp simd
+    for (std::size_t k = 0; k < strands; ++k) f(k, values[i + k]);
+  }
+  for (std::size_t k = 0; i < values.size(); ++i, ++k) f(k, values[i]);
+}
+
+double total(const Strands& parts) {
+  double sum = 0;
+  for (const double part : parts) sum += part;
+  return sum;
+}
+
+}  // namespace
+
+bool are_finite(std::span<const double> values) {
+  Strands zeros{};
+  in_strands(values, [&](std::size_t k, double value) { zeros[k] += 0 * value; });
+  return total(zeros) == 0;
+}
+
+double factor_into_range(std::span<const double> values) {
+  Strands zeros{}, most{};
+  in_strands(values, [&](std::size_t k, double value) {
+    const double size = std::abs(value);
+    zeros[k] += 0 * value;
+    most[k] = size > most[k] ? size : most[k];
+  });
+  if (total(zeros) != 0) return 0;
+  const double largest = *std::ranges::max_element(most);
+  const bool is_in_range = largest == 0 || (largest > 0x1p-400 && largest < 0x1p400);
+  return is_in_range ? 1 : std::exp2(std::clamp(-std::ilogb(largest), -1020, 1020));
+}
+
+void multiply_all(std::span<double> values, double factor) {
+  if (factor == 1) return;
+  for (double& value : values) value *= factor;
+}
+
+Sums sums_of(std::span<const double> values) {
+  Strands sums{}, squares{};
+  in_strands(values, [&](std::size_t k, double value) {
+    sums[k] += value;
+    squares[k] += value * value;
+  });
+  return {total(sums), total(squares)};
+}
+
+}  // namespace dpde
