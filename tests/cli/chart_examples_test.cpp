@@ -119,7 +119,7 @@ TEST_F(ChartExamples, MergingVortices) {
 /// sqrt(Ra/3) - 3*pi^2/2.
 TEST_F(ChartExamples, RollsAlongWhichTheFluidSlips) {
   const Json json = chart("convection/free_rolls", "accuracy_of_rolls",
-                          "--vary cells=24,48 --vary step=0.0005 --set end=0.1 --reference-cells 96");
+                          "--vary cells=24,48 --vary step=0.0005 --set end=0.05 --reference-cells 96");
   EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-3);
   EXPECT_NEAR(order(json, 24, "scheme", "second"), 2, 0.2);
   EXPECT_GT(order(json, 24, "scheme", "sixth"), 4.5);

@@ -20,7 +20,7 @@ TEST_F(Machine, UnwritableFolderIsItsFault) {
 TEST_F(Machine, TooLittleMemoryIsItsFault) {
   if (is_sanitized) GTEST_SKIP() << "the sanitizers reserve more address space than the test allows";
   const Outcome outcome =
-      shell("ulimit -v 3000000; $DPDE run " + example("heat/heat.dpde") + " block --set cells=512 --json --quiet");
+      shell("ulimit -v 1500000; $DPDE run " + example("heat/heat.dpde") + " block --set cells=512 --json --quiet");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
 }

@@ -13,6 +13,7 @@ namespace {
 using testing::Overrides;
 using testing::run_scene;
 using testing::task_gradient;
+using testing::task_loss;
 
 /// A wave that goes to the right and leaves.
 std::string leaving(const std::string& on, const std::string& out, const std::string& stretch = "") {
@@ -86,8 +87,7 @@ TEST(LinearWall, GradientsAreExact) {
                               "mixed(1, 0.5, A), x.high = linear"}) {
       const auto here = task_gradient(text("0.4", cells, sides), "t");
       const double difference =
-          (task_gradient(text("1.4", cells, sides), "t").loss - task_gradient(text("-0.6", cells, sides), "t").loss) /
-          2;
+          (task_loss(text("1.4", cells, sides), "t") - task_loss(text("-0.6", cells, sides), "t")) / 2;
       EXPECT_NEAR(here.gradient.at("A")[0], difference, 1e-11 * (1 + std::abs(difference))) << cells << " " << sides;
     }
   }

@@ -13,6 +13,7 @@ namespace {
 
 using testing::run_scene;
 using testing::task_gradient;
+using testing::task_loss;
 
 double total(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
@@ -59,7 +60,7 @@ scene s : m with s {
 }
 task t : s { unknown initial u; minimise (sample(u, at = (1.3, 0.41)) - exp(-0.125)*sin(1.3))^2 }
 )";
-    return std::sqrt(task_gradient(text, "t").loss);
+    return std::sqrt(task_loss(text, "t"));
   };
   const double coarse = loss("20"), fine = loss("40"), finest = loss("80");
   EXPECT_LT(finest, 1e-3);
@@ -83,7 +84,7 @@ TEST(Points, GradientsOfStrengthAndPlaces) {
                "\nminimise (sample(u, at = (0.61, 0.3)) - 0.4)^2 + sample(u, at = (0.2, b)) over time\n}\n";
       };
       const auto here = task_gradient(text(1.3, 0.43, 0.55), "t");
-      const auto loss = [&](double q, double a, double b) { return task_gradient(text(q, a, b), "t").loss; };
+      const auto loss = [&](double q, double a, double b) { return task_loss(text(q, a, b), "t"); };
       const double h = 1e-4;
       EXPECT_NEAR(here.gradient.at("q")[0], (loss(2.3, 0.43, 0.55) - loss(0.3, 0.43, 0.55)) / 2, 1e-10)
           << cells << kind;

@@ -14,6 +14,7 @@ namespace {
 
 using testing::run_scene;
 using testing::task_gradient;
+using testing::task_loss;
 
 std::string smoke() { return testing::read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/smoke/smoke.dpde"); }
 
@@ -50,8 +51,7 @@ TEST(Smoke, FirstGradientIsThatOfTheBook) {
   EXPECT_NEAR(std::sqrt(square(x) + square(y)), 105.06, 1e-2);
   EXPECT_NEAR(*std::ranges::min_element(x), -17.37, 1e-2);
   EXPECT_NEAR(*std::ranges::max_element(x), 14.02, 1e-2);
-  const double losses =
-      result.loss + task_gradient(smoke(), "from_upper").loss + task_gradient(smoke(), "from_middle").loss;
+  const double losses = result.loss + task_loss(smoke(), "from_upper") + task_loss(smoke(), "from_middle");
   EXPECT_NEAR(losses, 298.28635, 1e-5);
 }
 
@@ -67,7 +67,7 @@ TEST(Smoke, GradientAgreesWithCentralDifferences) {
                                                               "*cos(0.25*x + 0.1*y))";
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
       text.replace(at, from.size(), to);
-    return task_gradient(text, task).loss;
+    return task_loss(text, task);
   };
   for (const char* task : {"from_left", "from_upper", "from_middle"}) {
     const auto gradient = task_gradient(smoke(), task).gradient;

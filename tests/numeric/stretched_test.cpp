@@ -14,6 +14,7 @@ namespace {
 using testing::Overrides;
 using testing::run_scene;
 using testing::task_gradient;
+using testing::task_loss;
 
 const std::string to_the_low_wall = ", stretched (exp(1.5*x) - 1)/(exp(1.5) - 1)\n";  // 0 .. 1, widths 1 : 4.5
 const std::string to_both_walls =
@@ -159,8 +160,7 @@ task all : s { unknown initial u from 1; minimise integral(u) at t = 0 }
 )";
 
 TEST(Stretched, WhatFlowsInFluxFormIsConserved) {
-  const double before = task_gradient(stretched_basin, "before").loss,
-               after = task_gradient(stretched_basin, "total").loss;
+  const double before = task_loss(stretched_basin, "before"), after = task_loss(stretched_basin, "total");
   EXPECT_NEAR(after, before, 1e-13 * before);
   EXPECT_GT(std::abs(before - 1), 1e-2);
   // and with it the gradient of the total at the end by each cell at the start: the volume of the cell
@@ -170,15 +170,15 @@ TEST(Stretched, WhatFlowsInFluxFormIsConserved) {
 }
 
 TEST(Stretched, MeansWeighCellsByTheirVolume) {
-  EXPECT_NEAR(task_gradient(stretched_basin, "one").loss, 1, 4e-16);
-  EXPECT_NEAR(task_gradient(stretched_basin, "all").loss, 1, 4e-16);
+  EXPECT_NEAR(task_loss(stretched_basin, "one"), 1, 4e-16);
+  EXPECT_NEAR(task_loss(stretched_basin, "all"), 1, 4e-16);
   for (const char* cells : {"1", "2", "3", "7"})
-    EXPECT_NEAR(task_gradient(stretched_basin, "one", {{"cells", cells}}).loss, 1, 4e-16) << cells;
+    EXPECT_NEAR(task_loss(stretched_basin, "one", {{"cells", cells}}), 1, 4e-16) << cells;
   // integral(x^2) is 1/3 to the order of the rule of midpoints
   std::string text = stretched_basin;
   text.replace(text.find("from 1; minimise integral(u)"), 28, "from x^2; minimise integral(u)");
-  const double coarse = task_gradient(text, "all", {{"cells", "16"}}).loss - 1.0 / 3,
-               fine = task_gradient(text, "all", {{"cells", "32"}}).loss - 1.0 / 3;
+  const double coarse = task_loss(text, "all", {{"cells", "16"}}) - 1.0 / 3,
+               fine = task_loss(text, "all", {{"cells", "32"}}) - 1.0 / 3;
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.1);
   EXPECT_LT(std::abs(fine), 1e-3);
 }
@@ -206,7 +206,7 @@ TEST(Stretched, GivenFluxesPassWallsExactly) {
   double length = 0;
   for (int i = 0; i < 7; ++i) length += 1.5 * std::exp(1.5 * (i + 0.5) / 7) / (std::exp(1.5) - 1) / 7;
   EXPECT_NEAR(length, 1, 0.01);
-  EXPECT_NEAR(task_gradient(text, "total").loss, 1 + 0.5 * 0.5 * (0.3 - 0.1) / length, 1e-13);
+  EXPECT_NEAR(task_loss(text, "total"), 1 + 0.5 * 0.5 * (0.3 - 0.1) / length, 1e-13);
 }
 
 /// Flow against a wall, steady: (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps)).
@@ -243,9 +243,9 @@ TEST(Stretched, GradientsAreExact) {
       for (const char* sides :
            {"x.low = A, x.high = zero_gradient", "x.low = gradient(A), x.high = mixed(1, 0.5, A)"}) {
         const auto gradient = task_gradient(text("0.4", cells, schemes, sides), "t").gradient;
-        const double difference = (task_gradient(text("1.4", cells, schemes, sides), "t").loss -
-                                   task_gradient(text("-0.6", cells, schemes, sides), "t").loss) /
-                                  2;
+        const double difference =
+            (task_loss(text("1.4", cells, schemes, sides), "t") - task_loss(text("-0.6", cells, schemes, sides), "t")) /
+            2;
         EXPECT_NEAR(gradient.at("A")[0], difference, 1e-11 * (1 + std::abs(difference))) << cells << schemes << sides;
         EXPECT_GT(std::abs(difference), 1e-5);
       }
@@ -276,7 +276,7 @@ task before : s { unknown initial u; minimise integral(u) at t = 0 }
   EXPECT_NEAR(order(text, 16), 2, 0.15);
   const auto coarse = run_scene(text, "s", {{"cells", "16"}}).l2, fine = run_scene(text, "s", {{"cells", "32"}}).l2;
   for (const char* field : {"v.x", "v.y"}) EXPECT_NEAR(std::log2(coarse.at(field) / fine.at(field)), 2, 0.15) << field;
-  EXPECT_NEAR(task_gradient(text, "total").loss, task_gradient(text, "before").loss, 1e-14);
+  EXPECT_NEAR(task_loss(text, "total"), task_loss(text, "before"), 1e-14);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "support/kept_code.h"
 
 namespace dpde::stability {
 
@@ -21,6 +22,7 @@ inline std::unique_ptr<driver::Session> open_scene(const std::string& text) {
   driver::CompileOptions options;
   options.selection.name = "s";
   options.backend = driver::Backend::jit;
+  options.cache = testing::kept_code();
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
   return driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);

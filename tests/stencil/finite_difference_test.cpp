@@ -6,9 +6,8 @@
 
 #include <cmath>
 
+namespace dpde::stencil {
 namespace {
-
-using namespace dpde::stencil;
 
 TEST(FiniteDifference, CentralFirstDerivatives) {
   EXPECT_EQ(central_difference(1, 2), (Difference{{{-2, -1}, {2, 1}}, 2, 1}));
@@ -78,3 +77,4 @@ TEST(FiniteDifference, ExactOnPolynomialsUpToTheirOrderAndNotBeyond) {
 }
 
 }  // namespace
+}  // namespace dpde::stencil

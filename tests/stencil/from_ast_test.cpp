@@ -9,22 +9,6 @@
 namespace dpde::stencil {
 namespace {
 
-/// "E0350 message | text pointed at | hint" of each diagnostic.
-std::vector<std::string> complaints(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  from_ast(parse(source, sink), sink);
-  std::vector<std::string> result;
-  for (const Diagnostic& d : sink.all()) {
-    const std::string place(source.text().substr(d.range.begin, d.range.end - d.range.begin));
-    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place +
-                     (d.hint.empty() ? "" : " | " + d.hint));
-  }
-  return result;
-}
-
-std::vector<std::string> one(const std::string& text) { return {text}; }
-
 std::vector<std::string> in_kernel(const std::string& parameters, const std::string& body) {
   return complaints("kernel k(" + parameters + ") {\n" + body + "\n}\n");
 }

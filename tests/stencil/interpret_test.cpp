@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stencil_text.h"
+#include "support/setting.h"
 
 namespace dpde::stencil {
 namespace {
@@ -29,16 +30,19 @@ const std::vector<AxisBoundary> sorts = {
 };
 const Params spacings{{"hx", 0.5}, {"hy", 0.3}, {"hz", 0.7}, {"b", 0.2}};
 
+/// Every sort along each axis, beside every sort along each other one; all triples where the test is thorough.
 template <class F>
 void for_each_boundary(int rank, const F& f) {
-  int count = 1;
-  for (int axis = 0; axis < rank; ++axis) count *= static_cast<int>(sorts.size());
-  for (int code = 0; code < count; ++code) {
-    std::vector<AxisBoundary> axes;
-    for (int axis = 0, rest = code; axis < rank; ++axis, rest /= static_cast<int>(sorts.size())) {
-      axes.push_back(sorts[rest % sorts.size()]);
+  const std::size_t count = sorts.size();
+  const bool all = rank < 3 || testing::is_thorough();
+  for (std::size_t x = 0; x < count; ++x) {
+    for (std::size_t y = 0; y < (rank > 1 ? count : 1); ++y) {
+      for (std::size_t z = 0; z < (rank > 2 && all ? count : 1); ++z) {
+        std::vector<AxisBoundary> axes{sorts[x], sorts[y], sorts[all ? z : (x + y) % count]};
+        axes.resize(static_cast<std::size_t>(rank));
+        f(axes);
+      }
     }
-    f(axes);
   }
 }
 

@@ -5,6 +5,7 @@
 #include "stencil/from_model.h"
 #include "stencil/model_builder.h"
 
+namespace lowering_diagnostics {
 namespace {
 
 using namespace model_builder;
@@ -78,3 +79,4 @@ TEST(LoweringDiagnostics, VelocityOfMacCormackBesideAWallThatMoves) {
 }
 
 }  // namespace
+}  // namespace lowering_diagnostics

@@ -7,6 +7,7 @@
 #include "stencil/model_builder.h"
 #include "stencil/scene_run.h"
 
+namespace lowering_order {
 namespace {
 
 using namespace model_builder;
@@ -276,3 +277,4 @@ TEST(LoweringOrder, InsulatedSlabKeepsItsMean) {
 }
 
 }  // namespace
+}  // namespace lowering_order

@@ -5,6 +5,7 @@
 #include "stencil/model_builder.h"
 #include "stencil/scene_run.h"
 
+namespace lowering_text {
 namespace {
 
 using namespace model_builder;
@@ -390,3 +391,4 @@ TEST(LoweringText, AdvectOutsideTheStepIsCentralUnderSemiLagrangian) {
 }
 
 }  // namespace
+}  // namespace lowering_text

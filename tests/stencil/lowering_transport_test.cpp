@@ -7,6 +7,7 @@
 #include "stencil/model_builder.h"
 #include "stencil/scene_run.h"
 
+namespace lowering_transport {
 namespace {
 
 using namespace model_builder;
@@ -104,3 +105,4 @@ TEST(LoweringTransport, SeveralFieldsInTwoDimensions) {
 }
 
 }  // namespace
+}  // namespace lowering_transport

@@ -298,36 +298,24 @@ TEST(Repeat, OfJacobiSweepsIsThePowerOfTheIterationMatrix) {
 }
 
 // ---- mistakes ------------------------------------------------------------------------------------------------------
-/// "E0350 message | text pointed at | hint" of each diagnostic.
-std::vector<std::string> complaints(const std::string& text) {
-  const SourceFile source("test.dpde", text);
-  DiagnosticSink sink;
-  from_ast(parse(source, sink), sink);
-  std::vector<std::string> result;
-  for (const Diagnostic& d : sink.all()) {
-    const std::string place(source.text().substr(d.range.begin, d.range.end - d.range.begin));
-    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place +
-                     (d.hint.empty() ? "" : " | " + d.hint));
-  }
-  return result;
-}
-std::vector<std::string> in_program(const std::string& body) {
+std::vector<std::string> in_jacobi_program(const std::string& body) {
   return complaints(jacobi + "program p {\n" + body + "\n}\n");
 }
 using Texts = std::vector<std::string>;
 
 TEST(RepeatErrors, Counts) {
-  EXPECT_EQ(in_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"),
+  EXPECT_EQ(in_jacobi_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"),
             Texts{"E0372 a repeat makes 1 or more passes, not 0 | 0"});
-  EXPECT_EQ(in_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"),
+  EXPECT_EQ(in_jacobi_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"),
             Texts{"E0372 a repeat makes 1 or more passes, not -3 | -3"});
-  EXPECT_EQ(in_program("repeat 2000000000 { repeat 2000000000 { fill u periodic; run jacobi; swap u, v } }"), Texts{});
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v } to a, b; keep a"),
+  EXPECT_EQ(in_jacobi_program("repeat 2000000000 { repeat 2000000000 { fill u periodic; run jacobi; swap u, v } }"),
+            Texts{});
+  EXPECT_EQ(in_jacobi_program("repeat 2 { fill u periodic; run jacobi; swap u, v } to a, b; keep a"),
             Texts{"E0368 the repeat carries 1 fields and names 2 | b | one name for each swap in it"});
 }
 
 TEST(RepeatErrors, WhatAPassWritesIsNotCarriedByItself) {
-  EXPECT_EQ(in_program("repeat 4 { fill u periodic; run jacobi }\nswap u, v"),
+  EXPECT_EQ(in_jacobi_program("repeat 4 { fill u periodic; run jacobi }\nswap u, v"),
             Texts{"E0374 v is written anew in each pass of the repeat, and nothing carries it out of it | v | write "
                   "swap u, v in the repeat and use u "
                   "behind it: u is then the v of the last pass"});
@@ -340,22 +328,22 @@ TEST(RepeatErrors, WhatAPassWritesIsNotCarriedByItself) {
 }
 
 TEST(RepeatErrors, ResultsHaveTheirNames) {
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v }\nkeep u"),
+  EXPECT_EQ(in_jacobi_program("repeat 2 { fill u periodic; run jacobi; swap u, v }\nkeep u"),
             Texts{"E0375 behind the repeat u is another field, which cannot be kept under this name | u | let a kernel "
                   "behind the repeat write it to "
                   "another field, and keep that"});
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, w }"),
+  EXPECT_EQ(in_jacobi_program("repeat 2 { fill u periodic; run jacobi; swap u, w }"),
             Texts{"E0364 program p does not write w | w"});
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v; swap u, v }"),
+  EXPECT_EQ(in_jacobi_program("repeat 2 { fill u periodic; run jacobi; swap u, v; swap u, v }"),
             Texts{"E0368 the repeat swaps u twice | u"});
 }
 
 TEST(RepeatErrors, AreSaidOnce) {
-  EXPECT_EQ(in_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
+  EXPECT_EQ(in_jacobi_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
             Texts{"E0368 program p runs jacobi, which reads neighbours of u, without a fill | run jacobi | each "
                   "block is by itself: it fills what it reads around a cell, and what it writes is known in it only"});
-  EXPECT_EQ(in_program("repeat 9 { fill u x.low = 1; run jacobi; swap u, v }").size(), 1u);
-  EXPECT_EQ(in_program("repeat 9 { fill u periodic; run jakobi; swap u, v }").size(), 1u);
+  EXPECT_EQ(in_jacobi_program("repeat 9 { fill u x.low = 1; run jacobi; swap u, v }").size(), 1u);
+  EXPECT_EQ(in_jacobi_program("repeat 9 { fill u periodic; run jakobi; swap u, v }").size(), 1u);
   EXPECT_EQ(
       complaints(
           "kernel k(u: field, out v: field) { v = w }\nprogram p { axes x periodic; repeat 9 { run k; swap u, v } }")
@@ -365,18 +353,18 @@ TEST(RepeatErrors, AreSaidOnce) {
 
 TEST(RepeatErrors, PassesThatAreNotCountedFromZero) {
   EXPECT_EQ(
-      in_program("repeat k in 1 .. 3 { run jacobi; swap u, v }").at(0),
+      in_jacobi_program("repeat k in 1 .. 3 { run jacobi; swap u, v }").at(0),
       "E0372 a repeat makes 0 .. n or n .. 0 passes, not 1 .. 3 | 1 .. 3 | count from 0 up, or down to 0: n passes "
       "have the numbers 0 to n - 1");
 }
 
 TEST(RepeatErrors, OneNameForCountersInOneAnother) {
-  EXPECT_EQ(in_program("repeat k in 0 .. 2 { repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v } }")
+  EXPECT_EQ(in_jacobi_program("repeat k in 0 .. 2 { repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v } }")
                 .at(0)
                 .substr(0, 92),
             "E0368 program p counts the passes of a repeat by k, and those of one in it too | repeat k in");
-  EXPECT_EQ(in_program("repeat k in 0 .. 2 { fill u periodic; run jacobi; swap u, v }\n"
-                       "repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v }"),
+  EXPECT_EQ(in_jacobi_program("repeat k in 0 .. 2 { fill u periodic; run jacobi; swap u, v }\n"
+                              "repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v }"),
             Texts{});
 }
 
@@ -439,10 +427,10 @@ TEST(RepeatErrors, AreInTheWordsOfTheText) {
 }
 
 TEST(RepeatErrors, WhatStandsInARepeat) {
-  EXPECT_EQ(in_program("repeat 2 { keep u }").at(0).substr(0, 5), "E0203");
+  EXPECT_EQ(in_jacobi_program("repeat 2 { keep u }").at(0).substr(0, 5), "E0203");
   std::string deep = "run jacobi";
   for (int i = 0; i < 17; ++i) deep = "repeat 1 { " + deep + " }";
-  EXPECT_EQ(in_program(deep).at(0), "E0376 repeats stand inside one another at most 16 deep | 1");
+  EXPECT_EQ(in_jacobi_program(deep).at(0), "E0376 repeats stand inside one another at most 16 deep | 1");
 }
 
 }  // namespace

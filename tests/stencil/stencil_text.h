@@ -26,6 +26,22 @@ inline Module module_of(const std::string& text) {
   return module;
 }
 
+/// "E0350 message | text pointed at | hint" of each diagnostic.
+inline std::vector<std::string> complaints(const std::string& text) {
+  const SourceFile source("test.dpde", text);
+  DiagnosticSink sink;
+  from_ast(parse(source, sink), sink);
+  std::vector<std::string> result;
+  for (const Diagnostic& d : sink.all()) {
+    const std::string place(source.text().substr(d.range.begin, d.range.end - d.range.begin));
+    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place +
+                     (d.hint.empty() ? "" : " | " + d.hint));
+  }
+  return result;
+}
+
+inline std::vector<std::string> one(const std::string& text) { return {text}; }
+
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}

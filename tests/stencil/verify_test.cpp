@@ -38,8 +38,6 @@ std::vector<std::string> with(const Fault& fault) {
   return verify(m);
 }
 
-std::vector<std::string> one(const std::string& text) { return {text}; }
-
 TEST(Verify, AcceptsTheCorrectModule) {
   EXPECT_EQ(with([](Module&) {}), std::vector<std::string>{});
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "source/render.h"
+#include "support/kept_code.h"
 
 namespace dpde::testing {
 
@@ -15,6 +16,7 @@ OpenedScene::OpenedScene(const std::string& text, const std::string& name, const
   options.backend = with.backend;
   options.adjoint = with.adjoint;
   options.verify = true;
+  options.cache = kept_code();
   auto compiled = driver::compile(source, options, sink);
   if (compiled) {
     const auto code = std::make_shared<const driver::Compiled>(std::move(*compiled));

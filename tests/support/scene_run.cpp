@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -43,6 +44,12 @@ TaskResult task_gradient(const std::string& text, const std::string& task, const
     result.gradient[part.name].assign(gradient.data() + part.offset, gradient.data() + part.offset + part.size);
   }
   return result;
+}
+
+double task_loss(const std::string& text, const std::string& task, const Overrides& overrides) {
+  OpenedScene opened(text, task, {.overrides = overrides});
+  const auto inverse = opened.inverse();
+  return inverse ? inverse->value(inverse->start()) : std::nan("");
 }
 
 std::string read_file(const std::string& path) {

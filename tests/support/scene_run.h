@@ -30,6 +30,9 @@ struct TaskResult {
 TaskResult task_gradient(const std::string& text, const std::string& task, const Overrides& overrides = {},
                          const std::string& path = "test.dpde");
 
+/// The loss alone: no derivative is made and compiled.
+double task_loss(const std::string& text, const std::string& task, const Overrides& overrides = {});
+
 /// A file's text; fails the running test when there is none.
 std::string read_file(const std::string& path);
 
