@@ -12,27 +12,28 @@ namespace dpde::testing {
 namespace {
 
 using Real = long double;
-using Values = std::vector<Real>;
-using Rate = std::function<Values(const Values&)>;
+using RealValues = std::vector<Real>;
+using Rate = std::function<RealValues(const RealValues&)>;
 
 /// a + c*b
-Values moved(Values a, Real c, const Values& b) {
+RealValues moved(RealValues a, Real c, const RealValues& b) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] += c * b[i];
   return a;
 }
 
-Values textbook_step(const std::string& scheme, const Values& u, Real dt, const Rate& rate) {
-  const Values k_1 = rate(u);
+RealValues textbook_step(const std::string& scheme, const RealValues& u, Real dt, const Rate& rate) {
+  const RealValues k_1 = rate(u);
   if (scheme == "rk2") return moved(u, dt, rate(moved(u, dt / 2, k_1)));
   if (scheme == "rk4") {
-    const Values k_2 = rate(moved(u, dt / 2, k_1)), k_3 = rate(moved(u, dt / 2, k_2)), k_4 = rate(moved(u, dt, k_3));
+    const RealValues k_2 = rate(moved(u, dt / 2, k_1)), k_3 = rate(moved(u, dt / 2, k_2)),
+                     k_4 = rate(moved(u, dt, k_3));
     return moved(moved(moved(moved(u, dt / 6, k_1), dt / 3, k_2), dt / 3, k_3), dt / 6, k_4);
   }
-  const Values k_2 = rate(moved(u, dt, k_1)), k_3 = rate(moved(moved(u, dt / 4, k_1), dt / 4, k_2));  // ssp_rk3
+  const RealValues k_2 = rate(moved(u, dt, k_1)), k_3 = rate(moved(moved(u, dt / 4, k_1), dt / 4, k_2));  // ssp_rk3
   return moved(moved(moved(u, dt / 6, k_1), dt / 6, k_2), 2 * dt / 3, k_3);
 }
 
-double largest_error(const std::vector<double>& values, const Values& exact) {
+double largest_error(const std::vector<double>& values, const RealValues& exact) {
   Real error = 0;
   EXPECT_EQ(values.size(), exact.size());
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -48,8 +49,8 @@ constexpr int cells = 64;
 
 /// Of what moves by this many cells in a unit of time.
 Rate carried_by(int speed) {
-  return [speed](const Values& values) {
-    Values rate(cells);
+  return [speed](const RealValues& values) {
+    RealValues rate(cells);
     for (int i = 0; i < cells; ++i) {
       const Real west = values[(i + cells - 1) % cells], east = values[(i + 1) % cells];
       rate[i] = speed * (west - east) / 2 + (west - 2 * values[i] + east) / 256;
@@ -69,7 +70,7 @@ Errors errors_after(int steps, const std::string& scheme, const std::string& rea
       "  initial u = 1.3 + 0.5*sin(2*pi*x/64) + 0.2*cos(6*pi*x/64)\n  initial q = 1.25\n  initial p = 0.5 + x/256\n  "
       "time 0 .. " +
       std::to_string(steps) + "/4, step 1/4\n}\n";
-  Values u(cells), qp(2 * cells);
+  RealValues u(cells), qp(2 * cells);
   const Real pi = std::acos(Real(-1));
   for (int i = 0; i < cells; ++i) {
     const Real x = i + 0.5L;
@@ -77,8 +78,8 @@ Errors errors_after(int steps, const std::string& scheme, const std::string& rea
     qp[i] = 1.25L;
     qp[cells + i] = 0.5L + x / 256;
   }
-  const Rate oscillator = [](const Values& values) {
-    Values rate(2 * cells);
+  const Rate oscillator = [](const RealValues& values) {
+    RealValues rate(2 * cells);
     for (int i = 0; i < cells; ++i) {
       rate[i] = values[cells + i];
       rate[cells + i] = -values[i];
@@ -90,7 +91,7 @@ Errors errors_after(int steps, const std::string& scheme, const std::string& rea
     qp = textbook_step(scheme, qp, 0.25L, oscillator);
   }
   const SceneResult found = run_scene(text, "run");
-  const Values q(qp.begin(), qp.begin() + cells);
+  const RealValues q(qp.begin(), qp.begin() + cells);
   return {largest_error(found.state.at("u"), u), largest_error(found.state.at("q"), q)};
 }
 
@@ -128,7 +129,7 @@ TEST(Rounding, OfGradientsOverManySteps) {
           std::to_string(steps) +
           "/4, step 1/4\n}\n"
           "task t : run { unknown initial u; minimise sum((0.7 + 0.3*sin(2*pi*x/64))*u) }\n";
-      Values bar(cells);
+      RealValues bar(cells);
       for (int i = 0; i < cells; ++i) bar[i] = 0.7L + 0.3L * std::sin(2 * std::acos(Real(-1)) * (i + 0.5L) / 64);
       for (int n = 0; n < steps; ++n) bar = textbook_step(bound.scheme, bar, 0.25L, carried_by(-1));
       const double error = largest_error(task_gradient(text, "t").gradient.at("u"), bar);
