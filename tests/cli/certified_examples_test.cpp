@@ -66,6 +66,10 @@ const std::map<std::string, std::string> smaller = {
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
     {"vorticity layers", "--set cells=32 --set end=1"},
     {"vorticity merger", "--set cells=32 --set end=1"},
+    {"layers find_shear", "--set time=euler --set end=0.04"},
+    {"layers growth", "--set time=euler --set end=0.04"},
+    {"layers ocean", "--set time=euler --set end=400000"},
+    {"layers weather", "--set time=euler --set cells=8 --set end=0.04"},
     {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 

@@ -51,6 +51,21 @@ TEST(Growing, HidesNoLimitOfWhatDecays) {
   }
 }
 
+/// By Fourier series short waves grow as the equations let them, here that of 4 cells by solves in the step, a
+/// mode of an ocean of two layers: its growth is no fault of the steps.
+TEST(Growing, OfShortWavesIsTheEquationsWhereTheyAreFourierSeries) {
+  const Verdict verdict = verdict_of(
+      *open_scene("model m { field q, r; solve lap(p) = q + r for p; solve lap(s) - 5*s = q - r for s\n"
+                  "  dt(q) = -dx(q) - 5*dx((p + s)/2); dt(r) = dx(r) + 5*dx((p - s)/2) }\n"
+                  "scheme c { dx = spectral; lap = spectral; dealias = two_thirds; time = rk4 }\nscene s : m with c {\n"
+                  "  grid x = 0 .. 2*pi*2.5, cells 12, periodic\n  initial q = sin(x)\n  initial r = cos(x)\n"
+                  "  time 0 .. 10, step 0.02\n}\n"));
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_FALSE(verdict.is_above());
+  const double k = 3 / 2.5;
+  EXPECT_NEAR(verdict.growth_rate, k * std::sqrt((5 - k * k) / (5 + k * k)), 1e-2);
+}
+
 /// Of all intervals, not the first alone: RK4 and F lap(u) with F up to 0.21.
 TEST(Growing, ControlFieldsAreLookedAtInAllIntervals) {
   const auto limit = [](const std::string& f) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "driver/over_time.h"
+#include "model/build.h"
 #include "model/solves.h"
 #include "stencil/from_model.h"
 
@@ -121,6 +122,18 @@ Equations::Equations(model::Problem problem) : problem_(std::move(problem)) {
   model::Problem plain = problem_;
   plain.events.clear();
   without_events_ = linear_step(plain);
+}
+
+bool Equations::are_spectral() const {
+  const auto is_difference = [&](const model::Expr& e) {
+    const bool is_any = std::holds_alternative<model::Derivative>(e->kind) ||
+                        std::holds_alternative<model::Advect>(e->kind) || std::holds_alternative<model::Shift>(e->kind);
+    return is_any && !model::is_spectral(problem_.scheme, e);
+  };
+  const auto has_differences = [&](const model::State& state) {
+    return state.rhs && model::any_part(*state.rhs, is_difference);
+  };
+  return problem_.program.empty() && std::ranges::none_of(problem_.states, has_differences);
 }
 
 std::optional<Symbol> Equations::about(const FrozenPoint& point) const {

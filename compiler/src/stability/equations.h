@@ -51,6 +51,8 @@ class Equations {
   explicit Equations(model::Problem problem);
   /// nullopt where they cannot be taken so.
   std::optional<Symbol> about(const FrozenPoint& point) const;
+  /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
+  bool are_spectral() const;
   /// The scene's step without events; null where it has none in each step.
   const LinearStep* without_events() const { return without_events_ ? &*without_events_ : nullptr; }
 

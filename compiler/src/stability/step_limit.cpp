@@ -22,6 +22,7 @@ constexpr double first_pole = 0.3, last_pole = 4;             // growth in a ste
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
 constexpr double precision = 5e-5;         // of limits, relative
+constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
 constexpr double decaying = 1e-3;          // of the largest rate
 constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
@@ -236,7 +237,8 @@ bool FrozenAnalysis::measure_rates(double step) {
   return short_step_.has_value();
 }
 
-/// Of resolved waves as the differences have them; of others no more than both these and the equations say.
+/// Of resolved waves as the differences have them; of others no more than both these and the equations say, which
+/// Fourier series have as they are.
 void FrozenAnalysis::measure_growth(const Equations* equations) {
   const auto rate_of = [&](const Angles& a) { return growth_rate_of(a); };
   const double of_mean = growth_rate_of({}), of_all = over_waves(rate_of).value;
@@ -244,7 +246,9 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
     growth_ = over_waves([&](const Angles& a) { return is_resolved(a) ? rate_of(a) : -infinite; }).value;
   growth_ = std::max(growth_, of_mean > rounding_of_mean * rate_ ? of_mean : 0.0);
   const double told_apart = (rates_ ? rounding_of_mean : short_step) * rate_;
-  if (equations != nullptr && !linear_->follows_flow() && of_all > growth_ + told_apart) {
+  if (equations != nullptr && equations->are_spectral()) {
+    growth_ = std::max(growth_, of_all);
+  } else if (equations != nullptr && !linear_->follows_flow() && of_all > growth_ + told_apart) {
     const std::optional<Symbol> symbol = equations->about(point_);
     const auto rate_of_both = [&](const Angles& a) { return std::min(rate_of(a), symbol->growth_rate(a)); };
     if (symbol) growth_ = std::max(growth_, over_waves(rate_of_both).value);
@@ -278,9 +282,17 @@ double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
 /// ln of the largest factor of the wave beyond as many as it has rates that do not decay; of none -infinite. Else what
 /// grows by right would hide that what decays by right grows in long steps.
 double FrozenAnalysis::growth_of_decaying(const Amplification& g, const Angles& wave) const {
-  if (growth_ == 0 || !rates_ || events_) return -infinite;
+  if (growth_ == 0 || events_) return -infinite;
   std::size_t others = 0;
-  for (const std::complex<double> rate : rates_->eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
+  if (rates_) {
+    for (const std::complex<double> rate : rates_->eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
+  } else {
+    for (const std::complex<double> factor : short_step_->eigenvalues(wave)) {
+      const bool is_of_equations = std::abs(factor - 1.0) < 0.5, is_cut = std::abs(factor) < cut;
+      if (!is_of_equations && !is_cut) return -infinite;  // of a memory
+      others += is_of_equations && std::log(std::abs(factor)) / short_ > -decaying * rate_ ? 1 : 0;
+    }
+  }
   std::vector<double> sizes;
   for (const std::complex<double> factor : g.eigenvalues(wave)) sizes.push_back(std::abs(factor));
   std::ranges::sort(sizes, std::greater());
