@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "stability/local_character.h"
@@ -55,7 +56,10 @@ std::string report_positivity(driver::Session& session, double step, Json& resul
     return "";
   }
   result["monotone"] = {{"kept", found.is_kept}, {"max_step", json_number(found.largest_step)}};
-  std::string text = fmt::format("monotone: {}", found.is_kept ? "yes" : "no");
+  // At walls weights are others, which are not looked at.
+  const bool has_walls =
+      std::ranges::any_of(session.axes(), [](const model::Axis& axis) { return axis.topology == Topology::bounded; });
+  std::string text = fmt::format("monotone{}: {}", has_walls ? " away from walls" : "", found.is_kept ? "yes" : "no");
   if (found.largest_step == 0) return text + ", at no step: some weights are negative, so new extrema may appear\n";
   if (std::isinf(found.largest_step)) return text + ", at every step\n";
   return text + fmt::format(", up to a step of {:.6g} no weight of the frozen step is negative\n", found.largest_step);

@@ -84,7 +84,9 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   const std::string wave = stability::wave_text(verdict, problem);
   std::string text = "stability: ";
   switch (verdict.limit.kind) {
-    case StepLimit::Kind::none: text += "no step is too large for it\n"; break;
+    case StepLimit::Kind::none:
+      text += verdict.is_exact ? "no step is too large for it\n" : "no step was found that is too large for it\n";
+      break;
     case StepLimit::Kind::never:
       text +=
           fmt::format("unstable at every step{}: {} {}\n",

@@ -25,8 +25,9 @@ constexpr double doubt = 2;                // by so much predictions of time may
 constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-constexpr double hopeless = 1000;  // times the time of the best
-constexpr double risen = 1.1;      // order, from one pair of grids to the next
+constexpr double same_error = 1.2;  // times, of longer steps
+constexpr double hopeless = 1000;   // times the time of the best
+constexpr double risen = 1.1;       // order, from one pair of grids to the next
 
 /// One method with one fraction of the largest stable step.
 struct Candidate {
@@ -125,6 +126,7 @@ class Tuner {
   /// Two coarse grids, and finer ones as long as they are unstable or do not resolve what there is.
   void explore(Candidate& candidate) {
     std::string why;  // the finest run has failed
+    bool was_lengthened = false;
     for (int rung = 0; rung <= highest_rung_ && !is_stopped(); rung += rungs_apart) {
       const Point& point = explore_at(candidate, rung);
       if (!point.failure.empty()) {
@@ -133,12 +135,28 @@ class Tuner {
         continue;
       }
       why.clear();
+      if (!was_lengthened) lengthen(candidate, rung);
+      was_lengthened = true;
       if (rung > 0 && !(point.error > resolved)) break;
     }
     candidate.out = why;
     if (!why.empty()) return;
     predict(candidate);
     look_finer(candidate);
+  }
+
+  /// Where no largest step is known the scene's own may be far too short: as long as it leaves the error as it is.
+  void lengthen(Candidate& candidate, int rung) {
+    if (candidate.runs.at(rung).largest_step > 0 || fractions_.empty() || candidate.fraction < longest_fraction) return;
+    while (candidate.fraction < longest_step && !is_stopped()) {
+      const Point before = candidate.runs.at(rung);
+      candidate.fraction *= 2;
+      const Point& longer = explore_at(candidate, rung);
+      if (longer.failure.empty() && longer.error <= same_error * before.error && longer.steps < before.steps) continue;
+      candidate.fraction /= 2;
+      candidate.runs[rung] = before;
+      return;
+    }
   }
 
   /// Coarse grids may be too coarse for a method to show its order: what would need too many cells is looked at on
@@ -226,7 +244,8 @@ class Tuner {
 
   /// Coarser ones than the longest steps need may do with shorter ones, as long as these cost less.
   void try_coarser_cells() {
-    if (!proven_ || winner_rung_ == 0 || winner_fraction_ < longest_fraction) return;
+    const bool is_known = proven_ && proven_->largest_step > 0;
+    if (!is_known || winner_rung_ == 0 || winner_fraction_ < longest_fraction) return;
     const double saved = std::pow(rung_ratio, static_cast<double>(scene_.axes.size()) + 1);
     const double shortest = longest_fraction / (margin * saved);
     const auto coarser = cells_of(scene_, factor_of(winner_rung_ - 1));
