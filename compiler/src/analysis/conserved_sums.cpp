@@ -158,15 +158,22 @@ std::optional<Candidates> sums_of_run(driver::Session& session, const Start& sta
   return sums;
 }
 
+using Drifts = std::map<std::string, double>;
+
+/// Nothing where the run cannot be made.
+Drifts drifts_of(const std::optional<Candidates>& sums) { return sums ? sums->drifts() : Drifts{}; }
+Drifts drifts_of_run(driver::Session& session, const Start& start, double step, int count) {
+  return drifts_of(sums_of_run(session, start, step, count));
+}
+
 /// Random states on few cells may blow up in steps that the scene's own state bears: beside what is as large then any
-/// drift is rounding. Steps so short that none does.
-double bounded_step(driver::Session& session, const Start& start, double step) {
-  for (int tries = 0; tries < most_tries; ++tries) {
-    const std::optional<Candidates> sums = sums_of_run(session, start, step, steps);
-    if (sums && sums->growth() <= most_growth) break;
+/// drift is rounding. `step` becomes so short that none does, if need be; the sums are those of its run.
+std::optional<Candidates> sums_of_bounded_run(driver::Session& session, const Start& start, double& step) {
+  for (int tries = 0;; ++tries) {
+    std::optional<Candidates> sums = sums_of_run(session, start, step, steps);
+    if ((sums && sums->growth() <= most_growth) || tries == most_tries) return sums;
     step /= shorter;
   }
-  return step;
 }
 
 /// Of squares by longer steps: more than rounding, and no more than steps may lose.
@@ -225,17 +232,13 @@ std::vector<Start> starts_of(driver::Session& session) {
 /// them, a mask, a threshold, a source that begins late. What shorter steps lose less of is kept but for steps.
 void take_out_changed(driver::Session& session, double rounding, std::vector<ConservedSum>& found) {
   for (const Start& start : starts_of(session)) {
-    const double step = bounded_step(session, start, session.problem().step);
-    const auto drifts = [&](double length, int count) {
-      const std::optional<Candidates> run = sums_of_run(session, start, length, count);
-      return run ? run->drifts() : std::map<std::string, double>{};
-    };
-    const auto is_beyond = [&](const ConservedSum& sum, const std::map<std::string, double>& by_steps) {
+    double step = session.problem().step;
+    const Drifts now = drifts_of(sums_of_bounded_run(session, start, step));
+    const auto is_beyond = [&](const ConservedSum& sum, const Drifts& by_steps) {
       return by_steps.contains(sum.name) && by_steps.at(sum.name) > 10 * rounding;
     };
-    const std::map<std::string, double> now = drifts(step, steps);
     if (std::ranges::none_of(found, [&](const ConservedSum& sum) { return is_beyond(sum, now); })) continue;
-    const std::map<std::string, double> by_shorter = drifts(step / shorter, steps * shorter);
+    const Drifts by_shorter = drifts_of_run(session, start, step / shorter, steps * shorter);
     const double less = std::pow(shorter, -first_order);
     std::erase_if(found, [&](ConservedSum& sum) {
       if (!is_beyond(sum, now)) return false;
@@ -258,25 +261,22 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, compiled, options, sink);
   if (session == nullptr) return std::nullopt;
   const Start start = random_start(*session);
-  const double step = bounded_step(*session, start, step_of(*compiled->problem, options.cells));
-  const std::optional<Candidates> sums = sums_of_run(*session, start, step, steps);
+  double step = step_of(*compiled->problem, options.cells);
+  const std::optional<Candidates> sums = sums_of_bounded_run(*session, start, step);
   if (!sums) return std::nullopt;
   const double rounding = compiled->real() == Precision::f64 ? tolerance : single_tolerance;
-  const auto drifts = [&](double length, int count) {
-    const std::optional<Candidates> run = sums_of_run(*session, start, length * step, count);
-    return run ? run->drifts() : std::map<std::string, double>{};
-  };
+  const auto drifts = [&](double length, int count) { return drifts_of_run(*session, start, length * step, count); };
   constexpr int shortest = shorter * shorter;
   const auto by_shorter = drifts(1.0 / shorter, steps * shorter),
              by_shortest = drifts(1.0 / shortest, steps * shortest);
   const auto by_longer = drifts(shorter, steps), by_longest = drifts(shortest, steps);
   // What is no sum of squares may drift by rounding alone where longer steps blow up.
-  const auto is_bounded = [&](const std::map<std::string, double>& longer) {
+  const auto is_bounded = [&](const Drifts& longer) {
     return std::ranges::all_of(longer, [&](const auto& entry) {
       return !sums->sum(entry.first).of_squares || entry.second <= most_of_squares;
     });
   };
-  const auto is_lost_by = [&](const std::map<std::string, double>& longer, const std::string& name) {
+  const auto is_lost_by = [&](const Drifts& longer, const std::string& name) {
     return (sums->sum(name).of_squares || is_bounded(longer)) && longer.contains(name) &&
            is_lost(longer.at(name), rounding);
   };
@@ -290,9 +290,9 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
     found.push_back(sums->sum(name));
     found.back().but_for_steps = !is_kept || is_lost_by(by_longer, name) || is_lost_by(by_longest, name);
   }
+  if (found.empty()) return found;
   options.cells = own_cells(*compiled->problem);
-  if (const auto own = driver::Session::open(source, compiled, options, sink); own != nullptr && !found.empty())
-    take_out_changed(*own, rounding, found);
+  if (const auto own = driver::Session::open(source, compiled, options, sink)) take_out_changed(*own, rounding, found);
   return found;
 }
 
