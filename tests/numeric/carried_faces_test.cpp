@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "../driver/driver_support.h"
+#include "support/flow_texts.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -131,14 +132,7 @@ scene s : m {
   EXPECT_NEAR(u[1], (1.2 + 1.4) / 2, 1e-14);
 }
 
-const std::string flow = R"(
-model flow {
-  vector u on faces
-  field p
-  param nu
-  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
-  0 = div(u) gives p
-}
+const std::string flow = incompressible_flow + std::string(R"(
 model flow_around {
   vector u on faces
   field p, T
@@ -180,7 +174,7 @@ scene around : flow_around {
   observe divergence = max(abs(div(u)))
   time 0 .. 1, step 1/20
 }
-)";
+)");
 
 std::string by(const std::string& scheme, const std::string& scene) {
   std::string text = flow;

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "../driver/driver_support.h"
+#include "support/flow_texts.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -129,14 +130,7 @@ TEST(FallingAxis, BackEndsAgree) {
 
 /// Poiseuille flow to the left, against the formula: order 2.
 TEST(FallingAxis, ChannelFlowGoesOutAtTheLowSide) {
-  const std::string text = R"(
-model flow {
-  vector u on faces
-  field p
-  param nu
-  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
-  0 = div(u) gives p
-}
+  const std::string text = incompressible_flow + std::string(R"(
 scene channel : flow {
   grid x = 2 .. 0, cells 16
   grid y = 0 .. 1, cells 8
@@ -148,7 +142,7 @@ scene channel : flow {
   exact p = 12*nu*x
   time 0 .. 2, step 1/128
 }
-)";
+)");
   std::vector<double> u, p;
   for (const int n : {8, 16, 32}) {
     const auto cells = [&](int count) { return std::to_string(count); };

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "support/flow_texts.h"
 #include "support/scene_run.h"
 
 namespace dpde {
@@ -17,14 +18,7 @@ using testing::run_scene;
 using testing::SceneResult;
 using testing::task_gradient;
 
-const std::string flow = R"(
-model flow {
-  vector u on faces
-  field p
-  param nu
-  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
-  0 = div(u) gives p
-}
+const std::string flow = testing::incompressible_flow + std::string(R"(
 scene taylor_green : flow {
   grid x = 0 .. 2*pi, cells 64, periodic
   grid y = 0 .. 2*pi, cells 64, periodic
@@ -62,7 +56,7 @@ scene cavity : flow {
   time 0 .. 12, step 1/64
 }
 task viscosity : taylor_green { unknown nu; minimise 0.5*mean(u.x^2) + 0.5*mean(u.y^2) }
-)";
+)");
 
 /// What a step of dt(u) = -grad(p) leaves: the part of u without divergence.
 const std::string alone = R"(

@@ -4,6 +4,17 @@
 
 namespace dpde::testing {
 
+/// Fluid of one density.
+constexpr const char* incompressible_flow = R"(
+model flow {
+  vector u on faces
+  field p
+  param nu
+  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
+  0 = div(u) gives p
+}
+)";
+
 /// Fluid around an obstacle.
 constexpr const char* flow_around_a_solid = R"(
 model m {
