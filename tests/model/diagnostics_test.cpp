@@ -301,7 +301,7 @@ TEST(Diagnostics, OfControlFieldsAndNoise) {
             "E0311 a control field is made of numbers, parameters, coordinates and t");
   EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x every 1/4"), "E0311 declare it in the model: control field w");
   EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x*t"),
-            "E0311 a coefficient is made of numbers, parameters and coordinates");
+            "E0311 a coefficient is made of numbers, parameters, coordinates and other coefficients");
   EXPECT_EQ(with_control_field(rest + "F = k*x", "k*F*w*u", "task t : s { unknown k; minimise mean(u) }"),
             "E0709 write the formula in the model with let, so that it can be differentiated");
   EXPECT_EQ(with_control_field(rest + "F = x", "k*F*w*noise(3)"),

@@ -8,20 +8,33 @@
 #include "model/stretch.h"
 #include "syntax/blocks.h"
 #include "syntax/repeats.h"
+#include "syntax/whole_scenes.h"
 
 namespace dpde::model {
 
-std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
-  ast::File file = ast::resolve_repeats(written, sink).file;
+namespace {
+
+/// Scenes with all their items, programs without blocks.
+ast::File written_out(const ast::File& written, DiagnosticSink& sink) {
+  ast::File file = ast::with_whole_scenes(ast::resolve_repeats(written, sink).file, sink);
   for (ast::Declaration& declaration : file.declarations) {
     if (auto* program = std::get_if<ast::Program>(&declaration.kind))
       program->items = ast::without_blocks(file, program->items);
   }
+  return file;
+}
+
+}  // namespace
+
+std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
+  const ast::File file = written_out(written, sink);
+  if (sink.has_errors()) return std::nullopt;
   Draft draft(file, selection, sink);
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);
   if (draft.program) declare_program(draft);
   if (draft.scope.names(Role::state).empty()) return std::nullopt;
+  declare_scene_lets(draft);
   mark_unknowns(draft);
   bind_parameters(draft);
   bind_scheme(draft);
@@ -63,6 +76,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_guess(draft);
   if (draft.model) check_smoother(draft);
   check_placements(draft);
+  check_gridless(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
   drop_unused(draft);

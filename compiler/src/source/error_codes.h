@@ -68,6 +68,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0335", "bad-spectrum", Severity::error, "{} has no waves with these numbers"},
     {"E0337", "unknown-layer", Severity::error, "there is no layer called {}"},
     {"E0338", "bad-network", Severity::error, "{}"},
+    {"E0339", "scene-of-itself", Severity::error, "scene {} is made from itself"},
     {"E0330", "unknown-placement", Severity::error, "{} is not a placement"},
     {"E0331", "misplaced", Severity::error, "{} is at {}, but here its value at {} is wanted"},
     {"E0332", "nothing-to-interpolate", Severity::error, "no field stands in this interpolation"},

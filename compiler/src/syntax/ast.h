@@ -44,13 +44,14 @@ struct CoefficientItem {
   bool control = false;
   bool mask = false;  // mask solid: where a condition of the scene is true
 };
-struct ParamItem {  // param nu, c
+struct ParamItem {  // param nu = 0.01, c
   std::vector<Identifier> names;
+  std::vector<std::optional<Expr>> values;  // one a name: where the scene says none
 };
 struct ControlItem {  // control F, G       (a parameter with one value for each interval of time)
   std::vector<Identifier> names;
 };
-struct LetItem {  // let s = u + v           (models and kernels)
+struct LetItem {  // let s = u + v           (models, scenes and kernels)
   Identifier name;
   Expr value;
 };
@@ -81,14 +82,16 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
   bool periodic = false;
   std::optional<Expr> stretched;  // where the points lie, of x running uniformly from low to high
 };
+struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or of one after the other)
+  std::vector<Expr> counts;
+};
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;
   Expr value;
   std::optional<Expr> every;          // of a control: F = sin(t) every 0.1
   std::optional<Identifier> of = {};  // of a scheme: advect marker = maccormack
 };
-// initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5      initial u = (y, 0) projected
-// initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
+// initial u = load("run.nc", u) at t = 0.5     initial u = (y, 0) projected     initial dt(u) = 0, with field "dt(u)"
 struct InitialItem {
   Identifier field;
   Expr value;
@@ -100,21 +103,20 @@ struct ExactItem {  // exact u = exp(-t)*sin(x)
   Expr value;
 };
 struct BoundarySide {  // x.low = 0     x = zero_gradient     all = 0
-  Identifier place;    // "x", "x.low", "x.high", "all"
-  Expr value;          // an expression, or the Name of a condition, as zero_gradient, or periodic
+  Identifier place;
+  Expr value;  // an expression, or the Name of a condition, as zero_gradient, or periodic
 };
 struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   Identifier field;
   std::vector<BoundarySide> sides;
-  bool bare = false;  // boundary u = 0, the same as all = 0
+  bool bare = false;  // boundary u = 0
 };
-struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
+struct TimeItem {  // time 0 .. 1, step 1/32, courant 0.4, speed |u| + c     time 0 .. 9, step 0.1, until steady 1e-8
                    // time 0 .. 1, step 1/32, tolerance 1e-6, absolute 1e-9, first 1e-3
-                   // time 0 .. 100, step 0.01, until steady 1e-8
   Expr from, to;
   std::optional<Expr> step, courant, speed, tolerance, absolute, first, steady;
 };
-struct StepItem {  // step 1/32             (with a hand-written loop)
+struct StepItem {  // step 1/32             (with a hand-written loop, or where a scene is made from another)
   Expr step;
 };
 struct OutputItem {  // output u, v every 0.1
@@ -156,8 +158,7 @@ struct WhenSteps {   // over 4 steps: each of the states behind so many steps fr
 struct WhenEnd {};  // nothing said: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
 
-// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data u_ref
-// = u from scene fine at t = 0.5 | ... over time
+// data v on faces.x = load("v.npy")     data w = trajectories("w.nc", u)     data u_ref = u from scene fine at t = 0.5
 struct DataItem {
   Identifier name;
   std::optional<Identifier> on;
@@ -182,10 +183,9 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
   Expr optimiser;
   std::vector<Argument> options;  // batch 4 has the name batch and the value 4
 };
-/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps beside
-/// plain, fine on trajectories("fine.nc") statistic energy = mean(u^2) on trajectories("test.nc") for 250 steps growth
-/// rate on trajectories("test.nc") for 250 steps spectrum energy = u on trajectories("test.nc") for 250 steps
-/// correlation vorticity = curl(u) above 0.8 on trajectories("test.nc") for 250 steps
+/// test mae = mean(abs(u - u_true)) over time        growth rate on trajectories("test.nc") for 250 steps
+/// test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
+/// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
 struct TestItem {  // a number reported after optimising
   enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
   struct Beside {  // another scene, from a file of its own where it has one
@@ -271,8 +271,7 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-/// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { fill x ...; run ... }
-/// The block makes y of x.
+/// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { ... y of x ... }
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
@@ -370,7 +369,6 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
   std::vector<Expr> norms;
   std::optional<Expr> at;
 };
-// gradient TASK and tolerance 1e-3 are OptionItems
 
 /// A class of its own, and not another name, so that copies of all kinds are compiled once, in ast.cpp.
 struct ItemKind
@@ -380,7 +378,7 @@ struct ItemKind
               TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
               StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
               StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
-              ReferenceItem, ChoicesItem, ErrorItem> {
+              ReferenceItem, ChoicesItem, ErrorItem, CellsItem> {
   using Variant::Variant;
   ItemKind();
   ItemKind(const ItemKind& other);
@@ -401,10 +399,12 @@ struct Model {  // model NAME { ... }
   std::vector<Item> items;
 };
 struct Scene {  // scene NAME : MODEL [, MODEL] [with SCHEME] { ... }      MODEL may be a hand-written program
+                // scene NAME = SCENE [with SCHEME] { ... }                the other scene with changes
   Identifier name, of;
   std::vector<Identifier> also;  // the models behind the first
   std::optional<Identifier> scheme;
   std::vector<Item> items;
+  std::optional<Identifier> like = {};  // the scene behind =; with_whole_scenes puts its items in
 };
 struct Scheme {  // scheme NAME { key = value; ... }
   Identifier name;

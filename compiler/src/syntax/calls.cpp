@@ -24,6 +24,23 @@ void add_calls(const Expr& e, std::set<std::string>& names) {
       [&](const Component& c) { add_calls(c.operand, names); });
 }
 
+void for_each_name(const Expr& e, const std::function<void(const std::string&)>& f) {
+  match(
+      e->kind, [](const Number&) {}, [](const Text&) {}, [&](const Name& n) { f(n.name); },
+      [&](const Unary& u) { for_each_name(u.operand, f); },
+      [&](const Binary& b) {
+        for_each_name(b.left, f);
+        for_each_name(b.right, f);
+      },
+      [&](const Call& c) {
+        for (const Argument& argument : c.arguments) for_each_name(argument.value, f);
+      },
+      [&](const Tuple& t) {
+        for (const Expr& element : t.elements) for_each_name(element, f);
+      },
+      [&](const Component& c) { for_each_name(c.operand, f); }, [](const Offsets&) {}, [](const Error&) {});
+}
+
 std::set<std::string> calls_of(const Model& model) {
   std::set<std::string> names;
   for (const Item& item : model.items) {

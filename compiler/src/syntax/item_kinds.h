@@ -24,17 +24,24 @@ concept InPrograms = OneOf<Kind, FillItem, ReduceItem, TransformItem, RunItem, S
 template <class Kind>
 concept InModels =
     OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem, HeldItem>;
+/// Of scenes, beside LetItem.
 template <class Kind>
-concept Elsewhere =
-    OneOf<Kind, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
-          ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, LayerItem,
-          BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem,
-          AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem>;
+concept InScenes = OneOf<Kind, GridItem, CellsItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem,
+                         EventItem, SubcycleItem, ObserveItem, OutputItem, AccuracyItem>;
+template <class Kind>
+concept InOtherBlocks = OneOf<Kind, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, LayerItem,
+                              BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,
+                              FramesItem, OptionItem, ReferenceItem, ChoicesItem, ErrorItem>;
+template <class Kind>
+concept Elsewhere = InScenes<Kind> || InOtherBlocks<Kind>;
 
 template <class Kind>
 concept OutsidePrograms = InKernels<Kind> || InModels<Kind> || Elsewhere<Kind>;
 template <class Kind>
 concept OutsideModels = InKernels<Kind> || InPrograms<Kind> || Elsewhere<Kind>;
+template <class Kind>
+concept OutsideScenes =
+    InPrograms<Kind> || InModels<Kind> || InOtherBlocks<Kind> || OneOf<Kind, AssignItem, ScatterItem, AdjointItem>;
 template <class Kind>
 concept OutsideKernels = InPrograms<Kind> || InModels<Kind> || Elsewhere<Kind>;
 

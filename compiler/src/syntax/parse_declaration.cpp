@@ -129,9 +129,13 @@ void parse_scheme_name(Cursor& cursor, std::optional<Identifier>& scheme) {
 void parse_scene(Cursor& cursor, Declaration& declaration) {
   Scene scene;
   scene.name = cursor.expect_name("the name of the scene");
-  cursor.expect(TokenKind::colon);
-  scene.of = cursor.expect_name("the name of a model or program");
-  while (cursor.accept(TokenKind::comma)) scene.also.push_back(cursor.expect_name("the name of a model"));
+  if (cursor.accept(TokenKind::assign)) {
+    scene.like = cursor.expect_name("the name of a scene");
+  } else {
+    cursor.expect(TokenKind::colon);
+    scene.of = cursor.expect_name("the name of a model or program");
+    while (cursor.accept(TokenKind::comma)) scene.also.push_back(cursor.expect_name("the name of a model"));
+  }
   parse_scheme_name(cursor, scene.scheme);
   parse_items(cursor, declaration, scene_rule(), scene.items);
   declaration.kind = std::move(scene);

@@ -34,7 +34,16 @@ ItemKind parse_mask(Cursor& cursor) {
   return CoefficientItem{parse_names(cursor, "the name of a mask"), false, {}, false, true};
 }
 
-ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
+/// nu = 0.01, c
+ItemKind parse_param(Cursor& cursor) {
+  ParamItem item;
+  do {
+    item.names.push_back(cursor.expect_name("the name of a parameter"));
+    std::optional<Expr>& value = item.values.emplace_back();
+    if (cursor.accept(TokenKind::assign)) value = parse_expression(cursor);
+  } while (cursor.accept(TokenKind::comma));
+  return item;
+}
 
 /// What stands between ( and ) after dt.
 Identifier parse_rated(Cursor& cursor) {
@@ -263,6 +272,14 @@ ItemKind parse_time(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_cells(Cursor& cursor) {
+  CellsItem item;
+  do {
+    item.counts.push_back(parse_expression(cursor));
+  } while (cursor.accept(TokenKind::comma));
+  return item;
+}
+
 ItemKind parse_step(Cursor& cursor) { return StepItem{parse_expression(cursor)}; }
 
 /// : u = a, v += b
@@ -415,6 +432,8 @@ BlockRule model_rule() {
 BlockRule scene_rule() {
   return {"scene",
           {{"grid", parse_grid},
+           {"cells", parse_cells},
+           {"let", parse_let},
            {"initial", parse_initial},
            {"exact", parse_exact},
            {"boundary", parse_boundary},

@@ -219,11 +219,6 @@ std::string print_frames(const FramesItem& item) {
                      item.to ? " to " + print(*item.to) : "");
 }
 
-std::string print_accuracy(const AccuracyItem& item) {
-  return fmt::format("accuracy {}{}", print(item.tolerance),
-                     item.fields.empty() ? "" : " on " + print_names(item.fields));
-}
-
 /// Several lines, each but the first behind the indent of the block; or one.
 std::string print_repeat(const RepeatItem& repeat);
 
@@ -236,8 +231,7 @@ std::string print_solve(const SolveItem& solve);
 std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return print_field(i); },
-      [](const CoefficientItem& i) { return print_coefficient(i); },
-      [](const ParamItem& i) { return "param " + print_names(i.names); },
+      [](const CoefficientItem& i) { return print_coefficient(i); }, [](const ParamItem& i) { return print_params(i); },
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
@@ -253,7 +247,9 @@ std::string print_item(const Item& item) {
       },
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
-      [](const StepItem& i) { return "step " + print(i.step); }, [](const EventItem& i) { return print_event(i); },
+      [](const StepItem& i) { return "step " + print(i.step); },
+      [](const CellsItem& i) { return "cells " + print_list(i.counts); },
+      [](const EventItem& i) { return print_event(i); },
       [](const SubcycleItem& i) { return fmt::format("subcycle {} in {}", print_names(i.fields), print(i.parts)); },
       [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
       [](const OutputItem& i) {
@@ -343,10 +339,15 @@ std::string print_of(const char* keyword, const Identifier& name, std::vector<Id
   return fmt::format("{} {} : {}{}", keyword, name.name, print_names(of), scheme ? " with " + scheme->name : "");
 }
 
+std::string print_scene(const Scene& scene) {
+  if (!scene.like) return print_of("scene", scene.name, {scene.of}, scene.also, scene.scheme);
+  return fmt::format("scene {} = {}{}", scene.name.name, scene.like->name,
+                     scene.scheme ? " with " + scene.scheme->name : "");
+}
+
 std::string print_header(const DeclarationKind& kind) {
   return match(
-      kind, [](const Model& d) { return "model " + d.name.name; },
-      [](const Scene& d) { return print_of("scene", d.name, {d.of}, d.also, d.scheme); },
+      kind, [](const Model& d) { return "model " + d.name.name; }, [](const Scene& d) { return print_scene(d); },
       [](const Scheme& d) { return "scheme " + d.name.name; },
       [](const Task& d) { return print_of("task", d.name, {d.of}, {}, d.scheme); },
       [](const Kernel& d) { return print_kernel_header(d); }, [](const Program& d) { return "program " + d.name.name; },

@@ -25,6 +25,15 @@ std::string print_coefficient(const CoefficientItem& i) {
   return fmt::format("{}{}{}{}", word, kind, print_names(i.names), print_placement(i.on));
 }
 
+std::string print_params(const ParamItem& item) {
+  std::string text = "param ";
+  for (std::size_t i = 0; i < item.names.size(); ++i) {
+    text += (i > 0 ? ", " : "") + item.names[i].name;
+    if (item.values[i]) text += " = " + print(*item.values[i]);
+  }
+  return text;
+}
+
 std::string print_solved(const SolvedItem& i) {
   return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
 }
@@ -35,6 +44,11 @@ std::string print_constraint(const ConstraintItem& i) {
 
 std::string print_held(const HeldItem& i) {
   return fmt::format("{} = {} inside {}", i.field.name, print(i.value), i.mask.name);
+}
+
+std::string print_accuracy(const AccuracyItem& item) {
+  return fmt::format("accuracy {}{}", print(item.tolerance),
+                     item.fields.empty() ? "" : " on " + print_names(item.fields));
 }
 
 }  // namespace dpde::ast

@@ -16,8 +16,10 @@ std::string print_placement(const std::optional<Identifier>& on);
 
 std::string print_field(const FieldItem& item);
 std::string print_coefficient(const CoefficientItem& item);
+std::string print_params(const ParamItem& item);
 std::string print_solved(const SolvedItem& item);
 std::string print_constraint(const ConstraintItem& item);
 std::string print_held(const HeldItem& item);
+std::string print_accuracy(const AccuracyItem& item);
 
 }  // namespace dpde::ast

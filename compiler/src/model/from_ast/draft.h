@@ -94,6 +94,8 @@ struct Draft {
   Problem problem;
   Scope scope;
   std::map<std::string, Typed> lets;
+  std::map<std::string, const ast::Expr*> scene_lets;
+  bool has_grid = true;                                 // else the scene is one cell
   int expansions = 0;                                   // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task

@@ -6,12 +6,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 #include "model/build.h"
 #include "support/assert.h"
 #include "support/match.h"
+#include "syntax/calls.h"
 #include "syntax/print_ast.h"
 
 namespace dpde::model {
@@ -44,12 +44,12 @@ Rules rules_of(Purpose purpose) {
     case Purpose::quantity: return anything("a sum over space");
     case Purpose::initial:
       return {.place = "an initial state",
-              .hint = "an initial state is made of numbers, parameters and coordinates",
+              .hint = "an initial state is made of numbers, parameters, coordinates and other initial states",
               .coordinates = true,
               .unknowns = true};
     case Purpose::coefficient:
       return {.place = "a coefficient",
-              .hint = "a coefficient is made of numbers, parameters and coordinates",
+              .hint = "a coefficient is made of numbers, parameters, coordinates and other coefficients",
               .coordinates = true,
               .unknowns = true};
     case Purpose::control_field:
@@ -84,8 +84,7 @@ Rules rules_of(Purpose purpose) {
                   "parameters and t",
               .time = true,
               .unknowns = true};
-    case Purpose::number:
-      return {.place = "a number of the scene", .hint = "it is made of numbers and of parameters given above it"};
+    case Purpose::number: return {.place = "a number of the scene", .hint = "it is made of numbers and parameters"};
     case Purpose::stretch:
       return {.place = "a stretched axis",
               .hint = "its formula is made of numbers, parameters and the coordinate of the axis itself",
@@ -134,24 +133,6 @@ bool is_written_sum(const ast::Expr& e) {
 bool is_written_zero(const ast::Expr& e) {
   const auto* number = std::get_if<ast::Number>(&e->kind);
   return number && number->value == 0;
-}
-
-void for_each_name(const ast::Expr& e, const std::function<void(const std::string&)>& f) {
-  match(
-      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {}, [&](const ast::Name& n) { f(n.name); },
-      [&](const ast::Unary& u) { for_each_name(u.operand, f); },
-      [&](const ast::Binary& b) {
-        for_each_name(b.left, f);
-        for_each_name(b.right, f);
-      },
-      [&](const ast::Call& c) {
-        for (const ast::Argument& argument : c.arguments) for_each_name(argument.value, f);
-      },
-      [&](const ast::Tuple& t) {
-        for (const ast::Expr& element : t.elements) for_each_name(element, f);
-      },
-      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Offsets&) {},
-      [](const ast::Error&) {});
 }
 
 }  // namespace
@@ -266,6 +247,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::state:
     case Role::coefficient:
     case Role::datum:
+      if (purpose_ == Purpose::initial || purpose_ == Purpose::coefficient) return given(e.name, *meaning, range);
       if (!rules.fields && !is_known_at_walls(*meaning, e.name))
         return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(e.name, range);
@@ -275,6 +257,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
       return number_of(field(e.name, {range}));
     case Role::parameter: return parameter(e.name, range);
     case Role::let: {
+      if (draft_.scene_lets.contains(e.name)) return scene_let(e.name, range);
       if (!rules.derivatives) return refuse("let " + e.name, range);
       const auto found = draft_.lets.find(e.name);
       return found == draft_.lets.end() ? Typed{} : found->second;
@@ -334,7 +317,9 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
   const auto value = draft_.values.find(name);
   if (value == draft_.values.end()) {
     if (!is_number) return number_of(param(name, {range}));  // reported at the end
-    draft_.sink.report("used-before-value", range, {name}, fmt::format("write {} = ... above this", name));
+    draft_.sink.report(
+        "used-before-value", range, {name},
+        fmt::format("write {0} = 1 in the scene, or param {0} = 1 in the model; no value is made of itself", name));
     return {};
   }
   if (!value->second) return is_number ? Typed{} : number_of(param(name, {range}));
@@ -454,7 +439,7 @@ void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
 
 std::string Expressions::reason_for_zero(const ast::Expr& e) {
   std::set<std::string> zeros, ones;
-  for_each_name(e, [&](const std::string& name) {
+  ast::for_each_name(e, [&](const std::string& name) {
     const auto found = draft_.values.find(name);
     if (found == draft_.values.end() || !found->second || draft_.unknowns.contains(name)) return;
     if (*found->second == 0) zeros.insert(name + " is 0");

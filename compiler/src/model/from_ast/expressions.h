@@ -3,7 +3,9 @@
 // over the axes of the scene. On one axis a number is a vector as well.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,6 +62,11 @@ class Expressions {
   bool is_sought(const std::string& name) const;
   bool is_known_at_walls(const Meaning& meaning, const std::string& name) const;
   Typed parameter(const std::string& name, SourceRange range);
+  // scene_names.cpp
+  Typed scene_let(const std::string& name, SourceRange range);
+  /// The formula that the scene gives a state or coefficient.
+  Typed given(const std::string& name, const Meaning& meaning, SourceRange range);
+  Typed put_in(const std::string& name, SourceRange range, const std::function<Typed()>& formula);
   Typed unary(const ast::Unary& e, SourceRange range);
   Typed chain(const ast::Expr& e);
   Typed combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
@@ -163,6 +170,7 @@ class Expressions {
   Purpose purpose_;
   std::string subject_;
   const FunctionScope* function_ = nullptr;  // whose body this is
+  std::set<std::string> open_ = {};          // names whose formulas of the scene are being put in
   bool is_measuring_ = false;                // this body is read for its order only
 };
 

@@ -22,8 +22,8 @@ std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
   return std::nullopt;
 }
 
-/// From the settings of this axis or of all axes, else from the line itself.
-int cells_of(Draft& draft, const ast::GridItem& item, std::optional<double> for_all_axes) {
+/// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
+int cells_of(Draft& draft, const ast::GridItem& item, const ast::Expr* counted, std::optional<double> for_all_axes) {
   const std::string key = "cells." + item.axis.name;
   const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
   if (is_set) {
@@ -32,12 +32,42 @@ int cells_of(Draft& draft, const ast::GridItem& item, std::optional<double> for_
     return value ? as_cells(draft, *value, {}).value_or(1) : 1;
   }
   draft.settings.add_known(key);
-  if (!item.cells) {
+  if (item.cells && counted)
+    report_duplicate(draft, "the cells of " + item.axis.name, counted->range(), item.cells->range());
+  if (item.cells) counted = &*item.cells;
+  if (!counted) {
     draft.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 behind the extent");
     return 1;
   }
-  const auto value = evaluate(draft, *item.cells, "the number of cells");
-  return value ? as_cells(draft, *value, item.cells->range()).value_or(1) : 1;
+  const auto value = evaluate(draft, *counted, "the number of cells");
+  return value ? as_cells(draft, *value, counted->range()).value_or(1) : 1;
+}
+
+/// What the line `cells` says of each of so many axes; none without one, and after a diagnostic.
+std::vector<const ast::Expr*> counts_of(Draft& draft, std::size_t axes) {
+  std::vector<const ast::Expr*> counts(axes, nullptr);
+  const auto lines = items_of<ast::CellsItem>(draft.scene->items);
+  for (std::size_t i = 1; i < lines.size(); ++i) report_duplicate(draft, "cells", lines[i].range, lines[0].range);
+  if (lines.empty()) return counts;
+  const std::vector<ast::Expr>& written = lines.front().kind.counts;
+  if (written.size() != 1 && written.size() != axes) {
+    draft.sink.report("wrong-length", lines.front().range,
+                      {counted(static_cast<int>(axes), "number"), std::to_string(written.size())},
+                      "write one number for all axes, or one for each");
+    return counts;
+  }
+  for (std::size_t i = 0; i < axes; ++i) counts[i] = &written[written.size() == 1 ? 0 : i];
+  return counts;
+}
+
+/// A scene without a grid is one cell: ordinary equations.
+void bind_one_cell(Draft& draft, std::optional<double> cells) {
+  draft.has_grid = false;
+  Axis axis;
+  axis.name = axis_name(0);
+  axis.topology = Topology::periodic;
+  axis.cells = cells ? as_cells(draft, *cells, {}).value_or(1) : 1;
+  draft.problem.axes.push_back(axis);
 }
 
 /// Places of cells are computed in the precision of the fields.
@@ -107,10 +137,14 @@ void bind_grid(Draft& draft) {
   const std::size_t before = draft.sink.all().size();
   const std::vector<const ast::GridItem*> lines = grid_lines(draft);
   const auto for_all_axes = number_setting(draft, "cells");
-  if (lines.empty() && items_of<ast::GridItem>(draft.scene->items).empty()) {
+  const bool has_lines = !items_of<ast::GridItem>(draft.scene->items).empty();
+  const bool has_cells = !items_of<ast::CellsItem>(draft.scene->items).empty();
+  if (!has_lines && !has_cells && draft.model) return bind_one_cell(draft, for_all_axes);
+  if (!has_lines) {
     draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
                       "write grid x = 0 .. 1, cells 128, periodic");
   }
+  const std::vector<const ast::Expr*> counts = counts_of(draft, lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     Axis axis;
     axis.name = axis_name(static_cast<int>(i));
@@ -118,7 +152,7 @@ void bind_grid(Draft& draft) {
       if (lines[i]->periodic) axis.topology = Topology::periodic;
       if (!lines[i]->periodic) axis.topology = Topology::bounded;
       bind_extent(draft, *lines[i], axis);
-      axis.cells = cells_of(draft, *lines[i], for_all_axes);
+      axis.cells = cells_of(draft, *lines[i], counts[i], for_all_axes);
       check_precision(draft, *lines[i], axis);
     } else {
       draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},

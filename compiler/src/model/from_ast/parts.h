@@ -102,6 +102,11 @@ void bind_parameters(Draft& draft);
 // grid.cpp
 void bind_grid(Draft& draft);
 
+// scene_names.cpp
+void declare_scene_lets(Draft& draft);
+/// Whether nothing varies in space where the scene has no grid.
+void check_gridless(Draft& draft);
+
 // networks.cpp
 void bind_networks(Draft& draft);
 /// network_symmetries.cpp: what its block says in `symmetric` is done to the network that `declared` has.

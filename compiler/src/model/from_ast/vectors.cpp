@@ -84,6 +84,13 @@ Typed Expressions::component(const ast::Identifier& name) {
   if (meaning && meaning->is_vector && axis_count() == 0) return this->name(ast::Name{base}, name.range);
   const auto found = draft_.lets.find(base);
   const int axis = axis_of(name.name.substr(base.size() + 1));
+  if (draft_.scene_lets.contains(base)) {
+    const Typed whole = scene_let(base, name.range);
+    const bool fits = whole.type == Typed::Type::vector && axis >= 0 && axis < axis_count();
+    if (!fits && whole.type != Typed::Type::none)
+      report_unknown(draft_, name, [] { return std::vector<std::string>(); });
+    return fits ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : Typed{};
+  }
   if (found != draft_.lets.end() && found->second.type == Typed::Type::vector && axis >= 0 && axis < axis_count()) {
     const Typed whole = this->name(ast::Name{base}, name.range);
     return whole.type == Typed::Type::none ? whole : number_of(whole.parts[axis]);

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas of a scene that other formulas of it name: let k = 2*pi/L; initial h = 1 - b, b a coefficient that is given
+// by a formula, or an initial state. The formula is put in where the name stands.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool stands_in_model(const Draft& draft, SourceRange range) {
+  return draft.model && std::ranges::any_of(draft.model->items, [&](const ast::Item& item) {
+           return item.range.begin <= range.begin && range.end <= item.range.end;
+         });
+}
+
+/// What the scene gives the state or coefficient, as a whole or this component of it.
+struct Giver {
+  const ast::Expr* value = nullptr;
+  bool is_projected = false;
+};
+Giver giver_of(const Draft& draft, const std::string& name, Role role) {
+  const std::string whole = vector_of(name);
+  const auto gives = [&](const std::string& given) { return given == name || (!whole.empty() && given == whole); };
+  if (role == Role::coefficient) {
+    for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+      if (gives(item.name.name)) return {&item.value};
+    }
+    return {};
+  }
+  for (const auto& [item, range] : items_of<ast::InitialItem>(draft.scene->items)) {
+    if (gives(item.field.name)) return {&item.value, item.projected.has_value()};
+  }
+  return {};
+}
+
+/// What keeps the formula from standing for the name: then the name would be another field than it.
+std::string obstacle(const Draft& draft, const std::string& name, Role role, const Giver& giver) {
+  const std::string whole = vector_of(name);
+  if (draft.task) {
+    for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
+      const std::string& sought = unknown.name.name;
+      const bool is_it = sought == name || sought == whole || vector_of(sought) == name;
+      if (is_it && unknown.initial == (role == Role::state)) return "it is an unknown of the task";
+    }
+  }
+  const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name).front());
+  const bool is_mask = coefficient ? coefficient->is_mask : draft.moving_masks.contains(name);
+  if (is_mask || (coefficient && coefficient->is_control())) return is_mask ? "it is a mask" : "it is a control";
+  if (giver.value == nullptr) return "it has no formula";
+  if (giver.is_projected) return "its formula is projected";
+  const auto* tuple = std::get_if<ast::Tuple>(&(*giver.value)->kind);
+  const bool has_file = is_load(*giver.value) || (tuple && std::ranges::any_of(tuple->elements, is_load));
+  return has_file ? "it is loaded" : "";
+}
+
+}  // namespace
+
+void declare_scene_lets(Draft& draft) {
+  for (const auto& [item, range] : items_of<ast::LetItem>(draft.scene->items)) {
+    if (declare(draft, item.name, Role::let)) draft.scene_lets.emplace(item.name.name, &item.value);
+  }
+}
+
+Typed Expressions::put_in(const std::string& name, SourceRange range, const std::function<Typed()>& formula) {
+  if (!open_.insert(name).second) {
+    draft_.sink.report("used-before-value", range, {name}, "it is made of itself");
+    return {};
+  }
+  Typed value = formula();
+  open_.erase(name);
+  return value;
+}
+
+Typed Expressions::scene_let(const std::string& name, SourceRange range) {
+  if (stands_in_model(draft_, range)) {
+    draft_.sink.report("not-allowed-here", range, {"let " + name + " of the scene", "a model"},
+                       fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
+    return {};
+  }
+  return put_in(name, range, [&] { return any(*draft_.scene_lets.at(name)); });
+}
+
+Typed Expressions::given(const std::string& name, const Meaning& meaning, SourceRange range) {
+  const Giver giver = giver_of(draft_, name, meaning.role);
+  const std::string why = obstacle(draft_, name, meaning.role, giver);
+  const std::string what = fmt::format("{} {}", word_for(meaning.role), name);
+  if (!why.empty()) {
+    draft_.sink.report("not-allowed-here", range, {what, std::string(place_of(purpose_))},
+                       fmt::format("formulas of the scene stand for what they give, but of {} there is none to put "
+                                   "in: {}",
+                                   name, why));
+    return {};
+  }
+  const std::string whole = vector_of(name);
+  const bool is_part = !whole.empty() && draft_.scope.find(whole);
+  return put_in(name, range, [&] {
+    if (!is_part) {
+      const auto parts = components(*giver.value, name);
+      if (!parts) return Typed{};
+      return Typed{meaning.is_vector ? Typed::Type::vector : Typed::Type::number, *parts};
+    }
+    const Typed value = any(*giver.value);
+    const int axis = axis_of(name.substr(whole.size() + 1));
+    if (value.type == Typed::Type::vector && axis < static_cast<int>(value.parts.size()))
+      return number_of(value.parts[static_cast<std::size_t>(axis)]);
+    return value;
+  });
+}
+
+void check_gridless(Draft& draft) {
+  if (draft.has_grid) return;
+  const auto varies = [](const Expr& e) {
+    return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
+           std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
+           std::holds_alternative<Noise>(e->kind) || std::holds_alternative<Sample>(e->kind);
+  };
+  const auto refuse_if_any = [&](const std::string& name, std::initializer_list<std::optional<Expr>> formulas) {
+    const bool is_any =
+        std::ranges::any_of(formulas, [&](const auto& formula) { return formula && any_part(*formula, varies); });
+    if (!is_any) return false;
+    draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
+                      fmt::format("{} varies in space: write grid x = 0 .. 1, cells 128, periodic", name));
+    return true;
+  };
+  for (const State& state : draft.problem.states) {
+    if (refuse_if_any(state.name, {state.rhs, state.initial.formula, state.exact})) return;
+  }
+  for (const Coefficient& coefficient : draft.problem.coefficients) {
+    if (refuse_if_any(coefficient.name, {coefficient.value.formula})) return;
+  }
+}
+
+}  // namespace dpde::model

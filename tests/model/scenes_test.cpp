@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes made from others, their lets, parameters with values in the model, initial states made of one another.
+#include <sstream>
+
+#include "model/model_support.h"
+#include "model/print_model.h"
+
+namespace dpde::model {
+namespace {
+
+const std::string written_out = R"(
+model m { field u, v; coefficient b; param k = 1, c = 2*k; dt(u) = k*lap(u) + c*b; dt(v) = u }
+scheme s2 { time = rk2 }
+scene a : m {
+  grid x = 0 .. 1, cells 8
+  grid y = 0 .. 2, cells 4
+  let q = 2*pi*k
+  b = sin(q*x)
+  boundary u: x = 0, y.low = 1, y.high = zero_gradient
+  initial u = cos(q*x) - b
+  boundary v = zero_gradient
+  initial v = 2*u
+  time 0 .. 1, step 1/8
+  output u every 1/4
+  output v
+}
+)";
+
+Problem changed(const std::string& more, const std::string& name) {
+  return problem_of(written_out + more, {name, {}, ""});
+}
+
+/// The lines of the printed problem that begin so, without what is the scene's name.
+std::vector<std::string> lines_with(const Problem& problem, const std::string& start) {
+  std::vector<std::string> lines;
+  std::istringstream text(print(problem));
+  for (std::string line; std::getline(text, line);) {
+    if (line.find("  " + start) == 0) lines.push_back(line.substr(2));
+  }
+  return lines;
+}
+
+TEST(Scenes, AreMadeFromOthersWithChanges) {
+  const Problem b = changed("scene b = a with s2 { cells 16; step 1/32; k = 3 }", "b");
+  EXPECT_EQ(b.axes[0].cells, 16);
+  EXPECT_EQ(b.axes[1].cells, 16);
+  EXPECT_EQ(b.axes[1].high, 2);
+  EXPECT_EQ(b.steps, 32);
+  EXPECT_EQ(b.scheme.time, TimeScheme::rk2);
+  EXPECT_EQ(lines_with(b, "initial"), (std::vector<std::string>{"initial u = cos(2*pi*k*x) - sin(2*pi*k*x)",
+                                                                "initial v = 2*(cos(2*pi*k*x) - sin(2*pi*k*x))"}));
+  const Problem c = changed("scene c = b { cells 5, 3; let q = 1; initial v = 0 }\nscene b = a { k = 3 }", "c");
+  EXPECT_EQ(c.axes[0].cells, 5);
+  EXPECT_EQ(c.axes[1].cells, 3);
+  EXPECT_EQ(lines_with(c, "k = "), std::vector<std::string>{"k = 3"});
+  EXPECT_EQ(lines_with(c, "c = "), std::vector<std::string>{"c = 6"});
+  EXPECT_EQ(lines_with(c, "initial"), (std::vector<std::string>{"initial u = cos(x) - sin(x)", "initial v = 0"}));
+}
+
+TEST(Scenes, ChangeSidesOfBoundariesOneByOne) {
+  const Problem b = changed("scene b = a { boundary u: x.high = 5, y = 0 }", "b");
+  EXPECT_EQ(lines_with(b, "boundary u"),
+            std::vector<std::string>{"boundary u: x.low = 0, x.high = 5, y.low = 0, y.high = 0"});
+  const Problem c = changed("scene c = a { boundary u = zero_gradient }", "c");
+  EXPECT_EQ(lines_with(c, "boundary u"),
+            std::vector<std::string>{
+                "boundary u: x.low zero_gradient, x.high zero_gradient, y.low zero_gradient, y.high zero_gradient"});
+}
+
+TEST(Scenes, ReplaceAllOutputs) {
+  const Problem b = changed("scene b = a { output u }", "b");
+  EXPECT_EQ(lines_with(b, "output"), std::vector<std::string>{"output u"});
+}
+
+TEST(Scenes, ThatCannotBeMadeAreReported) {
+  const auto code = [](const std::string& more) {
+    return outcome_of(written_out + more, {"a", {}, ""}).code_and_hint();
+  };
+  EXPECT_EQ(code("scene b = aa { cells 4 }"), "E0318 did you mean a?");
+  EXPECT_EQ(code("scene b = m { cells 4 }"), "E0318 m is a model: scene b : m {");
+  EXPECT_EQ(code("scene b = b { cells 4 }"), "E0339 a scene is made from one that is written out");
+  EXPECT_EQ(outcome_of(written_out + "scene b = a { cells 4, 4, 4 }", {"b", {}, ""}).diagnostics.front().hint,
+            "write one number for all axes, or one for each");
+  EXPECT_EQ(
+      outcome_of(written_out + "scene b = a { grid x = 0 .. 2, cells 4; cells 5 }", {"b", {}, ""}).code_and_hint(),
+      "E0303 ");
+}
+
+TEST(Scenes, LetsStandInTheSceneAlone) {
+  const std::string text = R"(
+model m { field u; param k; dt(u) = RATE }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; k = 1; let q = LET; initial u = q; time 0 .. 1, step 1/8 }
+)";
+  const auto outcome = [&](std::string rate, std::string let) {
+    std::string whole = text;
+    whole.replace(whole.find("RATE"), 4, rate);
+    whole.replace(whole.find("LET"), 3, let);
+    return outcome_of(whole).code_and_hint();
+  };
+  EXPECT_EQ(outcome("u*q", "2"), "E0311 write param q in the model, and q = ... in the scene");
+  EXPECT_EQ(outcome("u*k", "q + 1"), "E0315 it is made of itself");
+  EXPECT_EQ(outcome("u*k", "u + 1"), "E0315 it is made of itself");
+  EXPECT_EQ(outcome("u*k", "w"), "E0301 known here: k, pi, q, t, u, x, y, z");
+}
+
+TEST(Scenes, FormulasStandForWhatTheyGive) {
+  const std::string model = "model m { vector w; field h; coefficient b; mask o; dt(w) = b*w*o; dt(h) = 0*h }\n";
+  const auto scene = [&](const std::string& lines, const std::string& more = "") {
+    return outcome_of(model + "scene s : m { grid x = 0 .. 1, cells 8, periodic; time 0 .. 1, step 1/8; o = x < 0.5\n" +
+                          lines + "}\n" + more,
+                      {more.empty() ? "s" : "t", {}, ""});
+  };
+  const Outcome fine = scene("b = 2*x; initial w = 3*x; initial h = 1 - b + w.x");
+  ASSERT_TRUE(fine.problem);
+  EXPECT_EQ(lines_with(*fine.problem, "initial h"), std::vector<std::string>{"initial h = 1 - 2*x + 3*x"});
+  const auto why = [&](const Outcome& outcome) {
+    const std::string hint = outcome.code_and_hint();
+    return hint.substr(hint.rfind(": ") + 2);
+  };
+  EXPECT_EQ(why(scene("b = load(\"b.npy\"); initial w = 0; initial h = b")), "it is loaded");
+  EXPECT_EQ(why(scene("b = 1; initial w = 0; initial h = o")), "it is a mask");
+  EXPECT_EQ(why(scene("b = 1; initial w = 0; initial h = b", "task t : s { unknown b; minimise mean(h) }")),
+            "it is an unknown of the task");
+  EXPECT_EQ(why(scene("b = 1; initial w = x; initial h = w.x", "task t : s { unknown initial w; minimise mean(h) }")),
+            "it is an unknown of the task");
+  EXPECT_EQ(scene("b = h; initial w = 0; initial h = b").diagnostics.front().hint, "it is made of itself");
+}
+
+TEST(Scenes, ValuesOfTheModelFollowThoseOfTheScene) {
+  const std::string text = R"(
+model m { field u; param a = 3, b = 2*a, c; dt(u) = a*b*c*u }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; c = b; initial u = 1; time 0 .. 1, step 1/8 }
+scene of_five = s { a = 5 }
+scene of_seven = s { b = 7 }
+)";
+  const auto values = [&](const std::string& scene, const std::map<std::string, std::string>& settings = {}) {
+    std::map<std::string, double> found;
+    for (const Parameter& p : problem_of(text, {scene, settings, ""}).params) found[p.name] = p.value;
+    return std::vector<double>{found["a"], found["b"], found["c"]};
+  };
+  EXPECT_EQ(values("s"), (std::vector<double>{3, 6, 6}));
+  EXPECT_EQ(values("of_five"), (std::vector<double>{5, 10, 10}));
+  EXPECT_EQ(values("of_seven"), (std::vector<double>{3, 7, 7}));
+  EXPECT_EQ(values("s", {{"a", "4"}}), (std::vector<double>{4, 8, 8}));
+}
+
+TEST(Scenes, WithoutAGridAreOneCell) {
+  const std::string model = "model m { field a, b; param k; dt(a) = b*k; dt(b) = RATE }\n";
+  const std::string scene = "scene s : m { k = 2; initial a = 1; initial b = START; time 0 .. 1, step 1/8 }";
+  const auto with = [&](const std::string& rate, const std::string& start) {
+    std::string whole = model + scene;
+    whole.replace(whole.find("RATE"), 4, rate);
+    whole.replace(whole.find("START"), 5, start);
+    return outcome_of(whole);
+  };
+  const Outcome fine = with("-a", "0");
+  ASSERT_TRUE(fine.problem);
+  EXPECT_EQ(fine.problem->axes.size(), 1U);
+  EXPECT_EQ(fine.problem->axes.front().cells, 1);
+  EXPECT_EQ(with("-dx(a)", "0").code_and_hint(), "E0401 b varies in space: write grid x = 0 .. 1, cells 128, periodic");
+  EXPECT_EQ(with("-a", "sin(x)").code_and_hint(),
+            "E0401 b varies in space: write grid x = 0 .. 1, cells 128, periodic");
+}
+
+}  // namespace
+}  // namespace dpde::model
