@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -185,6 +186,23 @@ TEST(Tune, LengthensStepsWithoutALimit) {
   ASSERT_TRUE(choice.chosen);
   EXPECT_LE(choice.chosen->error, 2e-2);
   EXPECT_GT(choice.chosen->step, 0.05);
+}
+
+/// A run that is broken off has no error: it is not told as one of 0.
+TEST(Tune, TellsNoRunsThatWereBrokenOff) {
+  const Scene scene("rod");
+  std::atomic<bool> stop = false;
+  TuneOptions options{scene.options, 1e-6, 2};
+  options.cost = counted;
+  options.point.stop = &stop;
+  options.tell = [&](const std::string& what) { stop = what.find("rk4") != std::string::npos; };
+  const Choice choice = tune(scene.source, options, scene.session->problem(), {}, {});
+  EXPECT_FALSE(choice.chosen);
+  ASSERT_FALSE(choice.runners_up.empty());
+  for (const RunnerUp& other : choice.runners_up) {
+    EXPECT_TRUE(!other.point.failure.empty() || is_complete(other.point)) << other.reason;
+    EXPECT_EQ(other.reason.find("should take"), std::string::npos) << other.reason;
+  }
 }
 
 /// Fractions that a person names are all that are tried.

@@ -178,7 +178,8 @@ Json json_of(const Row& row) {
           {"network", row.has_network},
           {"made_data", row.made_data},
           {"error", json_number(row.point.error)},
-          {"wall_s", json_number(row.point.seconds)},
+          {"wall_s", row.point.seconds > 0 ? json_number(row.point.seconds) : Json(nullptr)},
+          {"failure", row.point.failure.empty() ? Json(nullptr) : Json(row.point.failure)},
           {"wall_s_samples", row.point.samples},
           {"stable", !row.point.is_unstable()},
           {"pareto", row.point.is_pareto}};

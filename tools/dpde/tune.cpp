@@ -18,6 +18,7 @@
 #include "progress.h"
 #include "scene_output.h"
 #include "syntax/print_ast.h"
+#include "syntax/whole_scenes.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -44,7 +45,8 @@ Json chosen_json(const chart::Point& point) {
 std::string courant_text(const ast::File& file, const model::Problem& chosen) {
   if (!(chosen.courant > 0)) return "";
   std::string text = fmt::format(", courant {}", chosen.courant);
-  for (const ast::Declaration& declaration : file.declarations) {
+  DiagnosticSink unread;  // it was compiled: nothing to say
+  for (const ast::Declaration& declaration : ast::with_whole_scenes(file, unread).declarations) {
     const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);
     if (scene == nullptr || scene->name.name != chosen.scene) continue;
     for (const ast::Item& item : scene->items) {
@@ -64,8 +66,9 @@ std::string text_to_paste(const chart::Point& point, const driver::Compiled& com
   if (!text.ends_with("\n")) text += "\n";
   for (std::size_t a = 0; a < chosen.axes.size(); ++a)
     text += fmt::format("# grid {}: cells {}\n", chosen.axes[a].name, point.cells[a]);
-  return text + fmt::format("# time {} .. {}, step {}{}\n", chosen.t_begin, chosen.t_begin + chosen.steps * chosen.step,
-                            point.step, courant_text(compiled.ast, chosen));
+  return text + fmt::format("# time {} .. {:.15g}, step {:.15g}{}\n", chosen.t_begin,
+                            chosen.t_begin + chosen.steps * chosen.step, point.step,
+                            courant_text(compiled.ast, chosen));
 }
 
 void report_reference(Job& job, const ChartScene& scene, const chart::References& references, Json& result) {

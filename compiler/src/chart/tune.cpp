@@ -302,8 +302,12 @@ class Tuner {
   /// The methods that lost, each with its last run.
   Choice finish() {
     result_.chosen = proven_;
-    for (const Candidate& candidate : candidates_) {
+    for (Candidate& candidate : candidates_) {
+      std::erase_if(candidate.runs, [&](const auto& run) {  // broken off
+        return is_stopped() && run.second.failure.empty() && !is_complete(run.second);
+      });
       if (candidate.runs.empty() || &candidate == winner_) continue;
+      if (is_stopped() && candidate.out.empty()) candidate.out = "stopped before it was tried further";
       const bool is_hopeless = proven_ && candidate.seconds > hopeless * proven_->seconds;
       const std::string why = !candidate.out.empty() ? candidate.out
                               : is_hopeless ? fmt::format("it should take more than {:g} times as long", hopeless)

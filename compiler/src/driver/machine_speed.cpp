@@ -29,7 +29,7 @@ double rounded_footprint(double bytes) {
 }
 
 std::string key_of(double footprint, int threads) {
-  return fmt::format("speed of the machine\n{}\n{} threads\n{} bytes", machine_name(), threads, footprint);
+  return fmt::format("speed of the machine, both pipes\n{}\n{} threads\n{} bytes", machine_name(), threads, footprint);
 }
 
 std::string date_of_now() {

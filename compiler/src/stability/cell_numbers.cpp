@@ -63,7 +63,7 @@ class LargestNumbers {
       : session_(session), central_(central), own_(own) {}
 
   std::vector<CellNumber> run() {
-    for (const ScenePoint& point : frozen_points(session_, central_)) look_at(point);
+    for (const ScenePoint& point : all_frozen_points(session_, central_)) look_at(point);
     if (central_.solves()) {
       for (const ScenePoint& point : steepest_points(session_, central_)) look_at(point);
     }

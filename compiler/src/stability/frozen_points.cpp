@@ -374,6 +374,11 @@ std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenP
 }
 
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear) {
+  std::vector<ScenePoint> points = all_frozen_points(session, linear);
+  return linear.follows_flow() || linear.solves() ? thinned(std::move(points), session, linear) : points;
+}
+
+std::vector<ScenePoint> all_frozen_points(driver::Session& session, const LinearStep& linear) {
   const Sampler sampler(session, linear);
   std::vector<ScenePoint> result;
   const std::set<std::size_t> cells = sampler.cells();
@@ -402,7 +407,7 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
       }
     }
   }
-  return linear.follows_flow() || linear.solves() ? thinned(std::move(result), session, linear) : result;
+  return result;
 }
 
 std::vector<ScenePoint> steepest_points(driver::Session& session, const LinearStep& linear) {

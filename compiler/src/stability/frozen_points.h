@@ -17,8 +17,11 @@ struct ScenePoint {
 };
 
 /// Where the fields that the tangent reads are smallest and largest, some places between, and where cells are smallest;
-/// at other times too where that matters. Each different one once, one where nothing varies.
+/// at other times too where that matters. Each different one once, one where nothing varies. A few of them where an
+/// analysis of waves takes long.
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
+/// All of them, for what takes no longer than a look.
+std::vector<ScenePoint> all_frozen_points(driver::Session& session, const LinearStep& linear);
 
 /// Where what is solved for is steepest along an axis: there the wind of a stream function is fastest.
 std::vector<ScenePoint> steepest_points(driver::Session& session, const LinearStep& linear);
