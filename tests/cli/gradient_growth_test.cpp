@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradients of chaotic runs: growth of the adjoint beside that of a perturbation, and what is left of the digits.
+#include <cmath>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -45,6 +47,28 @@ TEST_F(GradientGrowth, BeyondRoundingIsToldWithTheWindowThatWouldDo) {
   const Outcome quiet = dpde("gradient short.dpde t --json");
   EXPECT_TRUE(quiet.codes().empty()) << quiet.err;
   EXPECT_EQ(quiet.json()["growth"]["lost"], false);
+}
+
+/// A state at rest that is not stable is left much faster than the attractor is walked on (E. N. Lorenz 1996, F = 8, 40
+/// cells): the window is that of the rates that are met, not of their mean.
+TEST_F(GradientGrowth, WindowsFollowTheCourseOfTheRates) {
+  write("s.dpde",
+        "operator carried(u) order 0 = (u[+1] - u[-2])*u[-1]\n"
+        "model l96 {\n  field u\n  param F\n  dt(u) = F - u + carried(u)\n}\nscheme k { time = rk4 }\n"
+        "scene s : l96 with k {\n  grid x = 0 .. 40, cells 40, periodic\n  F = 8\n"
+        "  initial u = 8 + 0.01*sin(2*pi*x/40)\n  time 0 .. 30, step 0.01\n}\n"
+        "task t : s {\n  unknown F from 8\n  minimise mean(u^2)\n}\n");
+  const double window = dpde("gradient s.dpde t --json").json()["growth"]["safe_window"];
+  EXPECT_GT(window, 2);
+  EXPECT_LT(window, 4);
+  const auto gradient = [&](const std::string& force) {
+    const Outcome run =
+        dpde("gradient s.dpde t --json --no-certify --set end=" + std::to_string(0.01 * std::floor(100 * window)) +
+             " --set F=" + force);
+    return run.json()["gradient"]["F"]["value"].get<double>();
+  };
+  const double at_8 = gradient("8"), beside = gradient("8.000000000000004");
+  EXPECT_LT(std::abs(beside / at_8 - 1), 1e-3);
 }
 
 /// From (1, 1, 1) the states keep six digits to t = 40, and the gradient three at most: one rounding of rho changes it

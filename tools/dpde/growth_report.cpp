@@ -31,7 +31,7 @@ void warn(Job& job, const TaskRun& run, const GradientGrowth& growth) {
       {fmt::format("{:.4g}", growth.perturbation->growth.rate), fmt::format("{:.4g}", growth.adjoint.rate),
        fmt::format("{:.2g}", growth.rounding), growth.is_of_gradient ? "gradient" : "state"},
       cause_text(growth) +
-          fmt::format("a window of {:.4g}, to t = {:.4g}, would leave three digits", growth.safe_window, end));
+          fmt::format("a window of {:.4g}, to t = {:.4g}, would leave about three digits", growth.safe_window, end));
 }
 
 /// Of the gradient, in parts of it, where each unknown is one rounding larger.

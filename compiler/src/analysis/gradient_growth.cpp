@@ -14,6 +14,8 @@ constexpr int most_looks = 256;
 constexpr double work_of_pair = 1e9;  // cells times comparisons
 constexpr int fewest_pairs = 64, most_pairs = 2048;
 constexpr double same_rate = 0.7;  // of the rate at half the step
+/// A gradient follows how fast states part, which changes by more of itself than they do: thirty times as much, about.
+constexpr double sensitivity_of_gradients = 30;
 constexpr std::uint64_t seed_of_pair = 20261125;
 
 double unit_rounding(Precision real) { return real == Precision::f64 ? 0x1p-53 : 0x1p-24; }
@@ -157,7 +159,7 @@ std::optional<PerturbationGrowth> growth_of_perturbation(driver::Session& sessio
   const double first_size = pair.size();
   double logarithm = 0;
   int done = 0;
-  Logarithms line{{0, 0}};
+  Logarithms line{{0, 0}}, course{{0, 0}};
   for (int i = 1; i <= pairs; ++i) {
     const int next = static_cast<int>(static_cast<std::int64_t>(steps) * i / pairs);
     const double growth = pair.advance((next - done) * parts);
@@ -165,10 +167,21 @@ std::optional<PerturbationGrowth> growth_of_perturbation(driver::Session& sessio
     done = next;
     logarithm += std::log(growth);
     line.emplace_back(done * session.problem().step, logarithm);
+    course.emplace_back(line.back().first, logarithm + std::log(first_size / pair.size()));
   }
   const std::optional<Growth> growth = fit(line);
   if (!growth) return std::nullopt;
-  return PerturbationGrowth{*growth, logarithm + std::log(first_size / pair.size())};
+  return PerturbationGrowth{*growth, course.back().second, course};
+}
+
+double time_within(const std::vector<std::pair<double, double>>& course, double most) {
+  double smallest = 0, within = 0;
+  for (const auto& [time, logarithm] : course) {
+    smallest = std::min(smallest, logarithm);
+    if (logarithm - smallest > most) break;
+    within = time;
+  }
+  return within;
 }
 
 std::optional<bool> GradientGrowth::is_of_equations() const {
@@ -191,18 +204,17 @@ std::optional<GradientGrowth> gradient_growth(driver::Session& session, const st
   result.perturbation = growth_of_perturbation(session, steps);
   if (!result.perturbation) return result;
   result.rounding = std::exp(std::min(std::log(unit) + result.perturbation->relative, 0.0));
+  double sensitivity = sensitivity_of_gradients;
   if (!result.is_lost() && beside != nullptr) {
     const double of_gradient = std::min(beside(), 1.0);
+    sensitivity = std::max(sensitivity, of_gradient / result.rounding);
     result.is_of_gradient = of_gradient > std::max(result.rounding, largest_rounding);
     result.rounding = std::max(result.rounding, of_gradient);
   }
   if (!result.is_lost()) return result;
   if (problem.controls.empty() && problem.events.empty() && !problem.has_parts())
     result.at_half_step = growth_of_perturbation(session, steps, 2);
-  const double room = std::log(largest_rounding / unit);
-  const double rate = std::max({result.perturbation->growth.rate, result.adjoint.rate,
-                                result.is_of_gradient ? std::log(result.rounding / unit) / result.window : 0.0});
-  result.safe_window = std::min(result.window, room / rate);
+  result.safe_window = time_within(result.perturbation->course, std::log(largest_rounding / (sensitivity * unit)));
   return result;
 }
 

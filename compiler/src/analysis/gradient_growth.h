@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "driver/session.h"
@@ -48,7 +49,11 @@ std::optional<Growth> growth_of_adjoint(const std::vector<AdjointWatch::Look>& l
 struct PerturbationGrowth {
   Growth growth;
   double relative = 0;  // ln of what a perturbation of 1 part of the first state is in parts of the last
+  /// Time from the begin, and ln of what such a perturbation is in parts of the state then.
+  std::vector<std::pair<double, double>> course;
 };
+/// Up to when no perturbation of the course has grown by more than `most` (ln) since it was smallest.
+double time_within(const std::vector<std::pair<double, double>>& course, double most);
 /// Over `steps` steps of dt = the scene's over `parts`. nullopt where a run leaves all bounds. The session's present
 /// state is another one afterwards.
 std::optional<PerturbationGrowth> growth_of_perturbation(driver::Session& session, int steps, int parts = 1);

@@ -20,7 +20,9 @@ constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
-constexpr double rounding = 1e-12;  // of sums of weights
+constexpr double finest_climb = 1e-5, coarse_climb = 0.1;  // radians; of the first step
+constexpr double near_the_best = 0.05;                     // what may still become the best by fine steps
+constexpr double rounding = 1e-12;                         // of sums of weights
 
 }  // namespace
 
@@ -241,9 +243,9 @@ bool is_too_long(int rank, const Angles& angles) {
   return longest < 0.99 * long_waves.back();
 }
 
-/// Along each axis in turn, with steps that are halved where none leads up.
-Largest climb(int rank, Largest from, double step, const std::function<double(const Angles&)>& f) {
-  while (step > 1e-5) {
+/// Along each axis in turn, with steps that are halved where none leads up, until they are as short as `shortest`.
+Largest climb(int rank, Largest from, double step, double shortest, const std::function<double(const Angles&)>& f) {
+  while (step > shortest) {
     bool has_moved = false;
     for (int way = 0; way < 2 * rank; ++way) {
       Angles next = from.angles;
@@ -268,14 +270,21 @@ Largest largest_over_waves(int rank, const std::function<double(const Angles&)>&
   const auto is_larger = [](const Largest& a, const Largest& b) { return a.value > b.value; };
   const auto count = std::min<std::ptrdiff_t>(climbs, std::ssize(found));
   std::partial_sort(found.begin(), found.begin() + count, found.end(), is_larger);
-  Largest best = found.front();
+  found.resize(static_cast<std::size_t>(count));
   const double step = pi / waves_along[static_cast<std::size_t>(rank - 1)];
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
+  std::vector<double> shortest;
+  for (Largest& top : found) {
     // A long wave is left in small steps.
-    const Largest& start = found[static_cast<std::size_t>(i)];
     double smallest = step;
-    for (const double a : start.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
-    const Largest top = climb(rank, start, smallest, f);
+    for (const double a : top.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
+    shortest.push_back(coarse_climb * smallest);
+    top = climb(rank, top, smallest, shortest.back(), f);
+  }
+  Largest best = *std::ranges::max_element(found, {}, &Largest::value);
+  const double rival = best.value - near_the_best * std::abs(best.value);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (!(found[i].value >= rival)) continue;
+    const Largest top = climb(rank, found[i], shortest[i], finest_climb, f);
     if (top.value > best.value) best = top;
   }
   return best;

@@ -23,16 +23,31 @@ model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange
   return sum;
 }
 
-/// Infinite where there is none, 0 where every step is unstable.
-double limit_of(const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point, double step) {
+std::optional<FrozenAnalysis> analysis_of(const model::Problem& problem, const LinearStep& linear,
+                                          const FrozenPoint& point, double step) {
   const Equations equations(problem);
-  const int rank = static_cast<int>(problem.axes.size());
-  const auto analysis = FrozenAnalysis::make(linear, point, rank, step, &equations);
-  if (!analysis) return 0;
-  const StepLimit limit = analysis->limit();
+  return FrozenAnalysis::make(linear, point, static_cast<int>(problem.axes.size()), step, &equations);
+}
+
+/// Infinite where there is none, 0 where every step is unstable.
+double number_of(const StepLimit& limit) {
   return limit.kind == StepLimit::Kind::limit  ? limit.step
          : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
                                                : 0;
+}
+
+double limit_of(const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point, double step) {
+  const auto analysis = analysis_of(problem, linear, point, step);
+  return analysis ? number_of(analysis->limit()) : 0;
+}
+
+/// 0 where it is below `least`: most terms change nothing, which one look tells. It is compared with others only.
+double limit_above(double least, const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point,
+                   double step) {
+  constexpr double precision = 1e-2;
+  const auto analysis = analysis_of(problem, linear, point, step);
+  if (!analysis || !analysis->is_stable(least)) return 0;
+  return number_of(analysis->limit(std::numeric_limits<double>::infinity(), precision));
 }
 
 }  // namespace
@@ -55,7 +70,7 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
       model::Problem without = problem;
       without.states[s].rhs = sum_without(terms, range);
       const std::optional<LinearStep> linear = linear_step(without);
-      const double limit = linear ? limit_of(without, *linear, verdict.worst, verdict.step) : 0;
+      const double limit = linear ? limit_above(largest, without, *linear, verdict.worst, verdict.step) : 0;
       if (!(limit > largest)) continue;
       largest = limit;
       best = range;

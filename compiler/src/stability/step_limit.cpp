@@ -21,7 +21,6 @@ constexpr double factor_with_solves = 2;                      // they are slow t
 constexpr double first_pole = 0.3, last_pole = 4;             // growth in a step that is solved for: 1/(1 - s dt) ...
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
-constexpr double precision = 5e-5;         // of limits, relative
 constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
 constexpr double decaying = 1e-3;          // of the largest rate
 constexpr double no_growth = 1e-10;        // of the largest rate: rounding
@@ -32,6 +31,7 @@ constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
 constexpr double most_order = 5;
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
 constexpr double rounded_down = 1 - 1e-9;
+constexpr std::size_t most_kept = 4096;  // eigenvalues of waves
 constexpr double longest_angle = std::numbers::pi * (1 - 1e-11);
 
 Response sum(const Response& a, const Response& b, double factor) {
@@ -131,9 +131,9 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
 }
 
 /// The largest of what a short step leaves near 1: a scheme with a memory has others.
-double rate_by_step(const Amplification& amplification, const Angles& wave, double step) {
+double rate_by_step(const Eigen::VectorXcd& factors, double step) {
   double largest = -infinite;
-  for (const std::complex<double> g : amplification.eigenvalues(wave)) {
+  for (const std::complex<double> g : factors) {
     if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
   }
   return largest;
@@ -263,7 +263,7 @@ bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<Response> rows = plain_response(0.5 * short_);
   if (!rows) return false;
   const Amplification half(*rows, rank_);
-  const auto rate_of = [&](const Angles& a) { return rate_by_step(half, a, 0.5 * short_); };
+  const auto rate_of = [&](const Angles& a) { return rate_by_step(half.eigenvalues(a), 0.5 * short_); };
   return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
 
@@ -281,20 +281,20 @@ double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
 
 /// ln of the largest factor of the wave beyond as many as it has rates that do not decay; of none -infinite. Else what
 /// grows by right would hide that what decays by right grows in long steps.
-double FrozenAnalysis::growth_of_decaying(const Amplification& g, const Angles& wave) const {
+double FrozenAnalysis::growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const {
   if (growth_ == 0 || events_) return -infinite;
   std::size_t others = 0;
   if (rates_) {
-    for (const std::complex<double> rate : rates_->eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
+    for (const std::complex<double> rate : own_eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
   } else {
-    for (const std::complex<double> factor : short_step_->eigenvalues(wave)) {
+    for (const std::complex<double> factor : own_eigenvalues(wave)) {
       const bool is_of_equations = std::abs(factor - 1.0) < 0.5, is_cut = std::abs(factor) < cut;
       if (!is_of_equations && !is_cut) return -infinite;  // of a memory
       others += is_of_equations && std::log(std::abs(factor)) / short_ > -decaying * rate_ ? 1 : 0;
     }
   }
   std::vector<double> sizes;
-  for (const std::complex<double> factor : g.eigenvalues(wave)) sizes.push_back(std::abs(factor));
+  for (const std::complex<double> factor : factors) sizes.push_back(std::abs(factor));
   std::ranges::sort(sizes, std::greater());
   return others < sizes.size() ? std::log(sizes[others]) : -infinite;
 }
@@ -308,13 +308,18 @@ Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f
   return largest_over_waves(*linear_, point_, rank_, f);
 }
 
+/// The same waves are looked at in steps of all lengths.
+const Eigen::VectorXcd& FrozenAnalysis::own_eigenvalues(const Angles& wave) const {
+  const auto known = own_eigenvalues_.find(wave);
+  if (known != own_eigenvalues_.end()) return known->second;
+  if (own_eigenvalues_.size() >= most_kept) own_eigenvalues_.clear();
+  return own_eigenvalues_[wave] = (rates_ ? *rates_ : *short_step_).eigenvalues(wave);
+}
+
 double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
+  if (!rates_) return rate_by_step(own_eigenvalues(wave), short_);
   double largest = -infinite;
-  if (rates_) {
-    for (const std::complex<double> rate : rates_->eigenvalues(wave)) largest = std::max(largest, rate.real());
-  } else {
-    largest = rate_by_step(*short_step_, wave, short_);
-  }
+  for (const std::complex<double> rate : own_eigenvalues(wave)) largest = std::max(largest, rate.real());
   return largest;
 }
 
@@ -331,11 +336,14 @@ Largest FrozenAnalysis::excess(double step) const {
   const std::optional<Amplification> g = at(step);
   if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
   return over_waves([&](const Angles& a) {
-    const double growth = std::log(g->spectral_radius(a));
+    const Eigen::VectorXcd factors = g->eigenvalues(a);
+    const double growth = std::log(factors.cwiseAbs().maxCoeff());
     const double beyond = growth - 2 * allowed_rate(a) * step - allowed_to_events(a);
-    return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(*g, a));
+    return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(factors, a));
   });
 }
+
+bool FrozenAnalysis::is_stable(double step) const { return !(excess(step).value > growth_tolerance(*linear_)); }
 
 double FrozenAnalysis::growth_of(const Angles& wave, double step) const {
   const std::optional<Amplification> g = at(step);
@@ -348,7 +356,7 @@ std::size_t FrozenAnalysis::largest_share(const Angles& wave, double step) const
   return static_cast<std::size_t>(largest_component(g->at(wave)));
 }
 
-StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
+StepLimit FrozenAnalysis::bisect(double stable, double unstable, double precision) const {
   Largest grows = excess(unstable);
   while (unstable - stable > precision * unstable) {
     const double middle = 0.5 * (stable + unstable);
@@ -366,7 +374,7 @@ StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
 }
 
 /// Below a step that is unstable: either there is a limit, or growth goes on as a power of the step.
-StepLimit FrozenAnalysis::descend(double unstable) const {
+StepLimit FrozenAnalysis::descend(double unstable, double precision) const {
   std::vector<double> steps, growths;
   for (double step = unstable; step > smallest_try / rate_; step /= 2) {
     const Largest now = excess(step);
@@ -381,7 +389,7 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
       // What falls on as a power has only become too small to be told from rounding.
       if (order > 1 && order < most_order && std::abs(now.value * std::exp2(order) / growths[n - 1] - 1) < 0.25)
         return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
-      return bisect(step, steps.empty() ? 2 * step : steps.back());
+      return bisect(step, steps.empty() ? 2 * step : steps.back(), precision);
     }
     steps.push_back(step);
     growths.push_back(now.value);
@@ -404,14 +412,14 @@ double FrozenAnalysis::next_step(double step) const {
   return step * (is_fine ? std::min(factor_along_flow, 1 + windows[rank_ - 1] / cells) : factor_along_flow);
 }
 
-StepLimit FrozenAnalysis::limit(double most) const {
+StepLimit FrozenAnalysis::limit(double most, double precision) const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
-  if (excess(step).value > growth_tolerance(*linear_)) return descend(step);
+  if (!is_stable(step)) return descend(step, precision);
   const double end = std::min(last_try / rate_, most);
   for (double next = step; step < end; step = next) {
     next = next_step(step);
-    if (excess(next).value > growth_tolerance(*linear_)) return bisect(step, next);
+    if (!is_stable(next)) return bisect(step, next, precision);
   }
   return {};
 }

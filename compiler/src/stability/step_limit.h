@@ -12,6 +12,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "stability/amplification.h"
@@ -65,8 +66,10 @@ class FrozenAnalysis {
   double growth_of(const Angles& wave, double step) const;
   std::size_t largest_share(const Angles& wave, double step) const;
 
-  /// None is looked for above `most`.
-  StepLimit limit(double most = std::numeric_limits<double>::infinity()) const;
+  bool is_stable(double step) const;
+
+  /// None is looked for above `most`; relative `precision`.
+  StepLimit limit(double most = std::numeric_limits<double>::infinity(), double precision = 5e-5) const;
 
  private:
   FrozenAnalysis(const LinearStep& linear, const LinearStep* without_events, FrozenPoint point, int rank)
@@ -81,12 +84,13 @@ class FrozenAnalysis {
   bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
   double allowed_to_events(const Angles& wave) const;
-  double growth_of_decaying(const Amplification& g, const Angles& wave) const;
+  double growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const;
+  const Eigen::VectorXcd& own_eigenvalues(const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool estimate(double step);
   bool differentiate(double step);
-  StepLimit bisect(double stable, double unstable) const;
-  StepLimit descend(double unstable) const;
+  StepLimit bisect(double stable, double unstable, double precision) const;
+  StepLimit descend(double unstable, double precision) const;
   double next_step(double step) const;
 
   const LinearStep *linear_, *plain_;  // the second without events: it has the rates of the equations
@@ -97,7 +101,8 @@ class FrozenAnalysis {
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
-  std::optional<Amplification> events_;  // G of a step of length 0
+  mutable std::map<Angles, Eigen::VectorXcd> own_eigenvalues_;  // of these: a cache
+  std::optional<Amplification> events_;                         // G of a step of length 0
 };
 
 }  // namespace dpde::stability
