@@ -64,7 +64,7 @@ TEST_F(ChartExamples, StartOfKuramotoAndSivashinsky) {
   EXPECT_NEAR(order(json, 128, "scheme", "plain"), 4, 0.15);
   EXPECT_GT(order(json, 128, "scheme", "waves"), 6);
   for (const Json& point : json["points"]) {
-    if (point["cells"][0] == 128) EXPECT_EQ(point["step"].get<double>() > 0.1, point["variant"]["scheme"] == "waves");
+    if (point["cells"][0] == 128) EXPECT_EQ(point["step"].get<double>() > 0.05, point["variant"]["scheme"] == "waves");
   }
 }
 

@@ -71,7 +71,7 @@ std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, Chart
   return methods;
 }
 
-std::vector<Mark> hull_of(const MethodMarks& method) {
+std::vector<Mark> unbeaten_of(const MethodMarks& method) {
   std::vector<Mark> hull;
   for (const Mark& mark : method.marks) {
     const auto is_better = [&](const Mark& other) { return other.is_drawn() && beats(other.at, mark.at); };
@@ -81,11 +81,34 @@ std::vector<Mark> hull_of(const MethodMarks& method) {
   return hull;
 }
 
-double slope_of(std::vector<Mark> hull, double uncertainty) {
-  std::erase_if(hull, [&](const Mark& mark) { return mark.at.error < uncertainty; });
-  if (hull.size() < 2) return NAN;
-  const chart::Measured &coarse = hull.front().at, &fine = hull.back().at;
-  return std::log(fine.seconds / coarse.seconds) / std::log(coarse.error / fine.error);
+std::vector<Mark> hull_of(const MethodMarks& method) {
+  std::vector<Mark> hull;
+  for (const Mark& mark : unbeaten_of(method)) {
+    const auto is_beyond_line = [&] {  // the last one, of the line to this one
+      const chart::Measured &a = hull[hull.size() - 2].at, &b = hull.back().at, &c = mark.at;
+      return std::log(b.seconds / a.seconds) * std::log(a.error / c.error) >=
+             std::log(c.seconds / a.seconds) * std::log(a.error / b.error);
+    };
+    while (hull.size() > 1 && mark.at.error > 0 && is_beyond_line()) hull.pop_back();
+    hull.push_back(mark);
+  }
+  return hull;
+}
+
+double slope_of(std::vector<Mark> points, double uncertainty) {
+  std::erase_if(points, [&](const Mark& mark) { return !(mark.at.error > uncertainty); });
+  const auto n = static_cast<double>(points.size());
+  double mean_x = 0, mean_y = 0, products = 0, squares = 0;
+  for (const Mark& mark : points) {
+    mean_x -= std::log(mark.at.error) / n;
+    mean_y += std::log(mark.at.seconds) / n;
+  }
+  for (const Mark& mark : points) {
+    const double x = -std::log(mark.at.error) - mean_x;
+    products += x * (std::log(mark.at.seconds) - mean_y);
+    squares += x * x;
+  }
+  return points.size() > 1 && squares > 0 ? products / squares : NAN;
 }
 
 std::vector<SpeedUp> speed_ups(const std::vector<MethodMarks>& methods) {

@@ -30,10 +30,12 @@ struct MethodMarks {
 std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, ChartOf what);
 
 /// Of a method's drawn marks those that none of its own beats: its curve, from large errors to small ones.
+std::vector<Mark> unbeaten_of(const MethodMarks& method);
+/// Of these the lower left hull, in logarithms: what mixtures of a method's points beat is left out.
 std::vector<Mark> hull_of(const MethodMarks& method);
-/// Seconds go as error^-slope, from one end of a hull to the other, without errors below that of the reference, which
-/// tells nothing of them. NaN of fewer than two points.
-double slope_of(std::vector<Mark> hull, double uncertainty);
+/// Seconds go as error^-slope: by least squares in logarithms, without errors below that of the reference, which tells
+/// nothing of them. NaN of fewer than two points.
+double slope_of(std::vector<Mark> points, double uncertainty);
 
 /// How much faster a method is than the first one at an error that both reach: seconds on hulls, by straight lines
 /// between their points in logarithms.

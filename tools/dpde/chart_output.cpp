@@ -63,7 +63,7 @@ std::string mark_order(const MethodMarks& method, const Mark& mark) {
 std::string marks_table(const std::vector<MethodMarks>& methods, double uncertainty, const char* seconds) {
   std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", seconds, "order");
   for (const MethodMarks& method : methods) {
-    const double slope = slope_of(hull_of(method), uncertainty);
+    const double slope = slope_of(unbeaten_of(method), uncertainty);
     const bool has_no_limit = std::ranges::all_of(
         method.marks, [](const Mark& mark) { return mark.point->failure.empty() && mark.point->largest_step == 0; });
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) +
@@ -107,7 +107,7 @@ std::string report_speed_ups(const std::vector<MethodMarks>& methods, Json& resu
 Json slopes_of(const std::vector<MethodMarks>& methods, double uncertainty) {
   Json result = Json::array();
   for (const MethodMarks& method : methods)
-    result.push_back({{"name", method.name}, {"slope", json_number(slope_of(hull_of(method), uncertainty))}});
+    result.push_back({{"name", method.name}, {"slope", json_number(slope_of(unbeaten_of(method), uncertainty))}});
   return result;
 }
 

@@ -41,10 +41,10 @@ double size_of(const Mark& mark, const Extent& extent) {
 }
 
 Curve method_curve(const MethodMarks& method, const Extent& extent, double uncertainty) {
-  const std::vector<Mark> hull = hull_of(method);
-  const double slope = slope_of(hull, uncertainty);
+  const std::vector<Mark> unbeaten = unbeaten_of(method);
+  const double slope = slope_of(unbeaten, uncertainty);
   Curve curve{method.name + (std::isnan(slope) ? "" : fmt::format(" (error^-{:.2f})", slope)), {}, {}};
-  for (const Mark& mark : hull) {
+  for (const Mark& mark : unbeaten) {
     curve.x.push_back(mark.at.error);
     curve.y.push_back(mark.at.seconds);
     curve.low.push_back(mark.at.low_quartile);

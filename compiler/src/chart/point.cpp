@@ -23,8 +23,12 @@ std::string method_text(const Variant& variant) {
 void Measured::take(std::vector<double> timings) {
   std::ranges::sort(timings);
   samples = std::move(timings);
+  // between two samples by a straight line: R. J. Hyndman and Y. Fan, Am. Statistician 50 (1996), definition 7
   const auto quantile = [&](double part) {
-    return samples[static_cast<std::size_t>(std::lround(part * static_cast<double>(samples.size() - 1)))];
+    const double place = part * static_cast<double>(samples.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, samples.size() - 1);
+    return std::lerp(samples[below], samples[above], place - static_cast<double>(below));
   };
   seconds = quantile(0.5);
   low_quartile = quantile(0.25);
@@ -138,9 +142,13 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
     point.fail(Outcome::never_stable, never_stable);
     return false;
   }
-  // Without a limit the scene's own step, which shrinks with the cells.
+  // Without a limit the scene's own step, which shrinks with the cells; that of exponential schemes does not, and says
+  // nothing of accuracy.
   double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
-  if (std::isfinite(verdict.bounded_step()) && verdict.parts == 1)
+  const bool is_told = std::isfinite(verdict.bounded_step()) && verdict.parts == 1;
+  if (is_told && model::is_exponential(session->problem().scheme.time))
+    largest = std::min(largest, verdict.bounded_step());
+  else if (is_told)
     largest = point.largest_step = verdict.bounded_step();
   const double length = (options.common_steps > 0 ? options.common_steps : scene.steps) * scene.step;
   const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));

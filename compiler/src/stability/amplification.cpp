@@ -20,9 +20,11 @@ constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
-constexpr double finest_climb = 1e-5, coarse_climb = 0.1;  // radians; of the first step
-constexpr double near_the_best = 0.05;                     // what may still become the best by fine steps
-constexpr double rounding = 1e-12;                         // of sums of weights
+constexpr double finest_climb = 1e-5, coarse_climb = 0.02;  // radians; of the first step
+constexpr double worth_a_step = 1e-7;                       // of the value
+constexpr double small_value = 0.2;                         // of ln |g|: near a limit the largest is 0
+constexpr double near_the_best = 0.05;                      // what may still become the best by fine steps
+constexpr double rounding = 1e-12;                          // of sums of weights
 
 }  // namespace
 
@@ -243,8 +245,10 @@ bool is_too_long(int rank, const Angles& angles) {
   return longest < 0.99 * long_waves.back();
 }
 
-/// Along each axis in turn, with steps that are halved where none leads up, until they are as short as `shortest`.
+/// Along each axis in turn, with steps that are halved where none leads up, until they are as short as `shortest`, and
+/// doubled where one does: slopes may be long.
 Largest climb(int rank, Largest from, double step, double shortest, const std::function<double(const Angles&)>& f) {
+  const double longest = 8 * step;
   while (step > shortest) {
     bool has_moved = false;
     for (int way = 0; way < 2 * rank; ++way) {
@@ -252,12 +256,12 @@ Largest climb(int rank, Largest from, double step, double shortest, const std::f
       next[static_cast<std::size_t>(way / 2)] += way % 2 == 0 ? step : -step;
       if (is_too_long(rank, next)) continue;
       const double value = f(next);
-      if (!(value > from.value + 1e-15)) continue;
+      if (!(value > from.value + 1e-15 + worth_a_step * std::abs(from.value))) continue;
       from = {next, value};
       has_moved = true;
       break;
     }
-    if (!has_moved) step /= 2;
+    step = has_moved ? std::min(2 * step, longest) : step / 2;
   }
   return from;
 }
@@ -281,7 +285,7 @@ Largest largest_over_waves(int rank, const std::function<double(const Angles&)>&
     top = climb(rank, top, smallest, shortest.back(), f);
   }
   Largest best = *std::ranges::max_element(found, {}, &Largest::value);
-  const double rival = best.value - near_the_best * std::abs(best.value);
+  const double rival = best.value - near_the_best * std::max(std::abs(best.value), small_value);
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (!(found[i].value >= rival)) continue;
     const Largest top = climb(rank, found[i], shortest[i], finest_climb, f);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
+constexpr double last_of_scene = 256;  // of its steps: those that solve for what is fast may have a limit far off
 constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
 constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
 constexpr double farthest_windows = 8;                        // cells
@@ -221,8 +222,13 @@ bool FrozenAnalysis::estimate(double step) {
 bool FrozenAnalysis::measure_rates(double step) {
   const std::optional<Response> at_rest = plain_response(0);
   if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
-    if (!differentiate(short_step * step)) return false;
-    return !(rate_ > 0) || differentiate(short_step / rate_);
+    // A step that is long for some waves finds rates that are none, as far as it likes: shorter ones by and by.
+    for (double length = short_step * step, next = 0;; length = next) {
+      if (!differentiate(length)) return false;
+      next = rate_ > 0 ? std::max(short_step / rate_, 0.01 * length) : length;
+      if (next > 0.5 * length && (next < 2 * length || rate_ == 0)) return true;
+      if (next >= 2 * length) return differentiate(next);
+    }
   }
   short_ = short_step * step;
   for (int pass = 0; pass < 8; ++pass) {
@@ -268,11 +274,13 @@ bool FrozenAnalysis::is_growth_of_steps() const {
 }
 
 /// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
-/// they do by right. Interpolation damps in each step, short ones too: of waves by themselves no rate is known where
-/// flow is followed.
+/// they do by right; those that nearly grow, a tenth of that: they may grow by errors of the step. Interpolation damps
+/// in each step, short ones too: of waves by themselves no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
-  return is_all ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
+  const bool is_all = growth_ == 0 || linear_->follows_flow() || are_all_resolved_ || is_resolved(wave);
+  if (is_all) return growth_;
+  const double own = growth_rate_of(wave), near = 0.1 * growth_;
+  return own < -near ? 0 : std::clamp(own, near, growth_);
 }
 
 double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
@@ -326,6 +334,8 @@ double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
 std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, const FrozenPoint& point, int rank,
                                                    double step, const Equations* equations) {
   FrozenAnalysis result(linear, equations == nullptr ? nullptr : equations->without_events(), point, rank);
+  result.scale_ = step;
+  result.are_all_resolved_ = equations != nullptr && equations->are_spectral();
   if (!result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
@@ -416,7 +426,7 @@ StepLimit FrozenAnalysis::limit(double most, double precision) const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (!is_stable(step)) return descend(step, precision);
-  const double end = std::min(last_try / rate_, most);
+  const double end = std::min(std::max(last_try / rate_, last_of_scene * scale_), most);
   for (double next = step; step < end; step = next) {
     next = next_step(step);
     if (!is_stable(next)) return bisect(step, next, precision);

@@ -398,11 +398,12 @@ bool Verdict::is_above() const {
 }
 
 /// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
-/// vortices stay bounded up to 1.4 times the limit.
+/// vortices stay bounded up to 1.4 times the limit. Between walls a place is frozen as if the wind were there what it
+/// is nowhere near them: runs were bounded up to 1.6 times the limit.
 bool Verdict::ruins_run() const {
   const bool has_wind =
       std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });
-  const double sure = has_wind ? 1.5 : 1;
+  const double sure = is_of_walls && !is_of_grid ? 2 : has_wind ? 1.5 : 1;
   const bool is_sure = limit.kind != StepLimit::Kind::limit || step > sure * limit.step;
   return is_above() && is_sure && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
 }
@@ -478,9 +479,11 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
     const double angle = std::abs(std::remainder(verdict.wave[a], 2 * std::numbers::pi));
     if (angle < 1e-4) continue;
     const bool is_same = std::abs(angle - last) < 1e-3;
-    parts.push_back(is_same
-                        ? problem.axes[a].name
-                        : fmt::format("of {:.3g} cells along {}", 2 * std::numbers::pi / angle, problem.axes[a].name));
+    const double length = 2 * std::numbers::pi / angle;
+    parts.push_back(is_same ? problem.axes[a].name
+                    : length > 2 * problem.axes[a].cells
+                        ? "longer than the grid along " + problem.axes[a].name
+                        : fmt::format("of {:.3g} cells along {}", length, problem.axes[a].name));
     last = angle;
   }
   if (parts.empty()) return "the mean of all cells";

@@ -71,7 +71,9 @@ bool select_named(Draft& draft, const std::string& name) {
   draft.scene = find_declaration<ast::Scene>(draft.file, name);
   if (draft.scene) draft.task = nullptr;
   if (draft.task || draft.scene) return true;
-  report_unknown_block(draft, "scene or task", name, {}, joined(task_names(draft.file), scene_names(draft.file)));
+  const std::vector<std::string> others = joined(names_of<ast::Chart>(draft.file), names_of<ast::DataSet>(draft.file));
+  report_unknown_block(draft, "scene or task", name, {},
+                       joined(joined(task_names(draft.file), scene_names(draft.file)), others));
   return false;
 }
 
