@@ -69,6 +69,20 @@ TEST_F(Character, WavesAreDampedAndDelayed) {
   EXPECT_FALSE(dpde("check s.dpde --json").json().contains("waves"));
 }
 
+/// Ordinary equations: rk4's interval over the fastest rate, states over time.
+TEST_F(Character, ScenesWithoutAGridAreOneCell) {
+  write("s.dpde",
+        "model m { field a, b; param k = 9.5; dt(a) = -k*a; dt(b) = a }\nscene s : m {\n  initial a = 1\n  initial b = "
+        "1\n"
+        "  time 0 .. 2, step 0.01\n}\n");
+  const Outcome check = dpde("check s.dpde");
+  EXPECT_NE(check.out.find("beyond it a disturbance grows first, by -k*a"), std::string::npos) << check.out;
+  EXPECT_NEAR(dpde("check s.dpde --json").json()["stability"]["max_step"].get<double>(), 2.785294 / 9.5, 1e-4);
+  const Outcome run = dpde("run s.dpde --out out");
+  EXPECT_NE(run.out.find(" t "), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find(" x "), std::string::npos) << run.out;
+}
+
 std::string heated_rod(const std::string& rate, const std::string& boundary, const std::string& k = "1 + x^2") {
   return "model m { field u; coefficient k; dt(u) = " + rate + " }\nscheme c { lap = central(4); dx = central(4) }\n" +
          "scene s : m with c {\n  grid x = 0 .. 1, cells 32\n  k = " + k + "\n  boundary u: " + boundary +

@@ -28,7 +28,8 @@ namespace dpde::tools {
 
 namespace {
 
-constexpr int looks_at_sums = 4;  // in a run, beside the first
+constexpr int looks_at_sums = 4;       // in a run, beside the first
+constexpr int points_of_course = 512;  // of the curves of a run of one cell
 
 struct RunOptions : CommonOptions {
   int every = 0;
@@ -58,6 +59,8 @@ class Run {
   void write_files();
   void write_series(const Series& series);
   void show_curve();
+  bool is_one_cell() const { return session_->workspace().cell_count() == 1; }
+  void add_to_course(double t, const std::vector<void*>& states);
 
   Job& job_;
   const RunOptions& options_;
@@ -69,6 +72,7 @@ class Run {
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
+  LinePanel course_;                       // of one cell: its states over time
   Json misses_at_start_ = Json::object();  // by what the first step changes
 };
 
@@ -127,8 +131,10 @@ Observer Run::observer(Progress& progress) {
   Observer observer;
   observer.every = std::gcd(record_->interval(), interval_.steps);
   if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
-  if (observer.every == 0) observer.every = std::max(1, session_->steps() / (progress.active() ? 100 : looks_at_sums));
+  const int looks = is_one_cell() ? points_of_course : progress.active() ? 100 : looks_at_sums;
+  if (observer.every == 0) observer.every = std::max(1, session_->steps() / looks);
   observer.call = [this, &progress, next = 0](const Snapshot& snapshot) mutable {
+    if (is_one_cell()) add_to_course(snapshot.t, snapshot.states);
     if (snapshot.step >= next || snapshot.is_last) {
       sums_->look(snapshot.step, snapshot.t, snapshot.states);
       back_flow_->look(snapshot.t, snapshot.states);
@@ -142,6 +148,20 @@ Observer Run::observer(Progress& progress) {
   return observer;
 }
 
+/// Ordinary equations have no picture in space.
+void Run::add_to_course(double t, const std::vector<void*>& states) {
+  course_.curves.resize(states.size());
+  for (std::size_t s = 0; s < states.size(); ++s) {
+    Curve& curve = course_.curves[s];
+    if (!curve.x.empty() && !(t > curve.x.back())) continue;
+    double value = 0;
+    copy_out(session_->workspace().layout(), states[s], {&value, 1});
+    curve.title = session_->rollout().state_name(static_cast<int>(s));
+    curve.x.push_back(t);
+    curve.y.push_back(value);
+  }
+}
+
 bool Run::step() {
   Progress progress(options_.progress, options_.quiet || options_.json);
   if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
@@ -149,6 +169,7 @@ bool Run::step() {
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
+  if (is_one_cell()) add_to_course(session_->time_of(outcome_.steps_done), states);
   back_flow_->look(session_->time_of(outcome_.steps_done), states);
   back_flow_->report(job_.sink());
   if (outcome_.blow_up)
@@ -306,7 +327,9 @@ void Run::write_files() {
   }
   if (options_.every > 0) write_series(record_->series()[0]);
   save_netcdf(job_, *session_, record_->take_series());
-  if (session_->axes().size() == 1) {
+  if (is_one_cell()) {
+    panels.assign(1, course_);
+  } else if (session_->axes().size() == 1) {
     for (int s = 0; s < rollout.state_count(); ++s) {
       const std::string& name = rollout.state_name(s);
       add_state(panels, *session_, when, {name + " at the start", session_->initial(s), placement_of(*session_, name)});
@@ -327,7 +350,12 @@ void Run::write_series(const Series& series) {
 }
 
 void Run::show_curve() {
+  if (is_one_cell()) {
+    course_.x_label = "t";
+    for (const Curve& curve : course_.curves) course_.title += (course_.title.empty() ? "" : ", ") + curve.title;
+  }
   if (session_->axes().size() != 1 || options_.quiet || options_.json) return;
+  if (is_one_cell()) return job_.say(text_plot(course_, terminal_is_utf8()));
   LinePanel panel;
   panel.x_label = "x";
   const Rollout& rollout = session_->rollout();

@@ -162,7 +162,7 @@ class Sampler {
       result.point.longest_wave[a] = (axis.topology == Topology::periodic ? 1.0 : 2.0) * axis.cells;
       result.point.place[a] = axis.low + (static_cast<double>(place[a]) + 0.5) * axis.spacing();
     }
-    if (varies_in_space()) {
+    if (varies_in_space() && session_.workspace().cell_count() > 1) {
       const auto number = [](std::size_t i) { return static_cast<std::int64_t>(i); };
       result.place = session_.place_text({number(place[0]), number(place[1]), number(place[2])});
     }

@@ -64,17 +64,18 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// All that a small periodic grid has; none of other grids, whose waves are so many that those between them say the
-/// same.
+/// All that a small periodic grid has, of one cell the mean; none of other grids, whose waves are so many that those
+/// between them say the same.
 std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   constexpr double most_along = 24, most = 1024;
   double count = 1;
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
     const double cells = point.cells[axis];
     const bool is_ring = point.longest_wave[axis] == cells;
-    if (!is_ring || cells < 2 || cells > most_along) return {};
+    if (!is_ring || cells > most_along) return {};
     count *= cells;
   }
+  if (count == 1) return {Angles{}};
   std::vector<Angles> waves;
   for (int i = 1; count <= most && i < static_cast<int>(count); ++i) {
     Angles angles{};

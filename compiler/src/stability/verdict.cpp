@@ -486,7 +486,8 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
                         : fmt::format("of {:.3g} cells along {}", length, problem.axes[a].name));
     last = angle;
   }
-  if (parts.empty()) return "the mean of all cells";
+  const bool is_one_cell = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.cells == 1; });
+  if (parts.empty()) return is_one_cell ? "a disturbance" : "the mean of all cells";
   return fmt::format("the wave {}", fmt::join(parts, " and "));
 }
 
