@@ -51,6 +51,7 @@ const std::map<std::string, std::string> smaller = {
     {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
     {"heat block", "--set cells=24"},
     {"learned_flux fine", "--set cells=128 --set end=5"},
+    {"lorenz butterfly", "--set end=2"},
     {"plasma faster_by_eta",
      "--set cells.x=12 --set cells.y=6 --set end=10 --set time=euler --set dx=central2 --set lap=central2 --set "
      "kick=0.01"},
