@@ -26,10 +26,10 @@ concept InModels =
     OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem, HeldItem>;
 template <class Kind>
 concept Elsewhere =
-    OneOf<Kind, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem,
-          ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, LayerItem,
-          BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem,
-          AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem>;
+    OneOf<Kind, GridItem, CoordinatesItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem,
+          EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem,
+          TestItem, LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,
+          FramesItem, OptionItem, AccuracyItem, ReferenceItem, ChoicesItem, ErrorItem>;
 
 template <class Kind>
 concept OutsidePrograms = InKernels<Kind> || InModels<Kind> || Elsewhere<Kind>;

@@ -164,6 +164,8 @@ ItemKind parse_grid(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_coordinates(Cursor& cursor) { return CoordinatesItem{parse_expression(cursor)}; }
+
 ItemKind parse_value(Cursor& cursor) {
   auto [name, value] = parse_component_definition(cursor, "a name");
   ValueItem item{std::move(name), std::move(value), {}};
@@ -415,6 +417,7 @@ BlockRule model_rule() {
 BlockRule scene_rule() {
   return {"scene",
           {{"grid", parse_grid},
+           {"coordinates", parse_coordinates},
            {"initial", parse_initial},
            {"exact", parse_exact},
            {"boundary", parse_boundary},

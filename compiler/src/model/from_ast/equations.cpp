@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "model/build.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/solves.h"
@@ -47,7 +48,9 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
                       "take advect = central(2), upwind(3), ...");
     return;
   }
-  Solve solved{name, parts->part, negate(parts->rest), boundary_of_solved(draft, name)};
+  const Coordinates coordinates(draft.problem, {range});  // times volumes fluxes enter both their cells alike
+  Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
+               boundary_of_solved(draft, name)};
   const Scheme& scheme = draft.problem.scheme;
   if (holds_waves(solved, scheme) && !is_of_waves(solved, scheme)) {
     draft.sink.report(
