@@ -246,5 +246,22 @@ TEST(Coordinates, ImplicitStepsCrossThePole) {
   EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.2);
 }
 
+/// Solves know no cell half a turn away: what would read it is an error, and no wrong solution.
+TEST(Coordinates, SolvesDoNotReadAcrossPoles) {
+  const auto fails = [](const std::string& rate, const std::string& settings) {
+    const std::string text = "model m { field u; dt(u) = " + rate +
+                             " }\nscheme s { dx = central(2); lap = central(2); " + settings + " }\n" + on_sphere +
+                             "  boundary u: lat = pole\n  initial u = 1\n  time 0 .. 1, step 1/8\n}\n";
+    const SourceFile source("test.dpde", text);
+    DiagnosticSink sink;
+    driver::compile(source, {.selection = {"s"}, .backend = std::nullopt}, sink);
+    return sink.has_errors();
+  };
+  EXPECT_FALSE(fails("lap(u)", "time = ars222"));
+  EXPECT_FALSE(fails("div((2 + sin(lon))*grad(u)) - u^3", "time = ars222; implicit = all"));
+  EXPECT_TRUE(fails("lap(u) - advect((0, 1), u)", "advect = upwind(1); time = ars222; implicit = all"));
+  EXPECT_TRUE(fails("lap(u) - dy(u)", "time = ars222; implicit = all"));
+}
+
 }  // namespace
 }  // namespace dpde

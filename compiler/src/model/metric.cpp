@@ -54,19 +54,75 @@ struct Cells {
   }
 };
 
+bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low) {
+  const Axis& along = problem.axes[axis];
+  Place place{}, beside{};
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) place[a] = beside[a] = problem.axes[a].centre(0);
+  place[axis] = is_low ? along.low : along.high;
+  beside[axis] = 0.5 * (along.low + along.high);
+  return std::abs(value_at(length, place)) < smallest_length * std::abs(value_at(length, beside));
+}
+
+/// Along one axis, at one or both of its ends.
+struct ReadsAcross {
+  const Problem& problem;
+  std::size_t axis;
+  bool low, high;
+
+  bool operator()(const Expr& e, bool in_flux) const {
+    if (const auto* advect = std::get_if<Advect>(&e->kind)) return !is_constant(advect->velocity[axis], 0);
+    if (std::holds_alternative<Solve>(e->kind)) return false;
+    const auto* slope = std::get_if<Derivative>(&e->kind);
+    if (slope != nullptr && slope->axis == static_cast<int>(axis) && holds_field(slope->operand)) {
+      if (slope->order > 1) return true;
+      if (in_flux) return (*this)(slope->operand, false);
+      const Expr* flux = flux_in(slope->operand);
+      return flux == nullptr || (*this)(*flux, true);
+    }
+    bool found = false;
+    for_each_part(e, [&](const Expr& part) { found = found || (*this)(part, in_flux); });
+    return found;
+  }
+
+ private:
+  static bool holds_field(const Expr& e) {
+    return any_part(e, [](const Expr& part) { return std::holds_alternative<Field>(part->kind); });
+  }
+  /// What is multiplied by the size of a face that is 0 at the pole; wider differences see faces beyond it.
+  const Expr* flux_in(const Expr& e) const {
+    const auto* product = std::get_if<Binary>(&e->kind);
+    const bool is_flux =
+        product != nullptr && product->op == BinaryOp::multiply && problem.scheme.derivative_order == 2;
+    if (!is_flux || !is_formula(product->left)) return nullptr;
+    const bool vanishes = (!low || vanishes_at(problem, product->left, axis, true)) &&
+                          (!high || vanishes_at(problem, product->left, axis, false));
+    return vanishes ? &product->right : nullptr;
+  }
+  static bool is_formula(const Expr& e) {
+    return !any_part(e, [](const Expr& part) {
+      return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
+             !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
+             !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
+    });
+  }
+};
+
 }  // namespace
 
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low) {
-  const Axis& along = problem.axes[axis];
-  if (!problem.metric || along.topology == Topology::periodic) return false;
+  if (!problem.metric || problem.axes[axis].topology == Topology::periodic) return false;
   for (std::size_t other = 0; other < problem.axes.size(); ++other) {
     const Expr& scale = problem.metric->scales[other];
-    if (other == axis || !depends_on_axis(scale, static_cast<int>(axis))) continue;
-    std::array<double, 3> place{}, beside{};
-    for (std::size_t a = 0; a < problem.axes.size(); ++a) place[a] = beside[a] = problem.axes[a].centre(0);
-    place[axis] = is_low ? along.low : along.high;
-    beside[axis] = 0.5 * (along.low + along.high);
-    if (std::abs(value_at(scale, place)) < smallest_length * std::abs(value_at(scale, beside))) return true;
+    if (other != axis && depends_on_axis(scale, static_cast<int>(axis)) && vanishes_at(problem, scale, axis, is_low))
+      return true;
+  }
+  return false;
+}
+
+bool reads_across_pole(const Problem& problem, const Expr& e) {
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    const bool low = is_pole_at(problem, axis, true), high = is_pole_at(problem, axis, false);
+    if ((low || high) && ReadsAcross{problem, axis, low, high}(e, false)) return true;
   }
   return false;
 }

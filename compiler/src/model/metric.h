@@ -18,6 +18,10 @@ Expr size_of(const Metric& metric, const std::array<bool, 3>& over, std::size_t 
 /// there.
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low);
 
+/// Whether a value depends on what lies beyond a pole: not where that is only in fluxes through faces of no size. A
+/// solve knows no cell that is half a turn away.
+bool reads_across_pole(const Problem& problem, const Expr& e);
+
 /// The mean of a formula of coordinates over all points of a placement, as `mean` has it where axes are stretched.
 double mean_of(const Expr& formula, const std::vector<Axis>& axes, const Placement& placement);
 

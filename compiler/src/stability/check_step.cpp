@@ -20,7 +20,7 @@ std::string pole_text(const model::Problem& problem, const Verdict& verdict) {
       if (is_there && model::is_pole_at(problem, a, is_low))
         return fmt::format(
             "the narrow cells around the pole at {} set it: fewer cells along {} make them wider, and an "
-            "implicit scheme (time = ars222; of terms that carry, implicit = all) has no such limit",
+            "implicit scheme (time = ars222) has no such limit for lap(u) of a number",
             model::side_name(axis, is_low), problem.axes[a == 0 ? 1 : 0].name);
     }
   }

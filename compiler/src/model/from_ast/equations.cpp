@@ -6,6 +6,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 #include "model/solves.h"
 
 namespace dpde::model {
@@ -46,6 +47,11 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   if (is_advected && advect != Advection::central && advect != Advection::upwind) {
     draft.sink.report("solve-does-not-fit", range, {name, "the scheme's advection is not linear in what is carried"},
                       "take advect = central(2), upwind(3), ...");
+    return;
+  }
+  if (reads_across_pole(draft.problem, parts->part)) {
+    draft.sink.report("solve-does-not-fit", range, {name, "its equation reads across a pole"},
+                      "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
     return;
   }
   const Coordinates coordinates(draft.problem, {range});  // times volumes fluxes enter both their cells alike
