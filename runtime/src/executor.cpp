@@ -55,7 +55,7 @@ int find_name(const char* const* names, int count, std::string_view name) {
 }
 
 /// Behind a line: a row is complete when it is done, also one that is scattered to.
-bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL && !operation.fill.needs_fields(); }
+bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL && !operation.fill.is_of_all(); }
 
 }  // namespace
 

@@ -60,6 +60,20 @@ void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride,
            layer.ghost(uniforms));
 }
 
+/// At a pole of `axis`: by how much the image of a place is displaced, which lies at `along` on the axis around it.
+int64_t turn(const std::array<HaloAxis, 3>& axes, const std::array<int64_t, 3>& strides, size_t axis, int64_t along) {
+  const size_t around = axis_around_pole(axis);
+  return (half_a_turn_from(along, axes[around].cells) - along) * strides[around];
+}
+
+/// Of one cell, at a pole: `away` is how far its image lies from the image without the turn.
+template <class Real>
+void fold_turned(Real* first, int64_t stride, int64_t away, const HaloLayer& layer, const double* uniforms) {
+  Real& halo = first[layer.place * stride];
+  first[layer.image * stride + away] += static_cast<Real>(layer.ghost(uniforms).weight) * halo;
+  halo = 0;
+}
+
 /// Waking threads costs as much as some hundred rows.
 int64_t parts_for(const Team& team, int64_t rows) { return rows < 2048 ? 1 : team.threads(); }
 
@@ -70,7 +84,8 @@ HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fi
     const dpde_boundary& boundary = fill.axes[a];
     stride_[a] = layout.stride[a];
     axes_[a] = HaloAxis(boundary, layout.cells[a], layout.halo[a]);
-    has_walls_ = has_walls_ || (!axes_[a].periodic && (boundary.low.field >= 0 || boundary.high.field >= 0));
+    const auto is_of_all = [](const dpde_side& side) { return side.field >= 0 || is_pole(side); };
+    is_of_all_ = is_of_all_ || (!axes_[a].periodic && (is_of_all(boundary.low) || is_of_all(boundary.high)));
   }
   images_are_direct_ = axes_[1].images_are_direct();
 }
@@ -93,7 +108,7 @@ void HaloFill::run_bounded_row(void* cells, const double* uniforms) const {
 
 /// Axis by axis, outwards, one cell after the other. Along periodic axes c is read where the place wraps to.
 template <class Real>
-void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
+void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
   const auto wrapped = [this](size_t axis, int64_t i) {
     const int64_t n = axes_[axis].cells;
     return axes_[axis].periodic ? (i % n + n) % n : i;
@@ -117,8 +132,9 @@ void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
           for (int64_t x = from[0]; x < to[0]; ++x) {
             Real* place = static_cast<Real*>(fields[field_]) + x + y * stride_[1] + z * stride_[2];
             const Real c = wall ? wall[wrapped(0, x) + wrapped(1, y) * stride_[1] + wrapped(2, z) * stride_[2]] : 0;
-            Real kept = weight == 0 ? 0 : weight * place[image];
-            if (farther != 0) kept += farther * place[behind];
+            const int64_t away = layer.turns() ? turn(axes_, stride_, a, a == 0 ? y : x) : 0;
+            Real kept = weight == 0 ? 0 : weight * place[image + away];
+            if (farther != 0) kept += farther * place[behind + away];
             *place = kept + rate * c + constant;
           }
         }
@@ -171,8 +187,8 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
 }
 
 void HaloFill::run(void* const* fields, const double* uniforms, const Team& team) const {
-  if (!has_walls_) return run_plain(fields[field_], uniforms, team);
-  with_real(real_, [&](auto real) { run_walls<decltype(real)>(fields, uniforms); });
+  if (!is_of_all_) return run_plain(fields[field_], uniforms, team);
+  with_real(real_, [&](auto real) { run_cells<decltype(real)>(fields, uniforms); });
 }
 
 void HaloFill::run_plain(void* base, const double* uniforms, const Team& team) const {
@@ -203,6 +219,19 @@ void HaloFold::fold_x(void* const* fields, const double* uniforms, int64_t place
     fold_layer(row, fields, place, 1, 1, layer, uniforms);
 }
 
+/// Layer after layer, as the halo of one row goes to that of another.
+template <class Real>
+void HaloFold::fold_x_at_pole(void* const* fields, const double* uniforms, int64_t z) const {
+  for (const HaloLayer& layer : axes_[0].layers | std::views::reverse) {
+    for (int64_t y = 0; y < axes_[1].cells; ++y) {
+      const int64_t place = z * stride_[2] + y * stride_[1];
+      Real* row = static_cast<Real*>(fields[field_]) + place;
+      if (layer.turns()) fold_turned(row, 1, turn(axes_, stride_, 0, y), layer, uniforms);
+      if (!layer.turns()) fold_layer(row, fields, place, 1, 1, layer, uniforms);
+    }
+  }
+}
+
 /// Folds along y or z; rows along x grown as the axis x is not folded yet. Along y all planes are interior ones, as z
 /// is.
 template <class Real>
@@ -215,8 +244,11 @@ void HaloFold::fold_rows(void* const* fields, const double* uniforms, int axis) 
   Real* folded = static_cast<Real*>(fields[field_]);
   for (int64_t other_place = -other_grow; other_place < other.cells + other_grow; ++other_place) {
     const int64_t first = other_place * other_stride - axes_[0].halo;
-    for (const HaloLayer& layer : along.layers | std::views::reverse)
-      fold_layer(folded + first, fields, first, stride, count, layer, uniforms);
+    for (const HaloLayer& layer : along.layers | std::views::reverse) {
+      if (!layer.turns()) fold_layer(folded + first, fields, first, stride, count, layer, uniforms);
+      for (int64_t x = 0; layer.turns() && x < count; ++x)
+        fold_turned(folded + first + x, stride, turn(axes_, stride_, 1, x), layer, uniforms);
+    }
   }
 }
 
@@ -226,8 +258,11 @@ void HaloFold::fold(void* const* fields, const double* uniforms) const {
     if (folds(static_cast<size_t>(axis))) fold_rows<Real>(fields, uniforms, axis);
   }
   if (!folds(0)) return;
+  const bool has_pole = std::ranges::any_of(axes_[0].layers, &HaloLayer::turns);
   for (int64_t z = 0; z < axes_[2].cells; ++z) {
-    for (int64_t y = 0; y < axes_[1].cells; ++y) fold_x<Real>(fields, uniforms, z * stride_[2] + y * stride_[1]);
+    if (has_pole) fold_x_at_pole<Real>(fields, uniforms, z);
+    for (int64_t y = 0; !has_pole && y < axes_[1].cells; ++y)
+      fold_x<Real>(fields, uniforms, z * stride_[2] + y * stride_[1]);
   }
 }
 

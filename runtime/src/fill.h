@@ -38,8 +38,8 @@ class HaloFill {
   void run_images(void* row, int64_t y, const double* uniforms) const {
     if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
   }
-  /// Where values beyond a wall come from a field: then there is run() only.
-  bool needs_fields() const { return has_walls_; }
+  /// Where values beyond a wall come from a field, or from half a turn away: then there is run() only.
+  bool is_of_all() const { return is_of_all_; }
   /// Every row of the y halo is the image of one interior row: not so when the halo is wider than the interior.
   bool images_are_direct() const { return images_are_direct_; }
   /// Layer k beyond a side (is_mirrored) of an axis, `count` values beside one another, from their images.
@@ -61,7 +61,7 @@ class HaloFill {
     }
   }
   template <class Real>
-  void run_walls(void* const* fields, const double* uniforms) const;
+  void run_cells(void* const* fields, const double* uniforms) const;
   void run_bounded_row(void* row, const double* uniforms) const;
   void set_images(void* row, int64_t y, const double* uniforms) const;
   template <class Real>
@@ -73,7 +73,7 @@ class HaloFill {
   int field_ = 0;
   int32_t real_ = DPDE_F64;
   bool images_are_direct_ = false;
-  bool has_walls_ = false;  // values that vary along a wall, from a field: one cell after the other
+  bool is_of_all_ = false;  // one cell after the other
   std::array<HaloAxis, 3> axes_;
   std::array<int64_t, 3> stride_{};
 };
@@ -94,6 +94,8 @@ class HaloFold {
   void fold_rows(void* const* fields, const double* uniforms, int axis) const;
   template <class Real>
   void fold_x(void* const* fields, const double* uniforms, int64_t place) const;
+  template <class Real>
+  void fold_x_at_pole(void* const* fields, const double* uniforms, int64_t z) const;
 
   int field_ = 0;
   int32_t real_ = DPDE_F64;

@@ -43,8 +43,9 @@ HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, bool is_low, int64_t 
   reads_image_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::image);
   reads_behind_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::behind);
   is_made_ = !makes_nothing(*row_);
+  turns_ = is_pole(side);
   if (is_number_ && is_made_) ghost_ = computed(nullptr);
-  copies_ = is_number_ && !reads_behind_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
+  copies_ = !turns_ && is_number_ && !reads_behind_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
 }
 
 Ghost HaloLayer::computed(const double* uniforms) const {
@@ -86,8 +87,11 @@ bool HaloAxis::images_are_direct() const {
   });
 }
 
+bool is_pole(const dpde_side& side) { return side.rule != nullptr && side.rule->turns != 0; }
+
 bool is_mirrored(const dpde_side& side) {
   if (side.rule == nullptr) return true;
+  if (is_pole(side)) return false;
   const dpde_ghost_rows& beyond = side.rule->beyond;
   return side.field < 0 && side.rule->on_walls == 0 && beyond.least <= 1 && beyond.row.first == 0 &&
          beyond.row.step == 1 && !reads_inside(side, beyond.row, &dpde_ghost_term::behind);

@@ -37,6 +37,8 @@ class HaloLayer {
   bool is_made() const { return is_made_; }
   bool reads_inside() const { return reads_image_ || reads_behind_; }
   bool reads_behind() const { return reads_behind_; }
+  /// At a pole: image and behind lie half a turn away.
+  bool turns() const { return turns_; }
 
  private:
   Ghost computed(const double* uniforms) const;
@@ -45,9 +47,15 @@ class HaloLayer {
   double way_ = 0;
   int coefficients_[DPDE_SIDE_COEFFICIENTS] = {};
   int value_ = -1, field_ = -1;
-  bool is_number_ = true, is_made_ = true, copies_ = true, reads_image_ = true, reads_behind_ = false;
+  bool is_number_ = true, is_made_ = true, copies_ = true, reads_image_ = true, reads_behind_ = false, turns_ = false;
   Ghost ghost_;
 };
+
+/// The axis that runs around the poles of `axis`, and the place half a turn away on it.
+constexpr size_t axis_around_pole(size_t axis) { return axis == 0 ? 1 : 0; }
+constexpr int64_t half_a_turn_from(int64_t place, int64_t cells) {
+  return ((place + cells / 2) % cells + cells) % cells;
+}
 
 struct HaloAxis {
   HaloAxis() = default;
@@ -68,5 +76,6 @@ struct HaloAxis {
 /// Whether each halo cell follows from its mirror image and numbers that are the same all along the side: blocks of
 /// steps have no more at hand.
 bool is_mirrored(const dpde_side& side);
+bool is_pole(const dpde_side& side);
 
 }  // namespace dpde

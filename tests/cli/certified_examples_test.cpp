@@ -62,6 +62,12 @@ const std::map<std::string, std::string> smaller = {
     {"plasma turbulence", "--set cells=8 --set end=0.1 --set time=euler"},
     {"plasma whirls", "--set cells=16 --set end=0.1"},
     {"plasma zonal", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"sphere bell", "--set cells=8 --set end=0.1*pi --set step=0.02*pi"},
+    {"sphere footprint", "--set cells=8 --set end=3600 --set time=euler"},
+    {"sphere harmonic", "--set cells=8 --set end=1/128"},
+    {"sphere mountain", "--set cells=8 --set end=3600 --set time=euler"},
+    {"sphere recover", "--set cells=8 --set end=21600 --set step=3600 --set time=euler"},
+    {"sphere rotation", "--set cells=8 --set end=2400 --set time=euler"},
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},

@@ -22,7 +22,7 @@ struct StreamOf {
 };
 
 /// a*(u + v)/2 + b*(v - u)/m = c, both sides times 2m.
-constexpr dpde_rule mirrored{0, {{}, 1, {}}, {{{{{0, 1}, {0, 1}, {}}, {{2, 0}, {-2, 0}, {}}}, {0, 2}, 0, 1}, 1, {}}};
+constexpr dpde_rule mirrored{0, 0, {{}, 1, {}}, {{{{{0, 1}, {0, 1}, {}}, {{2, 0}, {-2, 0}, {}}}, {0, 2}, 0, 1}, 1, {}}};
 constexpr dpde_side fixed_value(int value = DPDE_ZERO) { return {&mirrored, {DPDE_ONE, DPDE_ZERO}, value, -1}; }
 constexpr dpde_side zero_gradient{&mirrored, {DPDE_ZERO, DPDE_ONE}, DPDE_ZERO, -1};
 constexpr dpde_side around{nullptr, {DPDE_ZERO, DPDE_ZERO}, DPDE_ZERO, -1};

@@ -477,7 +477,7 @@ std::vector<ProgramCase> program_cases() {
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };
-  std::ranges::move(repeat_cases(), std::back_inserter(cases));
+  for (const auto& others : {repeat_cases(), pole_cases()}) std::ranges::copy(others, std::back_inserter(cases));
   std::ranges::move(solve_cases(), std::back_inserter(cases));
   return cases;
 }

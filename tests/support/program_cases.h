@@ -20,6 +20,8 @@ struct ProgramCase {
 std::vector<ProgramCase> program_cases();
 /// Those of them that have repeats.
 std::vector<ProgramCase> repeat_cases();
+/// Poles: in program_cases(), too.
+std::vector<ProgramCase> pole_cases();
 /// Those of them that have solves.
 std::vector<ProgramCase> solve_cases();
 /// Programs that apply networks, whose weights vary too: these have no second derivatives.

@@ -10,7 +10,8 @@ namespace {
 
 const std::string model_words = "understood here: field, vector, coefficient, mask, param, control, let, dt, solve";
 const std::string scene_words =
-    "understood here: grid, cells, let, initial, exact, boundary, time, step, after, every, at, subcycle, observe, "
+    "understood here: grid, cells, let, coordinates, initial, exact, boundary, time, step, after, every, at, subcycle, "
+    "observe, "
     "output, "
     "accuracy, "
     "parameter = value";

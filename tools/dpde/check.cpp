@@ -302,6 +302,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
                                            : "");
     cells *= axis.cells;
   }
+  if (problem.metric) text += fmt::format(" {},", problem.metric->name);
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
   for (const auto& [name, type] : result["types"].items())
     text += fmt::format("  {}: {}\n", name, type.get<std::string>());

@@ -78,7 +78,10 @@ std::string mirrored_in(const model::Problem& problem, const model::Expr& operan
   for (const model::Coefficient& c : problem.coefficients) {
     if (c.walls || c.placement[a] || !is_coefficient_beside(operand, axis, c.name)) continue;
     for (const bool is_low : {true, false}) {
-      if (model::goes_on_beyond(problem, c, a, is_low) || (is_flux && !has_slope(problem, a, is_low))) continue;
+      const model::AtPoles& poles = c.at_poles[a];
+      const bool is_at_pole = is_low == problem.axes[a].runs_down() ? poles.high : poles.low;
+      if (is_at_pole || model::goes_on_beyond(problem, c, a, is_low) || (is_flux && !has_slope(problem, a, is_low)))
+        continue;
       return fmt::format("{} is mirrored beyond {}", c.name, model::side_name(problem.axes[a], is_low));
     }
   }

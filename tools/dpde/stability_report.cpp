@@ -104,6 +104,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
       text += fmt::format("  beyond it {} grows first", wave);
       if (term) text += fmt::format(", by {} (line {})", written_text(*term, source), source.locate(term->begin).line);
       text += "\n";
+      const std::string pole = stability::pole_text(problem, verdict);
+      if (!pole.empty()) text += fmt::format("  {}\n", pole);
       break;
     }
   }

@@ -5,8 +5,6 @@
 
 #include <vector>
 
-#include "model/model.h"
-
 namespace dpde::analysis {
 
 /// Of a field's frames in a run.
@@ -14,7 +12,8 @@ struct Integrals {
   std::vector<double> values;  // one a frame
   double magnitude = 0;        // mean over the frames of the integral of |u|
 
-  void add(const std::vector<double>& frame, const std::vector<model::Axis>& axes, const model::Placement& placement);
+  /// `volumes`: of the cells.
+  void add(const std::vector<double>& frame, const std::vector<double>& volumes);
   /// Largest distance from the first frame's, and that in parts of the magnitude; both 0 of a field that is 0.
   double drift() const;
   double relative_drift() const;

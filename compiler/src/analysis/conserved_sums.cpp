@@ -13,6 +13,7 @@
 
 #include "analysis/conservation.h"
 #include "dpde/runtime/error.h"
+#include "model/metric.h"
 
 namespace dpde::analysis {
 
@@ -60,10 +61,11 @@ class Candidates {
     for (std::size_t s = 0; s < states.size(); ++s) {
       const model::State* state = session_.problem().find_state(session_.rollout().state_name(static_cast<int>(s)));
       if (state == nullptr || !state->history_of.empty()) continue;
-      of({fmt::format("integral({})", state->name), {state->name}, false})
-          .add(states[s], session_.axes(), state->placement);
+      const std::vector<double> volumes =
+          model::cell_volumes(session_.axes(), session_.problem().metric, state->placement);
+      of({fmt::format("integral({})", state->name), {state->name}, false}).add(states[s], volumes);
       Integrals& square = of({fmt::format("integral({}^2)", state->name), {state->name}, true});
-      square.add(squares_of(states[s]), session_.axes(), state->placement);
+      square.add(squares_of(states[s]), volumes);
       squares.push_back(state->name + "^2");
       all.fields.push_back(state->name);
       total += square.values.back();

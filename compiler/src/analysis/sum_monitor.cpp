@@ -5,24 +5,11 @@
 #include "analysis/conserved_sums.h"
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/layout.h"
-#include "model/placement.h"
+#include "model/metric.h"
 
 namespace dpde::analysis {
 
 namespace {
-
-using Widths = std::array<std::vector<double>, 3>;
-
-/// Of the cells along each axis; values at faces stand for what lies between the centres on both sides of them.
-Widths widths_of(const std::vector<model::Axis>& axes, const model::Placement& placement) {
-  Widths widths{{{1}, {1}, {1}}};
-  const std::vector<model::Axis> placed = model::axes_at(axes, placement);
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    widths[a].clear();
-    for (int i = 0; i < placed[a].cells; ++i) widths[a].push_back(placed[a].width(i));
-  }
-  return widths;
-}
 
 struct WeightedSums {
   double sum = 0, magnitude = 0;
@@ -30,21 +17,22 @@ struct WeightedSums {
 
 /// Row by row: sums of rows err by the square root of all cells less than one sum would.
 template <class Real>
-WeightedSums sums_over(const dpde_layout& layout, const Real* base, const Widths& widths, bool of_squares) {
+WeightedSums sums_over(const dpde_layout& layout, const Real* base, const std::vector<double>& volumes,
+                       bool of_squares) {
   WeightedSums all;
-  for (std::size_t z = 0; z < widths[2].size(); ++z) {
-    for (std::size_t y = 0; y < widths[1].size(); ++y) {
-      const Real* row = base + index_of(layout, 0, static_cast<std::int64_t>(y), static_cast<std::int64_t>(z));
+  const double* volume = volumes.data();
+  for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
+    for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
+      const Real* row = base + index_of(layout, 0, y, z);
       WeightedSums of_row;
-      for (std::size_t x = 0; x < widths[0].size(); ++x) {
+      for (std::int64_t x = 0; x < layout.cells[0]; ++x) {
         const double value = static_cast<double>(row[x]);
-        const double part = widths[0][x] * (of_squares ? value * value : value);
+        const double part = *volume++ * (of_squares ? value * value : value);
         of_row.sum += part;
         of_row.magnitude += std::abs(part);
       }
-      const double across = widths[1][y] * widths[2][z];
-      all.sum += across * of_row.sum;
-      all.magnitude += across * of_row.magnitude;
+      all.sum += of_row.sum;
+      all.magnitude += of_row.magnitude;
     }
   }
   return all;
@@ -63,10 +51,11 @@ SumMonitor::SumMonitor(driver::Session& session, std::vector<ConservedSum> sums)
 SumMonitor::Value SumMonitor::integral(const void* state, const std::string& field, bool of_square) const {
   const dpde_layout& layout = session_.workspace().layout();
   const model::State* known = session_.problem().find_state(field);
-  const Widths widths = widths_of(session_.axes(), known == nullptr ? model::Placement{} : known->placement);
+  const std::vector<double> volumes = model::cell_volumes(session_.axes(), session_.problem().metric,
+                                                          known == nullptr ? model::Placement{} : known->placement);
   const WeightedSums sums = layout.real == DPDE_F32
-                                ? sums_over(layout, static_cast<const float*>(state), widths, of_square)
-                                : sums_over(layout, static_cast<const double*>(state), widths, of_square);
+                                ? sums_over(layout, static_cast<const float*>(state), volumes, of_square)
+                                : sums_over(layout, static_cast<const double*>(state), volumes, of_square);
   return {sums.sum, sums.magnitude};
 }
 

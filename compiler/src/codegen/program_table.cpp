@@ -55,7 +55,7 @@ dpde_ghost_row table_of(const GhostRow& row) {
 dpde_ghost_rows table_of(const GhostRows& rows) { return {table_of(rows.row), rows.least, table_of(rows.of_few)}; }
 
 dpde_rule table_of(const GhostRule& rule) {
-  return {rule.on_walls ? 1 : 0, table_of(rule.wall), table_of(rule.beyond)};
+  return {rule.on_walls ? 1 : 0, rule.turns ? 1 : 0, table_of(rule.wall), table_of(rule.beyond)};
 }
 
 static_assert(DPDE_SIDE_COEFFICIENTS == side_coefficients);

@@ -31,6 +31,8 @@ std::string grid_text(const model::Problem& problem) {
                         : axis.runs_down() ? ", downwards"
                                            : "");
   }
+  for (std::size_t a = 0; problem.metric && a < problem.axes.size(); ++a)
+    text += fmt::format("; a unit of {} is {} long", problem.axes[a].name, model::print(problem.metric->scales[a]));
   return text;
 }
 

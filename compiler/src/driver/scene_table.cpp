@@ -92,7 +92,8 @@ struct SceneTable::Storage {
 };
 
 const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
-  if (!axis.stretch && !axis.runs_down()) return nullptr;
+  const bool is_fixed = axis.stretch || axis.runs_down() || compiled->problem->metric;  // on so many cells
+  if (!is_fixed) return nullptr;
   std::vector<double>& places = centres.emplace_back();
   for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
   return places.data();

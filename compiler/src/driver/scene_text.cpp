@@ -80,6 +80,7 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
   for (const model::Control& control : problem.controls) add(true, "the control " + control.name);
   for (const model::Coefficient& field : problem.coefficients) add(field.is_control(), "the control " + field.name);
   add(problem.scheme.real != Precision::f64, fmt::format("real = {}", name_of(problem.scheme.real)));
+  add(problem.metric.has_value(), problem.metric ? problem.metric->name : "");
   add(model::Placements(problem).is_staggered(), "fields that are not at cell centres");
   for (const model::Axis& axis : problem.axes) {
     add(axis.stretch.has_value(), "the stretched axis " + axis.name);

@@ -15,6 +15,7 @@
 #include "driver/tuning.h"
 #include "driver/wall_values.h"
 #include "files/array_file.h"
+#include "model/metric.h"
 #include "model/placement.h"
 
 namespace dpde::driver {
@@ -244,13 +245,24 @@ std::vector<Session::Miss> Session::misses(double t, const std::vector<void*>& s
 
 namespace {
 
-/// In units of the largest value: squares above 1e154 are no numbers.
-double root_mean_square(const std::vector<double>& values) {
+/// In units of the largest value: squares above 1e154 are no numbers. `weights` are 1 in the mean.
+double root_mean_square(const std::vector<double>& values, const std::vector<double>& weights) {
   double largest = 0, sum = 0;
   for (const double v : values) largest = std::max(largest, std::abs(v));
   const double unit = largest > 1e150 || (largest > 0 && largest < 1e-150) ? largest : 1;
-  for (const double v : values) sum += (v / unit) * (v / unit);
+  for (std::size_t i = 0; i < values.size(); ++i) sum += weights[i] * (values[i] / unit) * (values[i] / unit);
   return unit * std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Each cell counts once, or where coordinates are no lengths by its volume.
+std::vector<double> weights_of_errors(const Session& session, const model::State& state) {
+  const std::size_t cells = session.workspace().cell_count();
+  if (!session.problem().metric) return std::vector<double>(cells, 1.0);
+  std::vector<double> weights = model::cell_volumes(session.axes(), session.problem().metric, state.placement);
+  double sum = 0;
+  for (const double weight : weights) sum += weight;
+  for (double& weight : weights) weight *= static_cast<double>(cells) / sum;
+  return weights;
 }
 
 }  // namespace
@@ -270,13 +282,14 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
     if (index < 0) continue;
     copy_out(workspace().layout(), states[static_cast<std::size_t>(index)], computed);
     ErrorNorms norm{state.name};
-    norm.scale = root_mean_square(exact);
+    const std::vector<double> weights = weights_of_errors(*this, state);
+    norm.scale = root_mean_square(exact, weights);
     for (std::size_t i = 0; i < computed.size(); ++i) {
       computed[i] = std::abs(computed[i] - exact[i]);
-      norm.l1 += computed[i] / static_cast<double>(computed.size());
+      norm.l1 += weights[i] * computed[i] / static_cast<double>(computed.size());
       norm.linf = computed[i] > norm.linf || std::isnan(computed[i]) ? computed[i] : norm.linf;
     }
-    norm.l2 = root_mean_square(computed);
+    norm.l2 = root_mean_square(computed, weights);
     norms.push_back(norm);
   }
   workspace().release(*program);

@@ -127,10 +127,12 @@ bool Scheduler::can_take_fills(const ScheduleItem& item) const {
   return sweep->grow == 0 || !has_ends;
 }
 
-/// Whether the values of a side are a field: such a fill is done as a whole, when that field has been computed.
-bool has_walls(const Fill& fill) {
+/// Whether the values of a side are a field, or those of rows half a turn away: such a fill is done as a whole, when
+/// all of that has been computed.
+bool is_of_all(const Fill& fill) {
+  const auto is_side = [](const Side& side) { return !side.field.empty() || (side.rule && side.rule->turns); };
   return std::any_of(fill.axes.begin(), fill.axes.end(),
-                     [](const AxisBoundary& axis) { return !axis.low.field.empty() || !axis.high.field.empty(); });
+                     [&](const AxisBoundary& axis) { return is_side(axis.low) || is_side(axis.high); });
 }
 
 /// Whether the halo of this result of a repeat is filled so, as the last pass has filled that of what it carries on.
@@ -151,7 +153,7 @@ bool is_left_filled(const Repeat& repeat, const Fill& fill) {
 bool Scheduler::attach(std::size_t at) {
   const Fill fill = *as_fill(items()[at]);
   const std::optional<std::size_t> writer = last_modifier(items(), fill.field, at);
-  if (!writer || has_walls(fill) || !agrees(items(), fill.field, fill.axes)) return false;
+  if (!writer || is_of_all(fill) || !agrees(items(), fill.field, fill.axes)) return false;
   if (Sweep* sweep = std::get_if<Sweep>(&input_.items[*writer].operation)) {
     if (std::find(sweep->then.begin(), sweep->then.end(), fill) != sweep->then.end()) return true;
     const bool touched = std::any_of(items().begin() + static_cast<std::ptrdiff_t>(*writer) + 1,

@@ -155,6 +155,9 @@ Problem in_rising_coordinates(Problem problem) {
   rewrite_formulas(problem, [&](const Expr& e, const Placement&) { return rewriter(e); });
   for (State& state : problem.states) rewriter.rewrite(state.boundary);
   for (Coefficient& coefficient : problem.coefficients) {
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+      if (axes[axis].runs_down()) std::swap(coefficient.at_poles[axis].low, coefficient.at_poles[axis].high);
+    }
     if (coefficient.walls && axes[static_cast<std::size_t>(coefficient.walls->axis)].runs_down())
       std::swap(coefficient.walls->low, coefficient.walls->high);
   }

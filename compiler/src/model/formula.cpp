@@ -81,10 +81,22 @@ Expr slope_of_call(const Call& c, const Variable& by) {
 }  // namespace
 
 double value_at(const Expr& formula, double coordinate) {
-  const auto value = [&](const Expr& part) { return value_at(part, coordinate); };
+  return value_at(formula, std::array{coordinate, coordinate, coordinate});
+}
+
+bool depends_on_axis(const Expr& formula, int axis) {
+  return any_part(formula, [&](const Expr& part) {
+    const auto* c = std::get_if<Coordinate>(&part->kind);
+    return c != nullptr && c->axis == axis;
+  });
+}
+
+double value_at(const Expr& formula, const std::array<double, 3>& place) {
+  const auto value = [&](const Expr& part) { return value_at(part, place); };
   const auto none = [](const auto&) -> double { unreachable("no formula of a coordinate"); };
   return match(
-      formula->kind, [](const Number& n) { return n.value; }, [&](const Coordinate&) { return coordinate; },
+      formula->kind, [](const Number& n) { return n.value; },
+      [&](const Coordinate& c) { return place[static_cast<std::size_t>(c.axis)]; },
       [&](const Neg& n) { return -value(n.operand); },
       [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
       [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments.front()), value(c.arguments.back())); },

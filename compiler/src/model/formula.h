@@ -3,6 +3,7 @@
 // of those of parameters and more coordinates.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "model/model.h"
@@ -10,6 +11,9 @@
 namespace dpde::model {
 
 double value_at(const Expr& formula, double coordinate);
+/// Of formulas of several coordinates, at a place.
+double value_at(const Expr& formula, const std::array<double, 3>& place);
+bool depends_on_axis(const Expr& formula, int axis);
 
 /// `formula` with `place` in the part of the coordinate.
 Expr at_place(const Expr& formula, const Expr& place);

@@ -45,6 +45,7 @@ class Manufacturer {
     if (!problem_.projections.empty()) return "constraints and masks";
     if (!problem_.events.empty()) return "events";
     if (!problem_.controls.empty()) return "controls";
+    if (problem_.metric) return "curved coordinates";
     const auto is_ring = [](const Axis& axis) { return axis.topology == Topology::periodic && !axis.stretch; };
     if (!std::ranges::all_of(problem_.axes, is_ring)) return "walls and stretched axes";
     const auto is_held = [](const State& state) { return state.held.has_value(); };

@@ -211,6 +211,14 @@ struct Axis {
   /// Whether fields on faces hold the values on the wall where the place is low, or high.
   bool holds_wall(bool is_low) const { return is_low == runs_down(); }
 };
+/// Orthogonal coordinates that are no lengths: a unit of axis i is scales[i] long, a formula of numbers and
+/// coordinates; a cell is as large as their product times its spacings and `around`, the way around an axis of
+/// symmetry.
+struct Metric {
+  std::string name;  // as messages have it: polar coordinates
+  std::vector<Expr> scales;
+  Expr around = 1.0;
+};
 /// "x.low": of the side where the coordinate is high where the axis runs down.
 std::string side_name(const Axis& axis, bool is_low);
 
@@ -267,11 +275,17 @@ struct WallValues {
   int axis = 0;
   double low = 0, high = 0;
 };
+/// Whether sides are poles.
+struct AtPoles {
+  bool low = false, high = false;
+};
 struct Coefficient {
   std::string name;
   Source value;
   Placement placement{};
   std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
+  std::array<AtPoles, 3> at_poles = {};  // along each axis
+  bool turns_round = false;              // on the way over a pole it changes its sign, as components of vectors do
   bool is_mask = false;                  // 1 where the scene's condition is true, else 0
   int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the
                   // middle of each
@@ -424,6 +438,7 @@ struct Problem {
   std::string model;    // name of the model, or
   std::string program;  // name of the hand-written program that is the step
   std::vector<Axis> axes;
+  std::optional<Metric> metric;  // none: coordinates are lengths
   std::vector<Parameter> params;
   std::vector<State> states;
   std::vector<Coefficient> coefficients;

@@ -210,6 +210,7 @@ void add_parts(const Problem& p, std::vector<std::string>& lines) {
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
+  if (p.metric) lines.push_back("# " + p.metric->name);
   for (const Control& control : p.controls)
     lines.push_back(print(control, p.step) + (p.find_param(control.name)->unknown ? "  # unknown" : ""));
   for (const Parameter& param : p.params) {

@@ -5,9 +5,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/metric.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
+
+std::string pole_text(const model::Problem& problem, const Verdict& verdict) {
+  if (verdict.limit.kind != StepLimit::Kind::limit) return "";
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const model::Axis& axis = problem.axes[a];
+    for (const bool is_low : {true, false}) {
+      const double h = axis.spacing(), beside = is_low == axis.runs_down() ? axis.high - h / 2 : axis.low + h / 2;
+      const bool is_there = std::abs(verdict.worst.place[a] - beside) < 0.5 * h;
+      if (is_there && model::is_pole_at(problem, a, is_low))
+        return fmt::format(
+            "the narrow cells around the pole at {} set it: fewer cells along {} make them wider, and an "
+            "implicit scheme (time = ars222) has no such limit for lap(u) of a number",
+            model::side_name(axis, is_low), problem.axes[a == 0 ? 1 : 0].name);
+    }
+  }
+  return "";
+}
 
 namespace {
 
@@ -50,11 +68,12 @@ void report_above(driver::Session& session, const Verdict& verdict, bool ruins, 
   const model::Problem& problem = session.problem();
   const std::string hint = verdict.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
                                              : fmt::format("--set step={} is stable", verdict.largest_step);
+  const std::string pole = pole_text(problem, verdict);
   const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
   sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
               {problem.scene, fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
                wave_text(verdict, problem), growth_text(verdict.growth)},
-              with_force(hint, verdict, ruins));
+              with_force(pole.empty() ? hint : hint + "; " + pole, verdict, ruins));
 }
 
 }  // namespace

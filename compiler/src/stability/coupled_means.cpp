@@ -59,7 +59,7 @@ Module without_coupled_means(Module module, const std::set<std::string>& rates) 
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
                                                const FrozenPoint& point, bool has_events) {
-  if (!linear.couples_means()) return nullptr;
+  if (!linear.couples_means() && !session.problem().metric) return nullptr;
   std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
   if (tangent == nullptr) return nullptr;
   const double steps = cells_of_run / static_cast<double>(session.workspace().cell_count());

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Means and sums of perturbations that count by other fields, as that of u^2, whose tangent is the mean of 2 u u'. They
 // tie each cell to all others, each in another way, and no wave at a frozen point stands for them. The analysis of
-// waves leaves them out; runs of the step's tangent about the initial state on the scene's own grid have them.
+// waves leaves them out; runs of the step's tangent about the initial state on the scene's own grid have them. So they
+// have what curved coordinates are, which no wave and no wall with frozen coefficients is: cells that become narrow
+// towards a pole, and what lies beyond it.
 #pragma once
 
 #include <memory>
@@ -19,7 +21,8 @@ stencil::Module without_coupled_means(stencil::Module module, const std::set<std
 
 class CoupledRuns {
  public:
-  /// Where the step has such means. null where it has none, or its tangent cannot be compiled.
+  /// Where the step has such means, or the scene curved coordinates. null where it has none, or its tangent cannot be
+  /// compiled.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events);
 

@@ -48,6 +48,9 @@ bool has_walls(const model::Problem& problem) {
   return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
 }
 
+/// In curved coordinates walls with frozen coefficients are none, see coupled_means.h.
+bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) && !problem.metric; }
+
 /// The largest step not above the limit that the run is a whole number of.
 double whole_step(const model::Problem& problem, double limit) {
   const double length = problem.steps * problem.step;
@@ -91,7 +94,7 @@ class Examination {
       look_at_runs(*runs);
       return true;
     }
-    if (!has_walls(session_.problem())) return true;
+    if (!are_walls_alike(session_.problem())) return true;
     for (const ScenePoint& point : worst_first(places_between_walls(points))) {
       if (verdict_.limit.kind == StepLimit::Kind::never) break;
       ++verdict_.places_between_walls;
@@ -117,7 +120,7 @@ class Examination {
     }
     if (most < 0) return false;
     if (const auto runs = coupled_runs()) return runs->is_stable(verdict_.step);
-    if (!has_walls(session_.problem())) return true;
+    if (!are_walls_alike(session_.problem())) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
       return rate * verdict_.step - events_between_walls(point) <= wall_tolerance;
@@ -472,7 +475,7 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
 std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
   if (verdict.is_of_networks) return "a disturbance";
   if (verdict.is_of_walls) return "what walls do";
-  if (verdict.is_of_means) return "what means tie together";
+  if (verdict.is_of_means) return problem.metric ? "what the cells of the whole grid do" : "what means tie together";
   std::vector<std::string> parts;
   double last = 0;
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {

@@ -74,6 +74,9 @@ struct OtherScheme {
 };
 std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict);
 
+/// What the narrow cells around a pole have to do with the limit, and what helps; "": nothing.
+std::string pole_text(const model::Problem& problem, const Verdict& verdict);
+
 /// "the wave of 2 cells along x and of 8 along y", "what walls do".
 std::string wave_text(const Verdict& verdict, const model::Problem& problem);
 

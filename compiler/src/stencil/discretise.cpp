@@ -405,7 +405,9 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
-  if (as<model::Interpolate>(e) || as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
+  if (const auto* here = as<model::Interpolate>(e))  // of what is here already: it asks for the faces
+    return placements_.natural(here->operand).value_or(*base_) == *base_;
+  if (as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)])
     return false;
   if (const model::Advect* a = as<model::Advect>(e)) {

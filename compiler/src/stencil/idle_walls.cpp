@@ -130,7 +130,8 @@ class Readers {
 };
 
 bool asks_for_something(const model::Side& side) {
-  return condition_of(side.kind).a != SideCondition::Part::zero || !model::is_constant(side.value, 0);
+  return (condition_of(side.kind).a != SideCondition::Part::zero && !condition_of(side.kind).turns()) ||
+         !model::is_constant(side.value, 0);
 }
 
 bool has_no_slope(const model::Side& side) {

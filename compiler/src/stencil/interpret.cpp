@@ -74,6 +74,10 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
       cells.push_back({cell, cell, cell, periodic ? nullptr : &side, layer.ghost});
       cells.back().image[axis] = layer.image;
       cells.back().behind[axis] = layer.image + (low_side ? 1 : -1);
+      if (periodic || !rule_of(side).turns) return;
+      const int around_pole = axis == 0 ? 1 : 0, turn = state.grid().cells[around_pole] / 2;
+      for (Cell* turned : {&cells.back().image, &cells.back().behind})
+        (*turned)[around_pole] = modulo(cell[around_pole] + turn, state.grid().cells[around_pole]);
     });
   }
   return cells;

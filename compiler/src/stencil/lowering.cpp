@@ -290,6 +290,11 @@ std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const 
     if (model::goes_on_beyond(problem_, *coefficient, axis, true)) boundary[axis].low.kind = SideKind::linear;
     if (model::goes_on_beyond(problem_, *coefficient, axis, false)) boundary[axis].high.kind = SideKind::linear;
   }
+  for (std::size_t axis = 0; coefficient && axis < boundary.size(); ++axis) {
+    const SideKind kind = coefficient->turns_round ? SideKind::opposite_pole : SideKind::pole;
+    if (coefficient->at_poles[axis].low) boundary[axis].low = {kind};
+    if (coefficient->at_poles[axis].high) boundary[axis].high = {kind};
+  }
   if (coefficient && coefficient->walls) {
     AxisBoundary& across = boundary[static_cast<std::size_t>(coefficient->walls->axis)];
     across.low = {SideKind::value, coefficient->walls->low};

@@ -30,6 +30,8 @@
 //    On walls w = 2u' - u'' (u' where n < 3), and beyond them v = (k+1)*w - k*u'.
 //    gradient_at_cell(c): about the centre of the first cell, -1-k from k+1 and n+k from n-2-k, (v-u)/s = c with s =
 //    (2k+2)*hx. Where n = 1, and on walls, it is gradient(c).
+//    pole: half a turn away, v = u; opposite_pole, of components of vectors: v = -u. -1-k from k and n+k from n-1-k,
+//    the image n'/2 cells farther on (rounded down) along the other one of x and y, which is periodic and has n' cells.
 //    So each place gets weight*u + farther*u' + rate*c, u' one cell farther inside than its image u. The rows of
 //    support/side_conditions.h are these numbers, for this level, its derivatives and all back ends.
 //    Who makes a program states how each field goes on (HaloRule); a pass puts fills where reads need them, and behind

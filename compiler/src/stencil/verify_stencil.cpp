@@ -198,16 +198,25 @@ class ProgramCheck {
   void check_axes(const std::string& field, const std::vector<AxisBoundary>& axes) {
     fields_.insert(field);
     std::vector<Topology> topologies;
-    for (const AxisBoundary& axis : axes) {
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const AxisBoundary& axis = axes[a];
       topologies.push_back(axis.topology);
       if (axis.topology == Topology::periodic) continue;
       check_side(field, axis.low);
       check_side(field, axis.high);
+      if (condition_of(axis.low.kind).turns() || condition_of(axis.high.kind).turns()) check_pole(field, axes, a);
       if (axis.low.on_wall && condition_of(axis.low.kind).keeps_wall())
         violation("has {} as outflow at a low wall, where no value of it is stored", field);
       if (axis.low.on_wall != axis.high.on_wall) violation("has {} on the wall at one side of an axis only", field);
     }
     if (topologies != program_.axes) violation("has other axes than the boundaries of {}", field);
+  }
+
+  void check_pole(const std::string& field, const std::vector<AxisBoundary>& axes, std::size_t axis) {
+    const std::size_t around = axis == 0 ? 1 : 0;
+    if (axis > 1 || axes.size() < 2 || axes[around].topology != Topology::periodic)
+      violation("has a pole, but no periodic axis x or y around it, for {}", field);
+    if (axes[axis].low.on_wall) violation("has a pole on a wall for {}", field);
   }
 
   bool is_uniform(const Expr& value) {

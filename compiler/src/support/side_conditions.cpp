@@ -56,10 +56,16 @@ constexpr GhostRule continued_on_walls{
 /// The line beyond the wall as above; the point on it is moved by what moves the field.
 constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = continued_on_walls.beyond};
 
+/// v = u of a number, v = -u of the components of a vector, whose directions turn round on the way over a pole.
+constexpr GhostRule across_pole{
+    .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .first = 0, .step = 1}}, .turns = true};
+constexpr GhostRule turned_across_pole{
+    .beyond = {.row = {.terms = {{{.place = {1}, .image = {1}}, {}}}, .first = 0, .step = 1}}, .turns = true};
+
 using enum SideCondition::Part;
 using Level = SideCondition::Level;
 
-constexpr std::array<SideCondition, 9> conditions{
+constexpr std::array<SideCondition, 11> conditions{
     {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
      {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
      {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
@@ -73,7 +79,10 @@ constexpr std::array<SideCondition, 9> conditions{
      {SideKind::radiating, "radiating", zero, one, given, &mirrored_at_cell, &mirrored_on_walls,
       "radiating(c) for dt(u) + c*du/dn = 0, n the outward normal", Level::models},
      {SideKind::line, "line", given, one, zero, &continued_by, &continued_on_walls,
-      "line(a), the straight line goes on where cells beyond the side are a times as long", Level::programs}}};
+      "line(a), the straight line goes on where cells beyond the side are a times as long", Level::programs},
+     {SideKind::pole, "pole", zero, one, zero, &across_pole, &mirrored_on_walls, "pole"},
+     {SideKind::opposite_pole, "opposite_pole", one, zero, zero, &turned_across_pole, &mirrored_on_walls,
+      "opposite_pole, of a component of a vector", Level::programs}}};
 
 }  // namespace
 

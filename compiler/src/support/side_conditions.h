@@ -12,7 +12,19 @@
 
 namespace dpde {
 
-enum class SideKind { value, zero_gradient, gradient, mixed, linear, outflow, gradient_at_cell, radiating, line };
+enum class SideKind {
+  value,
+  zero_gradient,
+  gradient,
+  mixed,
+  linear,
+  outflow,
+  gradient_at_cell,
+  radiating,
+  line,
+  pole,
+  opposite_pole
+};
 
 /// fixed + by_way*m, for a place m cells away from its mirror image.
 struct GhostNumber {
@@ -47,9 +59,12 @@ struct GhostRows {
 };
 /// Place -1-k of the low side and n+k of the high one are layer k, m = 2k+1. On walls, -1 and n-1 are layer 0, on the
 /// walls, made by `wall`, and those beyond have m = 2k. A row without a place makes nothing: what is there stays.
+/// `turns`: at a pole, where what lies beyond a side is what lies half a turn away, the images are those cells: along
+/// the other one of the axes x and y, which runs around the pole, cells/2 farther on (rounded down).
 struct GhostRule {
   bool on_walls = false;
   GhostRows wall, beyond;
+  bool turns = false;
   bool operator==(const GhostRule&) const = default;
 };
 
@@ -72,6 +87,8 @@ struct SideCondition {
   std::string_view usage;  // as hints have it
   Level level = Level::both;
 
+  /// At a pole.
+  bool turns() const { return between_cells->turns; }
   /// Nothing is given.
   bool is_word_alone() const { return a != Part::given && b != Part::given && c != Part::given; }
   /// As it is written with these arguments.

@@ -21,7 +21,7 @@ struct Trivia {
   bool blank_before = false;        // one blank line stood above
 };
 
-/// How { ... } was written, for the same reason.
+/// How { ... } was written.
 struct BlockLayout {
   std::vector<std::string> before;            // comments between the first word and {
   std::string after;                          // comment behind {
@@ -84,6 +84,9 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
 };
 struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or of one after the other)
   std::vector<Expr> counts;
+};
+struct CoordinatesItem {  // coordinates polar     coordinates sphere(a)     coordinates metric(1, x)
+  Expr kind;              // the Name of a kind, or a Call of one
 };
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;
@@ -158,7 +161,7 @@ struct WhenSteps {   // over 4 steps: each of the states behind so many steps fr
 struct WhenEnd {};  // nothing said: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
 
-// data v on faces.x = load("v.npy")     data w = trajectories("w.nc", u)     data u_ref = u from scene fine at t = 0.5
+// data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data r = u from scene fine at t = 0.5
 struct DataItem {
   Identifier name;
   std::optional<Identifier> on;
@@ -343,8 +346,7 @@ struct HostItem {  // host weights 120     (in place of layers)
 };
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------
-struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ... from run
-                   // to run)
+struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ...)
   Identifier name;
   std::optional<Expr> low, high, from;
 };
@@ -373,11 +375,11 @@ struct ErrorItem {  // error l2(u), linf(v) at t = 1
 /// A class of its own, and not another name, so that copies of all kinds are compiled once, in ast.cpp.
 struct ItemKind
     : Variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
-              HeldItem, GridItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
-              SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem,
-              TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem, SwapItem,
-              StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
-              StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
+              HeldItem, GridItem, CoordinatesItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem,
+              EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem,
+              UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, TransformItem, RunItem,
+              SwapItem, StackItem, RepeatItem, SolveItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem,
+              PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem, AccuracyItem,
               ReferenceItem, ChoicesItem, ErrorItem, CellsItem> {
   using Variant::Variant;
   ItemKind();
@@ -398,8 +400,7 @@ struct Model {  // model NAME { ... }
   Identifier name;
   std::vector<Item> items;
 };
-struct Scene {  // scene NAME : MODEL [, MODEL] [with SCHEME] { ... }      MODEL may be a hand-written program
-                // scene NAME = SCENE [with SCHEME] { ... }                the other scene with changes
+struct Scene {  // scene NAME : MODEL [, MODEL] [with SCHEME] { ... }     scene NAME = SCENE [with SCHEME] { ... }
   Identifier name, of;
   std::vector<Identifier> also;  // the models behind the first
   std::optional<Identifier> scheme;
@@ -445,8 +446,7 @@ struct Import {  // import "flow.dpde"       its blocks stand behind those of th
   SourceRange range;  // of the text
 };
 
-/// network NAME(u: vector, nu) -> vector { ... }      below the model level channels are counted: network NAME(3) -> 2
-/// { ... }
+/// network NAME(u: vector, nu) -> vector { ... }      below the model level of so many channels: network NAME(3) -> 2
 struct Network {
   struct Input {
     Identifier name;

@@ -26,8 +26,8 @@ concept InModels =
     OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem, HeldItem>;
 /// Of scenes, beside LetItem.
 template <class Kind>
-concept InScenes = OneOf<Kind, GridItem, CellsItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem,
-                         EventItem, SubcycleItem, ObserveItem, OutputItem, AccuracyItem>;
+concept InScenes = OneOf<Kind, GridItem, CellsItem, CoordinatesItem, ValueItem, InitialItem, ExactItem, BoundaryItem,
+                         TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, AccuracyItem>;
 template <class Kind>
 concept InOtherBlocks = OneOf<Kind, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, LayerItem,
                               BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem,

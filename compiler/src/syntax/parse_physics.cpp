@@ -173,6 +173,8 @@ ItemKind parse_grid(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_coordinates(Cursor& cursor) { return CoordinatesItem{parse_expression(cursor)}; }
+
 ItemKind parse_value(Cursor& cursor) {
   auto [name, value] = parse_component_definition(cursor, "a name");
   ValueItem item{std::move(name), std::move(value), {}};
@@ -434,6 +436,7 @@ BlockRule scene_rule() {
           {{"grid", parse_grid},
            {"cells", parse_cells},
            {"let", parse_let},
+           {"coordinates", parse_coordinates},
            {"initial", parse_initial},
            {"exact", parse_exact},
            {"boundary", parse_boundary},

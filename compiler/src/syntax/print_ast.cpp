@@ -237,6 +237,7 @@ std::string print_item(const Item& item) {
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
       [](const SolvedItem& i) { return print_solved(i); }, [](const ConstraintItem& i) { return print_constraint(i); },
       [](const HeldItem& i) { return print_held(i); }, [](const GridItem& i) { return print_grid(i); },
+      [](const CoordinatesItem& i) { return "coordinates " + print(i.kind); },
       [](const ValueItem& i) {
         return print_definition(i.of ? i.name.name + " " : "", i.of.value_or(i.name), i.value) +
                (i.every ? " every " + print(*i.every) : "");

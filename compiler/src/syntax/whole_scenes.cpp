@@ -18,7 +18,9 @@ namespace {
 std::string subject_of(const Item& item) {
   return match(
       item.kind, [](const GridItem& i) { return "grid " + i.axis.name; },
-      [](const CellsItem&) { return std::string("cells"); }, [](const ValueItem& i) { return "value " + i.name.name; },
+      [](const CellsItem&) { return std::string("cells"); },
+      [](const CoordinatesItem&) { return std::string("coordinates"); },
+      [](const ValueItem& i) { return "value " + i.name.name; },
       [](const LetItem& i) { return "value " + i.name.name; },
       [](const InitialItem& i) { return "initial " + i.field.name; },
       [](const ExactItem& i) { return "exact " + i.field.name; },

@@ -15,6 +15,7 @@
 #include "driver/data.h"
 #include "files/evaluation_log.h"
 #include "files/weights.h"
+#include "model/metric.h"
 #include "model/placement.h"
 #include "stencil/print_stencil.h"
 
@@ -204,7 +205,7 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
       const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
       const model::Placement placement = state != nullptr ? state->placement : model::Placement{};
       copy_out(session.workspace().layout(), snapshot.states[s], values);
-      to.integrals[s].add(values, axes, placement);
+      to.integrals[s].add(values, model::cell_volumes(axes, session.problem().metric, placement));
       const std::vector<double> frame =
           set_.coarsen == 1 ? values : driver::average_down(values, axes, coarse, placement);
       to.states[s].insert(to.states[s].end(), frame.begin(), frame.end());

@@ -106,6 +106,7 @@ typedef struct dpde_ghost_rows {
  * A row in which no term has a place makes nothing: a high wall with it stays as it is. */
 typedef struct dpde_rule {
   int32_t on_walls;
+  int32_t turns; /* 1 at a pole: images lie half a turn away, cells/2 farther on along the other one of x and y */
   dpde_ghost_rows wall, beyond;
 } dpde_rule;
 

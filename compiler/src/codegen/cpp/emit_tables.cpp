@@ -94,8 +94,8 @@ std::string Tables::rule(const dpde_rule* source) {
   const auto found = rules_.find(source);
   if (found != rules_.end()) return found->second;
   const std::string name = fmt::format("dpde_rule_{}", rules_.size());
-  out_ += fmt::format("static const dpde_rule {} = {{{},\n    {},\n    {}}};\n", name, source->on_walls,
-                      text_of(source->wall), text_of(source->beyond));
+  out_ += fmt::format("static const dpde_rule {} = {{{}, {},\n    {},\n    {}}};\n", name, source->on_walls,
+                      source->turns, text_of(source->wall), text_of(source->beyond));
   return rules_[source] = "&" + name;
 }
 

@@ -23,7 +23,7 @@ std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
   if (place.name == "all") return Place{};
   const std::size_t dot = place.name.find('.');
   const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
-  const int axis = axis_of(place.name.substr(0, dot));
+  const int axis = axis_of(draft, place.name.substr(0, dot));
   if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size()))
     return Place{axis, side != "high", side != "low"};
   std::vector<std::string> sides{"all"};
@@ -185,7 +185,9 @@ std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::strin
     const std::vector<std::string> components = components_of(draft, item.field.name);
     if (std::ranges::find(components, state) == components.end()) continue;
     for (const ast::BoundarySide& side : item.sides) {
-      const std::string& name = side.place.name;
+      const std::size_t dot = std::min(side.place.name.find('.'), side.place.name.size());
+      const int axis = axis_of(draft, side.place.name.substr(0, dot));
+      const std::string name = axis < 0 ? side.place.name : axis_name(axis) + side.place.name.substr(dot);
       if (name == place || name == "all" || place.starts_with(name + ".")) return side.value.range();
     }
   }
@@ -314,6 +316,7 @@ std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name)
   }
   check_complete(draft, unknown, seen);
   check_radiating(draft, unknown);
+  measure_sides(draft, name, unknown.boundary);
   return unknown.boundary;
 }
 
@@ -352,6 +355,8 @@ void bind_boundaries(Draft& draft) {
     check_open_walls(draft, state);
   }
   derive_velocity_boundaries(draft);
+  for (State& state : draft.problem.states) measure_sides(draft, state.name, state.boundary);
+  check_poles(draft);
 }
 
 }  // namespace dpde::model

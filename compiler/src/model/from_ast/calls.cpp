@@ -173,7 +173,7 @@ Typed Expressions::along_named_axis(const ast::Call& e, SourceRange range) {
   const Typed operand = numeric(e.arguments[0].value);
   const ast::Expr& place = e.arguments[1].value;
   const auto* name = std::get_if<ast::Name>(&place->kind);
-  const int axis = name ? axis_of(name->name) : -1;
+  const int axis = name ? axis_of(draft_, name->name) : -1;
   if (axis < 0) {
     draft_.sink.report("unknown-axis", place.range(), {name ? name->name : "this"}, "write d(u, x, 2)");
     return {};

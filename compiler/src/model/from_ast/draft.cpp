@@ -12,6 +12,11 @@ const std::string* Settings::find(const std::string& key) {
   return found == texts_.end() ? nullptr : &found->second;
 }
 
+int axis_of(const Draft& draft, const std::string& name) {
+  const auto found = draft.axis_names.find(name);
+  return found == draft.axis_names.end() ? axis_of(name) : found->second;
+}
+
 bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector) {
   if (is_reserved(name.name)) {
     draft.sink.report("reserved-name", name.range, {name.name, std::string(word_for(role))}, "choose another name");

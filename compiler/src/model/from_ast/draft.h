@@ -96,6 +96,7 @@ struct Draft {
   std::map<std::string, Typed> lets;
   std::map<std::string, const ast::Expr*> scene_lets;
   bool has_grid = true;                                 // else the scene is one cell
+  std::map<std::string, int> axis_names;                // of coordinates, beside x, y and z: r, theta, lon, lat
   int expansions = 0;                                   // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
@@ -130,6 +131,9 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const
 std::string written_name(const Draft& draft, const std::string& name);
 /// The fields that are not among `seen`, of a vector with no component among them the vector.
 std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen);
+
+/// The axis that is called so; -1: none.
+int axis_of(const Draft& draft, const std::string& name);
 
 /// The items of one kind, in order.
 template <class Kind>

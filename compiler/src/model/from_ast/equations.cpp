@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "model/build.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 #include "model/solves.h"
 
 namespace dpde::model {
@@ -47,7 +49,14 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
                       "take advect = central(2), upwind(3), ...");
     return;
   }
-  Solve solved{name, parts->part, negate(parts->rest), boundary_of_solved(draft, name)};
+  if (reads_across_pole(draft.problem, parts->part)) {
+    draft.sink.report("solve-does-not-fit", range, {name, "its equation reads across a pole"},
+                      "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
+    return;
+  }
+  const Coordinates coordinates(draft.problem, {range});  // times volumes fluxes enter both their cells alike
+  Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
+               boundary_of_solved(draft, name)};
   const Scheme& scheme = draft.problem.scheme;
   if (holds_waves(solved, scheme) && !is_of_waves(solved, scheme)) {
     draft.sink.report(

@@ -89,6 +89,10 @@ Rules rules_of(Purpose purpose) {
       return {.place = "a stretched axis",
               .hint = "its formula is made of numbers, parameters and the coordinate of the axis itself",
               .coordinates = true};
+    case Purpose::scale:
+      return {.place = "a scale factor",
+              .hint = "it is made of numbers, parameters given in the scene and coordinates",
+              .coordinates = true};
   }
   unreachable("purpose");
 }
@@ -233,6 +237,8 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
   if (function_) return name_in_function(e.name, range);
   const Meaning* meaning = draft_.scope.find(e.name);
   if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
+  const auto axis = meaning ? draft_.axis_names.end() : draft_.axis_names.find(e.name);
+  if (axis != draft_.axis_names.end()) return name({axis_name(axis->second)}, range);
   if (!meaning) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
@@ -313,7 +319,7 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
                             purpose_ != Purpose::boundary_weight;
     return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range, name);
   }
-  const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch;
+  const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch || purpose_ == Purpose::scale;
   const auto value = draft_.values.find(name);
   if (value == draft_.values.end()) {
     if (!is_number) return number_of(param(name, {range}));  // reported at the end

@@ -27,6 +27,7 @@ enum class Purpose {
   control,
   number,
   stretch,
+  scale,
   quantity
 };
 
@@ -99,6 +100,7 @@ class Expressions {
   Typed along_named_axis(const ast::Call& e, SourceRange range);
   std::optional<int> order_of(const ast::Expr& e);
   Typed laplacian(const ast::Call& e, SourceRange range);
+  bool can_take_vector_laplacian(const Typed& operand, SourceRange range);
   Typed gradient(const ast::Call& e, SourceRange range);
   Typed divergence(const ast::Call& e, SourceRange range);
   Typed advection(const ast::Call& e, SourceRange range);

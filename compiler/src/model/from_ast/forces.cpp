@@ -6,6 +6,7 @@
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
@@ -45,6 +46,7 @@ std::vector<Expr> Expressions::rates_inside(const ast::Call& e, SourceRange rang
 Typed Expressions::force(const ast::Call& e, SourceRange range) {
   if (purpose_ != Purpose::quantity) return refuse(e.callee, e.callee_range);
   if (!takes(e, 2)) return {};
+  if (is_refused_in_curves(draft_, e.callee, range)) return {};
   Typed result{Typed::Type::vector, {}};
   for (const Expr& rate : rates_inside(e, range)) result.parts.push_back(reduce(Reduce::Kind::integral, rate, {range}));
   if (result.parts.empty()) return {};
@@ -55,6 +57,7 @@ Typed Expressions::force(const ast::Call& e, SourceRange range) {
 /// The moment of that force about a point: a number on two axes, a vector on three.
 Typed Expressions::torque(const ast::Call& e, SourceRange range) {
   if (purpose_ != Purpose::quantity) return refuse(e.callee, e.callee_range);
+  if (is_refused_in_curves(draft_, e.callee, range)) return {};
   const bool fits = e.arguments.size() == 3 && e.arguments[2].name == "about" && axis_count() > 1;
   if (!fits) {
     draft_.sink.report("wrong-argument-count", e.callee_range,

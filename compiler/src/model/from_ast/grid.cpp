@@ -24,7 +24,7 @@ std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
 
 /// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
 int cells_of(Draft& draft, const ast::GridItem& item, const ast::Expr* counted, std::optional<double> for_all_axes) {
-  const std::string key = "cells." + item.axis.name;
+  const std::string key = "cells." + axis_name(axis_of(draft, item.axis.name));
   const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
   if (is_set) {
     const auto for_this = number_setting(draft, key);
@@ -112,7 +112,7 @@ void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
 std::vector<const ast::GridItem*> grid_lines(Draft& draft) {
   std::vector<const ast::GridItem*> lines;
   for (const auto& [item, range] : items_of<ast::GridItem>(draft.scene->items)) {
-    const int axis = axis_of(item.axis.name);
+    const int axis = axis_of(draft, item.axis.name);
     if (axis < 0) {
       draft.sink.report("unknown-axis", item.axis.range, {item.axis.name}, "the axes are x; x and y; or x, y and z");
       continue;
@@ -135,6 +135,7 @@ void check_total(Draft& draft) {
 
 void bind_grid(Draft& draft) {
   const std::size_t before = draft.sink.all().size();
+  bind_axis_names(draft);
   const std::vector<const ast::GridItem*> lines = grid_lines(draft);
   const auto for_all_axes = number_setting(draft, "cells");
   const bool has_lines = !items_of<ast::GridItem>(draft.scene->items).empty();
@@ -166,6 +167,7 @@ void bind_grid(Draft& draft) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (lines[i] && lines[i]->stretched) bind_stretch(draft, *lines[i]->stretched, static_cast<int>(i));
   }
+  bind_metric(draft);
 }
 
 }  // namespace dpde::model

@@ -7,6 +7,7 @@
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/implicit_part.h"
+#include "model/metric.h"
 #include "model/print_model.h"
 #include "model/split_terms.h"
 
@@ -54,6 +55,10 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
   if (problem.scheme.implicit != Implicit::linear) {
     if (const auto found = newton_obstacle(problem, state, parts.part)) return found;
   }
+  if (reads_across_pole(problem, parts.part))
+    return Obstacle{
+        fmt::format("terms that read across a pole in what it solves for in the equation for {}", state.name),
+        "with dx = central(2) lap(u) and div(k*grad(u)) of numbers end at poles; leave other terms explicit"};
   const bool is_carried = problem.scheme.is_split() && follows_flow(problem.scheme.transport_of(state.name).advect);
   const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
   if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, rest))

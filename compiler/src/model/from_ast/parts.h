@@ -120,6 +120,19 @@ void keep_called_networks(Draft& draft);
 /// The formula of a stretched axis, with its numbers; after all axes.
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);
 
+/// Formulas with the values of their parameters: a grid is made once.
+Expr with_values(const Draft& draft, const Expr& e);
+
+// metric.cpp: coordinates that are no lengths. What their axes are called; after the axes, what lengths are
+void bind_axis_names(Draft& draft);
+void bind_metric(Draft& draft);
+/// Slopes that conditions at sides give are those of lengths: made those of coordinates. Of what is called `name`.
+void measure_sides(const Draft& draft, const std::string& name, std::vector<AxisSides>& boundary);
+/// Whether fields have what they need at poles; after the boundaries.
+void check_poles(Draft& draft);
+/// True, with a diagnostic, where coordinates are no lengths.
+bool is_refused_in_curves(Draft& draft, const std::string& what, SourceRange range);
+
 // time.cpp
 void bind_time(Draft& draft);
 /// The Courant number, and what moves how fast; after the equations.

@@ -10,6 +10,7 @@
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/from_ast/constants.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
@@ -244,7 +245,8 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
     weight = times(weight, hats.along(axis, (*position)[axis]));
     volume = times(volume, hats.size(axis));
   }
-  return {Typed::Type::number, {binary(BinaryOp::divide, times(*strength, weight), volume, {range})}};
+  const Expr density = binary(BinaryOp::divide, times(*strength, weight), volume, {range});
+  return number_of(Coordinates(draft_.problem, {range}).per_volume(density));
 }
 
 Typed Expressions::sampling(const ast::Call& e, SourceRange range) {

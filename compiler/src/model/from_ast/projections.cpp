@@ -247,7 +247,9 @@ void bind_held(Draft& draft) {
 
 void bind_projections(Draft& draft) {
   bind_held(draft);
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) Binder(draft, item, range).bind();
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) {
+    if (!is_refused_in_curves(draft, "a constraint", range)) Binder(draft, item, range).bind();
+  }
   Projection alone;
   for (const State& state : draft.problem.states) {
     if (state.held && !draft.problem.is_projected(state.name))

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "model/build.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 
 namespace dpde::model {
@@ -31,7 +32,7 @@ Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange 
   const auto operand = as_number(any(e.arguments[0].value), inside);
   const auto over = axes_of_reduction(e);
   if (!operand || !over || is_too_large({Typed::Type::number, {*operand}}, inside)) return {};
-  return {Typed::Type::number, {reduce(Reduce{kind, *operand, *over}, {range})}};
+  return number_of(Coordinates(draft_.problem, {range}).reduction(Reduce{kind, *operand, *over}));
 }
 
 std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Call& e) {
@@ -59,7 +60,7 @@ std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Cal
 
 bool Expressions::add_axis(const ast::Expr& e, std::array<bool, 3>& over) {
   const auto* name = std::get_if<ast::Name>(&e->kind);
-  const int axis = name ? axis_of(name->name) : -1;
+  const int axis = name ? axis_of(draft_, name->name) : -1;
   if (axis < 0) {
     draft_.sink.report("unknown-axis", e.range(), {name ? name->name : "this"}, "write mean(u, y) or max(u, over = y)");
     return false;

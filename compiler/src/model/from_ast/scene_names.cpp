@@ -106,7 +106,7 @@ Typed Expressions::given(const std::string& name, const Meaning& meaning, Source
       return Typed{meaning.is_vector ? Typed::Type::vector : Typed::Type::number, *parts};
     }
     const Typed value = any(*giver.value);
-    const int axis = axis_of(name.substr(whole.size() + 1));
+    const int axis = axis_of(draft_, name.substr(whole.size() + 1));
     if (value.type == Typed::Type::vector && axis < static_cast<int>(value.parts.size()))
       return number_of(value.parts[static_cast<std::size_t>(axis)]);
     return value;

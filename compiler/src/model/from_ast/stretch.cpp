@@ -30,22 +30,6 @@ struct Checked {
   }
 };
 
-/// `e` with the values of its parameters: a grid is made once.
-Expr with_values(const Draft& draft, const Expr& e) {
-  if (const auto* param = std::get_if<Param>(&e->kind))
-    return number(draft.values.at(param->name).value_or(0), e->origin);
-  const auto same = [&](const Expr& part) { return with_values(draft, part); };
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
-  if (const auto* s = std::get_if<Select>(&e->kind))
-    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
-  const auto* c = std::get_if<Call>(&e->kind);
-  if (!c) return e;
-  std::vector<Expr> arguments;
-  for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
-  return call(c->fn, std::move(arguments), e->origin);
-}
-
 std::optional<Expr> formula_of(Draft& draft, const ast::Expr& e, int axis) {
   const std::string& name = draft.problem.axes[static_cast<std::size_t>(axis)].name;
   const std::optional<Expr> written = Expressions(draft, Purpose::stretch, "the stretched axis " + name).number(e);
@@ -122,6 +106,21 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
 }
 
 }  // namespace
+
+Expr with_values(const Draft& draft, const Expr& e) {
+  if (const auto* param = std::get_if<Param>(&e->kind))
+    return number(draft.values.at(param->name).value_or(0), e->origin);
+  const auto same = [&](const Expr& part) { return with_values(draft, part); };
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
+  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
+  if (const auto* s = std::get_if<Select>(&e->kind))
+    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
+  const auto* c = std::get_if<Call>(&e->kind);
+  if (!c) return e;
+  std::vector<Expr> arguments;
+  for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
+  return call(c->fn, std::move(arguments), e->origin);
+}
 
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis) {
   if (draft.program) {

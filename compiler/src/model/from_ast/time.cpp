@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "model/build.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/placement.h"
@@ -141,10 +142,12 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
 std::optional<Expr> rate_of_speed(Draft& draft, const ast::Expr& speed) {
   const Typed value = Expressions(draft, Purpose::equation, "the speed").numeric(speed);
   if (value.type == Typed::Type::none) return std::nullopt;
+  const Coordinates coordinates(draft.problem, {speed.range()});
   Expr rate = 0.0;
   for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
     const std::size_t part = value.type == Typed::Type::vector ? static_cast<std::size_t>(axis) : 0;
-    rate = binary(BinaryOp::add, rate, over_spacing(draft.problem, value.parts[part], axis));
+    const std::vector<Expr> speeds = coordinates.speeds(std::vector(draft.problem.axes.size(), value.parts[part]));
+    rate = binary(BinaryOp::add, rate, over_spacing(draft.problem, speeds[static_cast<std::size_t>(axis)], axis));
   }
   return rate;
 }

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "model/build.h"
+#include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -83,7 +84,7 @@ Typed Expressions::component(const ast::Identifier& name) {
   const Meaning* meaning = draft_.scope.find(base);
   if (meaning && meaning->is_vector && axis_count() == 0) return this->name(ast::Name{base}, name.range);
   const auto found = draft_.lets.find(base);
-  const int axis = axis_of(name.name.substr(base.size() + 1));
+  const int axis = axis_of(draft_, name.name.substr(base.size() + 1));
   if (draft_.scene_lets.contains(base)) {
     const Typed whole = scene_let(base, name.range);
     const bool fits = whole.type == Typed::Type::vector && axis >= 0 && axis < axis_count();
@@ -128,13 +129,25 @@ Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   if (operand.type == Typed::Type::none) return {};
-  return map_parts(operand, [&](const Expr& part) {
-    Expr sum = derivative(part, 0, 2, {range});
-    for (int axis = 1; axis < axis_count(); ++axis) {
-      sum = binary(BinaryOp::add, sum, derivative(part, axis, 2, {range}), {range});
-    }
-    return sum;
-  });
+  const Coordinates coordinates(draft_.problem, {range});
+  if (operand.type == Typed::Type::number) return number_of(coordinates.laplacian(operand.parts.front()));
+  if (!can_take_vector_laplacian(operand, range)) return {};
+  return {Typed::Type::vector, coordinates.vector_laplacian(operand.parts)};
+}
+
+/// Its unit vectors turn from place to place, by one angle on two axes.
+bool Expressions::can_take_vector_laplacian(const Typed& operand, SourceRange range) {
+  const std::optional<Metric>& metric = draft_.problem.metric;
+  const auto is_elsewhere = [&](const Expr& part) {
+    const Placements placements(draft_.problem);
+    return placements.natural(part) != placements.natural(operand.parts.front());
+  };
+  const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
+  if (!metric || (axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
+  draft_.sink.report("in-curved-coordinates", range, {"lap of a vector", metric->name},
+                     is_one_place ? "write grad(div(v)) - curl(curl(v)), or lap of a number"
+                                  : "it needs both components at one place: leave `on faces` out of the vector");
+  return false;
 }
 
 Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
@@ -142,7 +155,8 @@ Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
   const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!operand) return {};
   Typed result{Typed::Type::vector, {}};
-  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(derivative(*operand, axis, 1, {range}));
+  const Coordinates coordinates(draft_.problem, {range});
+  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(coordinates.slope(*operand, axis));
   return result;
 }
 
@@ -150,11 +164,7 @@ Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const auto components = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!components) return {};
-  Expr sum = derivative(components->front(), 0, 1, {range});
-  for (int axis = 1; axis < axis_count(); ++axis) {
-    sum = binary(BinaryOp::add, sum, derivative((*components)[axis], axis, 1, {range}), {range});
-  }
-  return number_of(sum);
+  return number_of(Coordinates(draft_.problem, {range}).divergence(*components));
 }
 
 Typed Expressions::advection(const ast::Call& e, SourceRange range) {
@@ -162,7 +172,7 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
   const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
   const Typed operand = numeric(e.arguments[1].value);
   if (!velocity || operand.type == Typed::Type::none) return {};
-  return map_parts(operand, [&](const Expr& part) { return advect(*velocity, part, {range}); });
+  return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};
 }
 
 Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
@@ -189,7 +199,12 @@ Typed Expressions::poisson_bracket(const ast::Call& e, SourceRange range) {
     draft_.sink.report("vector-operation", e.callee_range, {"bracket", "one axis"}, "a grid line for y adds an axis");
     return {};
   }
+  if (draft_.problem.metric && axis_count() == 3) {
+    draft_.sink.report("in-curved-coordinates", range, {"bracket on three axes", draft_.problem.metric->name}, "");
+    return {};
+  }
   const Origin origin{range};
+  const Coordinates coordinates(draft_.problem, origin);
   const auto d = [&](const Expr& f, int axis) { return derivative(f, axis, 1, origin); };
   const auto times = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::multiply, f, g, origin); };
   const auto less = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::subtract, f, g, origin); };
@@ -198,7 +213,7 @@ Typed Expressions::poisson_bracket(const ast::Call& e, SourceRange range) {
     const Expr at_point = less(times(d(*a, 0), d(b, 1)), times(d(*a, 1), d(b, 0)));
     const Expr of_a = less(d(times(*a, d(b, 1)), 0), d(times(*a, d(b, 0)), 1));
     const Expr of_b = less(d(times(b, d(*a, 0)), 1), d(times(b, d(*a, 1)), 0));
-    return binary(BinaryOp::divide, plus(plus(at_point, of_a), of_b), 3.0, origin);
+    return coordinates.per_area(binary(BinaryOp::divide, plus(plus(at_point, of_a), of_b), 3.0, origin));
   });
 }
 
@@ -207,9 +222,15 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed value = numeric(e.arguments[0].value);
   if (value.type == Typed::Type::none) return {};
-  const auto d = [&](const Expr& part, int axis) { return derivative(part, axis, 1, {range}); };
+  const Coordinates coordinates(draft_.problem, {range});
   if (axis_count() == 2 && value.type == Typed::Type::number) {
-    return {Typed::Type::vector, {d(value.parts[0], 1), negate(d(value.parts[0], 0), {range})}};
+    if (draft_.problem.metric && !is_constant(draft_.problem.metric->around, 1)) {
+      draft_.sink.report("in-curved-coordinates", range, {"curl of a number", draft_.problem.metric->name},
+                         "of a stream function s write (dy(s)/r, -dx(s)/r)");
+      return {};
+    }
+    const Expr& s = value.parts[0];
+    return {Typed::Type::vector, {coordinates.slope(s, 1), negate(coordinates.slope(s, 0), {range})}};
   }
   if (axis_count() == 1) {
     draft_.sink.report("vector-operation", e.callee_range, {"curl", "one axis"}, "a grid line for y adds an axis");
@@ -217,7 +238,7 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   }
   const auto v = as_vector(value, e.arguments[0].value.range());
   if (!v) return {};
-  const auto turn = [&](int a, int b) { return binary(BinaryOp::subtract, d((*v)[b], a), d((*v)[a], b), {range}); };
+  const auto turn = [&](int a, int b) { return coordinates.rotation(*v, a, b); };
   if (axis_count() == 2) return number_of(turn(0, 1));
   return {Typed::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
 }

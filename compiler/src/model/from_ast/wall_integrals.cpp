@@ -197,6 +197,7 @@ Typed Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceR
                        "in observables, losses and tests write integral(dy(T), at = y.low), or mean of it");
     return {};
   }
+  if (is_refused_in_curves(draft_, "a reduction over a wall", range)) return {};
   const auto* name = std::get_if<ast::Name>(&at.value->kind);
   const std::vector<std::string> walls = wall_names(draft_.problem);
   const auto found = std::ranges::find(walls, name ? name->name : "");

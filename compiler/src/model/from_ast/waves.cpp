@@ -23,7 +23,7 @@ std::string row_of_waves(const Scheme& scheme) {
 }
 
 /// What stands in the way; "" where nothing does.
-std::string obstacle(const Problem& problem) {
+std::string obstacle_to_waves(const Problem& problem) {
   for (const Axis& axis : problem.axes) {
     if (axis.topology == Topology::bounded) return fmt::format("axis {} is bounded", axis.name);
     if (axis.stretch) return fmt::format("axis {} is stretched", axis.name);
@@ -41,7 +41,7 @@ void check_waves(Draft& draft) {
   const std::string row = row_of_waves(problem.scheme);
   if (row.empty() || !draft.model || problem.states.empty()) return;
   const SourceRange range = problem.states.front().origin.range;
-  if (const std::string what = obstacle(problem); !what.empty()) {
+  if (const std::string what = obstacle_to_waves(problem); !what.empty()) {
     draft.sink.report("waves-do-not-fit", range, {row, what},
                       "waves need periodic axes of equal cells: take differences, as central(4), and rk4");
     return;

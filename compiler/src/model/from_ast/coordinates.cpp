@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/from_ast/coordinates.h"
+
+#include "model/build.h"
+#include "model/formula.h"
+#include "model/metric.h"
+
+namespace dpde::model {
+
+Expr Coordinates::times(const Expr& a, const Expr& b) const { return binary(BinaryOp::multiply, a, b, origin_); }
+Expr Coordinates::over(const Expr& a, const Expr& b) const { return binary(BinaryOp::divide, a, b, origin_); }
+Expr Coordinates::d(const Expr& e, int axis) const { return derivative(e, axis, 1, origin_); }
+
+Expr Coordinates::scale(int axis) const {
+  return problem_.metric ? problem_.metric->scales[static_cast<std::size_t>(axis)] : Expr(1.0);
+}
+
+Expr Coordinates::face(int axis) const {
+  Expr face = 1.0;
+  if (!problem_.metric) return face;
+  for (int other = 0; other < axes(); ++other) {
+    if (other != axis && depends_on_axis(scale(other), axis)) face = times(face, scale(other));
+  }
+  return depends_on_axis(problem_.metric->around, axis) ? times(face, problem_.metric->around) : face;
+}
+
+Expr Coordinates::outflow(const Expr& flux, int axis) const {
+  const Expr across = face(axis);
+  return over(d(times(across, flux), axis), times(scale(axis), across));
+}
+
+Expr Coordinates::on_faces(const Expr& component, int axis) const {
+  const bool has_slope = any_part(component, [&](const Expr& part) {
+    const auto* slope = std::get_if<Derivative>(&part->kind);
+    return slope != nullptr && slope->axis == axis;
+  });
+  const std::optional<Placement> own = placements_.natural(component);
+  const bool is_there = has_slope || (own && (*own)[static_cast<std::size_t>(axis)]);
+  return is_there ? component : interpolate(component, origin_);
+}
+
+Expr Coordinates::slope(const Expr& f, int axis) const { return over(d(f, axis), scale(axis)); }
+
+/// The second difference of neighbours where lengths allow it.
+Expr Coordinates::diffusion(const Expr& f, int axis) const {
+  const Expr h = scale(axis), across = face(axis);
+  if (depends_on_axis(h, axis)) return outflow(slope(f, axis), axis);
+  const bool is_plain = is_constant(across, 1);
+  const Expr bend = is_plain ? derivative(f, axis, 2, origin_) : d(times(across, d(f, axis)), axis);
+  return over(bend, times(times(h, h), across));
+}
+
+Expr Coordinates::laplacian(const Expr& f) const {
+  Expr sum = diffusion(f, 0);
+  for (int axis = 1; axis < axes(); ++axis) sum = binary(BinaryOp::add, sum, diffusion(f, axis), origin_);
+  return sum;
+}
+
+Expr Coordinates::divergence(const std::vector<Expr>& v) const {
+  Expr sum = 0.0;
+  for (int axis = 0; axis < axes(); ++axis) {
+    const Expr& along = v[static_cast<std::size_t>(axis)];
+    const bool is_plain = is_constant(face(axis), 1);
+    const Expr out = outflow(is_plain ? along : on_faces(along, axis), axis);
+    sum = axis == 0 ? out : binary(BinaryOp::add, sum, out, origin_);
+  }
+  return sum;
+}
+
+Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
+  const auto part = [&](int by, int of) {
+    const Expr h = scale(of), &along = v[static_cast<std::size_t>(of)];
+    if (!depends_on_axis(h, by)) return over(d(along, by), scale(by));
+    return over(d(times(h, on_faces(along, by)), by), times(h, scale(by)));
+  };
+  return binary(BinaryOp::subtract, part(a, b), part(b, a), origin_);
+}
+
+std::vector<Expr> Coordinates::speeds(std::vector<Expr> v) const {
+  for (int axis = 0; axis < axes(); ++axis)
+    v[static_cast<std::size_t>(axis)] = over(v[static_cast<std::size_t>(axis)], scale(axis));
+  return v;
+}
+
+std::vector<Expr> Coordinates::advection(const std::vector<Expr>& v, const std::vector<Expr>& f) const {
+  std::vector<Expr> result;
+  for (int i = 0; i < static_cast<int>(f.size()); ++i) {
+    const Expr& along = f[static_cast<std::size_t>(i)];
+    Expr sum = advect(speeds(v), along, origin_);
+    if (!problem_.metric || f.size() != problem_.axes.size() || axes() == 1) {
+      result.push_back(sum);
+      continue;
+    }
+    const auto home = placements_.natural(along);
+    const auto there = [&](const Expr& e) { return placements_.natural(e) == home ? e : interpolate(e, origin_); };
+    const auto part = [&](int of) { return there(v[static_cast<std::size_t>(of)]); };
+    for (int j = 0; j < axes(); ++j) {
+      if (j == i) continue;
+      const Expr turn = binary(BinaryOp::subtract, times(part(i), slope_of(scale(i), {j})),
+                               times(part(j), slope_of(scale(j), {i})), origin_);
+      const Expr bent = over(times(there(f[static_cast<std::size_t>(j)]), turn), times(scale(i), scale(j)));
+      sum = binary(BinaryOp::add, sum, bent, origin_);
+    }
+    result.push_back(sum);
+  }
+  return result;
+}
+
+std::vector<Expr> Coordinates::vector_laplacian(const std::vector<Expr>& f) const {
+  if (!problem_.metric) {
+    std::vector<Expr> parts;
+    for (const Expr& part : f) parts.push_back(laplacian(part));
+    return parts;
+  }
+  const std::array<Expr, 2> turns{negate(over(slope_of(scale(0), {1}), scale(1)), origin_),
+                                  over(slope_of(scale(1), {0}), scale(0))};
+  const auto component = [&](const Expr& own, const Expr& other, bool is_first) {
+    const BinaryOp minus = is_first ? BinaryOp::subtract : BinaryOp::add,
+                   plus = is_first ? BinaryOp::add : BinaryOp::subtract;
+    Expr sum = 0.0;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Expr turn = turns[static_cast<std::size_t>(axis)], h = scale(axis);
+      if (is_constant(turn, 0)) {
+        sum = binary(BinaryOp::add, sum, diffusion(own, axis), origin_);
+        continue;
+      }
+      const Expr flux = over(binary(minus, d(own, axis), times(turn, other), origin_), h);
+      // the mean of the other flux on both faces, so that D_j of a constant vector, applied twice, is as small as its
+      // square: near a pole what is left is divided by r^2
+      const Expr spacing = param("h" + problem_.axes[static_cast<std::size_t>(axis)].name, origin_);
+      const Expr bend = times(over(times(spacing, spacing), 4.0), derivative(own, axis, 2, origin_));
+      const Expr beside = binary(BinaryOp::add, own, bend, origin_);
+      const Expr turned = times(over(turn, times(h, h)), binary(plus, d(other, axis), times(turn, beside), origin_));
+      sum = binary(BinaryOp::add, sum, binary(minus, outflow(flux, axis), turned, origin_), origin_);
+    }
+    return sum;
+  };
+  return {component(f[0], f[1], true), component(f[1], f[0], false)};
+}
+
+Expr Coordinates::per_area(const Expr& bracket) const { return over(bracket, times(scale(0), scale(1))); }
+Expr Coordinates::per_volume(const Expr& e) const { return problem_.metric ? over(e, volume_of(*problem_.metric)) : e; }
+Expr Coordinates::times_volume(const Expr& e) const {
+  return problem_.metric ? times(e, volume_of(*problem_.metric)) : e;
+}
+
+/// A mean is one of 1 to rounding. Sums, largest and smallest values look at each cell once.
+Expr Coordinates::reduction(const Reduce& reduce) const {
+  const bool is_weighed = reduce.reduction == Reduce::Kind::mean || reduce.reduction == Reduce::Kind::integral;
+  if (!problem_.metric || !is_weighed) return model::reduce(reduce, origin_);
+  const Expr size =
+      reduce.is_over_all() ? volume_of(*problem_.metric) : size_of(*problem_.metric, reduce.over, problem_.axes.size());
+  Reduce weighed = reduce;
+  weighed.operand = times(reduce.operand, size);
+  if (reduce.reduction == Reduce::Kind::integral) return model::reduce(std::move(weighed), origin_);
+  bool varies = false, varies_beside = false;
+  for (int axis = 0; axis < axes(); ++axis) {
+    bool& found = reduce.over[static_cast<std::size_t>(axis)] ? varies : varies_beside;
+    found = found || depends_on_axis(size, axis);
+  }
+  if (!varies) return model::reduce(reduce, origin_);
+  const Expr sum = model::reduce(std::move(weighed), origin_);
+  if (varies_beside) return over(sum, model::reduce(Reduce{Reduce::Kind::mean, size, reduce.over}, origin_));
+  const Placement place = placements_.natural(reduce.operand).value_or(Placement{});
+  return times(1 / mean_of(size, problem_.axes, place), sum);
+}
+
+}  // namespace dpde::model

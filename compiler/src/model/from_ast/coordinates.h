@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The vector operators in orthogonal coordinates, all metric terms in one place. A unit of axis i is h_i long, e_i are
+// unit vectors along the axes, so that components are lengths a unit of time, V the product of all h (and the way
+// around an axis of symmetry), A_i = V/h_i the face across axis i, both of a unit of the coordinates:
+//
+//   grad f                   d_i f / h_i
+//   div v                    sum of d_i(A_i v_i) / V
+//   lap f                    sum of d_i(A_i/h_i d_i f) / V
+//   curl v, along k          (d_i(h_j v_j) - d_j(h_i v_i)) / (h_i h_j)
+//   v . grad f               components v_i/h_i
+//   (v . grad f)_i of a vector    + sum over j of f_j (v_i d_j h_i - v_j d_i h_j) / (h_i h_j)
+//   lap f of a vector        D_j = d_j + (e_i turn by kappa_j a unit of coordinate j): sum of D_j(A_j/h_j D_j f) / V
+//
+// (G. Batchelor, An introduction to fluid dynamics, appendix 2.) What does not depend on coordinate i is taken out of
+// d_i. A d_i that is left holds a flux on the faces, whose size is exact there: 0 at poles. So sums of V times it
+// telescope.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "model/model.h"
+#include "model/placement.h"
+
+namespace dpde::model {
+
+class Coordinates {
+ public:
+  /// Made of what the problem has when it is used. `origin`: of what is made.
+  Coordinates(const Problem& problem, Origin origin)
+      : problem_(problem), placements_(problem), origin_(std::move(origin)) {}
+
+  Expr slope(const Expr& f, int axis) const;
+  Expr laplacian(const Expr& f) const;
+  Expr divergence(const std::vector<Expr>& v) const;
+  /// Along the axis that a and b have no part in: d_a v_b - d_b v_a with lengths.
+  Expr rotation(const std::vector<Expr>& v, int a, int b) const;
+  std::vector<Expr> speeds(std::vector<Expr> v) const;
+  /// The components of v . grad f.
+  std::vector<Expr> advection(const std::vector<Expr>& v, const std::vector<Expr>& f) const;
+  /// Of the components of a vector on two axes, all at one place.
+  std::vector<Expr> vector_laplacian(const std::vector<Expr>& f) const;
+  /// d_x a d_y b - d_y a d_x b as a rate of turning on lengths, of that by the coordinates.
+  Expr per_area(const Expr& bracket) const;
+  Expr per_volume(const Expr& e) const;
+  Expr times_volume(const Expr& e) const;
+  /// mean, integral or another reduction, weighed by sizes of cells.
+  Expr reduction(const Reduce& reduce) const;
+
+ private:
+  int axes() const { return static_cast<int>(problem_.axes.size()); }
+  Expr scale(int axis) const;
+  /// The factors of A_i that depend on coordinate i.
+  Expr face(int axis) const;
+  /// d_i(A_i flux) / V.
+  Expr outflow(const Expr& flux, int axis) const;
+  Expr diffusion(const Expr& f, int axis) const;
+  /// The component as it is on faces across the axis.
+  Expr on_faces(const Expr& component, int axis) const;
+  Expr times(const Expr& a, const Expr& b) const;
+  Expr over(const Expr& a, const Expr& b) const;
+  Expr d(const Expr& e, int axis) const;
+
+  const Problem& problem_;
+  Placements placements_;
+  Origin origin_;
+};
+
+}  // namespace dpde::model

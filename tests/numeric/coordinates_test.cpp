@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curved coordinates: orders on the disc, the sphere and on a metric of the scene against exact solutions, poles,
+// what is conserved, and what a mean is.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/scene_run.h"
+
+namespace dpde {
+namespace {
+
+using testing::Overrides;
+using testing::run_scene;
+
+const std::string scheme = "scheme s { advect = central(2); dx = central(2); lap = central(2); time = rk4 }\n";
+
+/// Of the named field, from `cells` along y (or x of r) to twice as many.
+double order(const std::string& text, const std::string& field, Overrides coarse, Overrides fine) {
+  const double of_coarse = run_scene(text, "s", coarse).l2.at(field), of_fine = run_scene(text, "s", fine).l2.at(field);
+  EXPECT_GT(of_fine, 1e-12) << text;
+  return std::log2(of_coarse / of_fine);
+}
+
+/// The largest difference of a state from what `f` is at its cells, x fastest.
+double distance(const std::vector<double>& state, const std::vector<double>& wanted) {
+  double largest = 0;
+  for (std::size_t i = 0; i < state.size(); ++i) largest = std::max(largest, std::abs(state[i] - wanted[i]));
+  return largest;
+}
+
+const std::string on_disc = R"(scene s : m with s {
+  coordinates polar
+  grid r = 0 .. 1, cells 12
+  grid theta = 0 .. 2*pi, cells 16, periodic
+)";
+const std::string on_sphere = R"(scene s : m with s {
+  coordinates sphere(2)
+  grid lon = 0 .. 2*pi, cells 16, periodic
+  grid lat = -pi/2 .. pi/2, cells 8
+)";
+
+/// J_1(k r) cos(theta), k its first root, by its series.
+TEST(Coordinates, BesselModesOfADiscDecay) {
+  std::string series = "1", term = "1";
+  const double k = 3.8317059702075125;
+  double factor = 1;
+  for (int n = 1; n <= 14; ++n) {
+    factor *= -k * k / 4 / (n * (n + 1.0));
+    series += fmt::format(" + ({:.17g})*r^{}", factor, 2 * n);
+  }
+  const std::string mode = fmt::format("r*cos(theta)*({})", series);
+  const std::string text = "model m { field u; dt(u) = lap(u) }\n" + scheme + on_disc +
+                           "  boundary u: r.low = pole, r.high = 0\n  initial u = " + mode +
+                           fmt::format("\n  exact u = exp(-{:.17g}*t)*", k * k) + mode +
+                           "\n  time 0 .. 1/64, step 1/65536\n}\n";
+  const Overrides coarse{{"cells.x", "8"}, {"cells.y", "16"}}, fine{{"cells.x", "16"}, {"cells.y", "32"}};
+  EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.15);
+}
+
+/// lap Y = -l (l + 1)/a^2 Y, l = 3 and m = 2, and what is left of 1.
+TEST(Coordinates, HarmonicsOfASphereDecay) {
+  const std::string mode = "cos(lat)^2*sin(lat)*cos(2*lon)";
+  const std::string text = "model m { field u; dt(u) = lap(u) }\n" + scheme + on_sphere +
+                           "  boundary u: lat = pole\n  initial u = 1 + " + mode + "\n  exact u = 1 + exp(-3*t)*" +
+                           mode + "\n  time 0 .. 1/16, step 1/16384\n}\n";
+  const Overrides coarse{{"cells.x", "16"}, {"cells.y", "8"}}, fine{{"cells.x", "32"}, {"cells.y", "16"}};
+  EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.2);
+}
+
+/// A vector field that is the same everywhere has other components at each place: they stay in polar coordinates, also
+/// where it carries itself across the pole.
+TEST(Coordinates, ConstantVectorsStay) {
+  const std::string text = "model m { vector u; dt(u) = lap(u) - advect(u, u) }\n" + scheme + R"(
+scene s : m with s {
+  coordinates polar
+  grid x = 0 .. 1, cells 8
+  grid y = 0 .. 2*pi, cells 8, periodic
+  boundary u: r.low = pole, r.high = (cos(y), -sin(y))
+  initial u = (cos(theta), -sin(theta))
+  exact u = (cos(theta), -sin(theta))
+  time 0 .. 1/64, step 1/65536
+}
+)";
+  const Overrides coarse{{"cells", "8"}}, fine{{"cells", "16"}};
+  EXPECT_NEAR(order(text, "u.x", coarse, fine), 2, 0.3);
+  EXPECT_NEAR(order(text, "u.y", coarse, fine), 2, 0.3);
+}
+
+/// Solid rotation is no strain: of the vector Laplacian nothing is left but what the curvature of the sphere takes, and
+/// div and curl are 0 and twice the rate.
+TEST(Coordinates, OperatorsOfSolidRotation) {
+  const std::string text = R"(model m {
+  vector u
+  field q, w
+  dt(u) = lap(u) + u/4
+  dt(q) = div(u)
+  dt(w) = curl(u) - sin(lat)
+}
+)" + scheme + on_sphere + R"(  boundary u: lat = pole
+  boundary q: lat = pole
+  boundary w: lat = pole
+  initial u = (cos(lat), 0)
+  exact u = (cos(lat), 0)
+  initial q = 0
+  initial w = 0
+  exact w = 0
+  time 0 .. 1/64, step 1/16384
+}
+)";
+  const Overrides coarse{{"cells.x", "16"}, {"cells.y", "8"}}, fine{{"cells.x", "32"}, {"cells.y", "16"}};
+  EXPECT_NEAR(order(text, "u.x", coarse, fine), 2, 0.2);
+  EXPECT_NEAR(order(text, "w", coarse, fine), 2, 0.3);
+  const auto result = run_scene(text, "s");
+  EXPECT_LT(distance(result.state.at("u.y"), std::vector<double>(128, 0.0)), 1e-13);
+  EXPECT_LT(distance(result.state.at("q"), std::vector<double>(128, 0.0)), 1e-13);
+}
+
+/// What flows out of one cell enters the next, and nothing flows through a pole.
+TEST(Coordinates, FluxesAreConserved) {
+  const std::string text = "model m { field u; coefficient vector v; dt(u) = div(0.01*grad(u) - v*u) }\n" + scheme +
+                           on_sphere + R"(  v = (sin(lat)*cos(lon), -sin(lon) + 0.3*cos(lat))
+  boundary u: lat = pole
+  initial u = 1 + 0.3*sin(lon + 1)*cos(lat) + lat^2
+  time 0 .. 1/2, step 1/256
+}
+)";
+  const auto sum = [](const std::vector<double>& u) {
+    double sum = 0;
+    for (std::size_t i = 0; i < u.size(); ++i)
+      sum += u[i] * std::cos(-M_PI / 2 + (static_cast<double>(i / 16) + 0.5) * M_PI / 8);
+    return sum;
+  };
+  const auto begin = run_scene(text, "s", {{"end", "1/256"}}).state.at("u"), end = run_scene(text, "s").state.at("u");
+  EXPECT_GT(distance(begin, end), 0.1);
+  EXPECT_NEAR(sum(begin), sum(end), 1e-13 * sum(end));
+}
+
+/// Cells count by their volumes: the mean of 1 is 1, the integral the area to order 2; along one axis by their length.
+TEST(Coordinates, MeansWeighVolumes) {
+  const std::string text = R"(model m {
+  field a, b, c, d
+  dt(a) = mean(1 + 0*a)
+  dt(b) = integral(1 + 0*b)/(16*pi)
+  dt(c) = mean(sin(lat)^2 + 0*c)
+  dt(d) = integral(1 + 0*d, lon)/(4*pi*cos(lat))
+}
+)" + scheme + on_sphere + R"(  boundary a: lat = pole
+  boundary b: lat = pole
+  boundary c: lat = pole
+  boundary d: lat = pole
+  initial a = 0
+  initial b = 0
+  initial c = 0
+  initial d = 0
+  time 0 .. 1, step 1
+}
+)";
+  const auto state = run_scene(text, "s").state;
+  EXPECT_NEAR(state.at("a").front(), 1, 1e-15);
+  EXPECT_NEAR(state.at("b").front(), 1, 0.01);
+  EXPECT_NEAR(state.at("c").front(), 1.0 / 3, 0.01);
+  EXPECT_NEAR(state.at("d").front(), 1, 1e-14);
+}
+
+/// The same as polar coordinates to the last bit, as it is the same formula.
+TEST(Coordinates, AnyOrthogonalMetricCanBeGiven) {
+  const std::string model = "model m { field u; dt(u) = lap(u) - advect((0.1, r), u) }\n";
+  std::string text = model + scheme + on_disc + R"(  boundary u: r.low = pole, r.high = zero_gradient
+  initial u = r*cos(theta) + r^2
+  time 0 .. 1/256, step 1/16384
+}
+)";
+  const auto polar = run_scene(text, "s").state.at("u");
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"coordinates polar", "coordinates metric(1, x)"},
+                                 {"(0.1, r)", "(0.1, x)"},
+                                 {"grid r", "grid x"},
+                                 {"grid theta", "grid y"},
+                                 {"u: r.low", "u: x.low"},
+                                 {", r.high", ", x.high"},
+                                 {"r*cos(theta) + r^2", "x*cos(y) + x^2"}})
+    text.replace(text.find(from), from.size(), to);
+  EXPECT_EQ(distance(run_scene(text, "s").state.at("u"), polar), 0);
+}
+
+/// Slopes at walls are those of lengths: u = theta in an open half of a ring, and across it log(r).
+TEST(Coordinates, SlopesAtWallsAreOfLengths) {
+  const std::string text = "model m { field u; dt(u) = lap(u) }\n" + scheme + R"(
+scene s : m with s {
+  coordinates polar
+  grid r = 1 .. 2, cells 8
+  grid theta = 0 .. 3, cells 8
+  boundary u: r.low = gradient(-1), r.high = gradient(1/2), theta.low = gradient(-1/r), theta.high = 3 + log(r)
+  initial u = theta + log(r)
+  exact u = theta + log(r)
+  time 0 .. 1/16, step 1/4096
+}
+)";
+  EXPECT_NEAR(order(text, "u", {{"cells", "8"}}, {{"cells", "16"}}), 2, 0.3);
+}
+
+/// Of r^2 in three dimensions lap is 4 + 2, from the axis of symmetry on.
+TEST(Coordinates, CylindersAreSymmetricAboutAnAxis) {
+  const std::string text = "model m { field u, total; dt(u) = lap(u); dt(total) = integral(1 + 0*u) }\n" + scheme + R"(
+scene s : m with s {
+  coordinates cylinder
+  grid r = 0 .. 2, cells 8
+  grid y = 0 .. 1, cells 8
+  boundary u: r.low = zero_gradient, r.high = gradient(4), y.low = 6*t + r^2, y.high = 1 + r^2 + 6*t
+  boundary total = 0
+  initial u = r^2 + y^2
+  exact u = r^2 + y^2 + 6*t
+  initial total = 0
+  time 0 .. 1/16, step 1/4096
+}
+)";
+  EXPECT_NEAR(order(text, "u", {{"cells", "8"}}, {{"cells", "16"}}), 2, 0.3);
+  EXPECT_NEAR(run_scene(text, "s").state.at("total").front(), 4 * M_PI / 16, 1e-12);
+}
+
+/// A hill is carried over both poles and comes back (Williamson et al. 1992, case 1): the error is that of a turn along
+/// the equator, to a third.
+TEST(Coordinates, PolesLeaveNoMark) {
+  const std::string hill = "exp(-12*(1 - cos(lat)*cos(lon - 3*pi/2)))";
+  const std::string text = "model m { field u; coefficient vector v; param tilt; dt(u) = -advect(v, u) }\n" + scheme +
+                           "scene s : m with s {\n  coordinates sphere(1)\n  grid lon = 0 .. 2*pi, cells 48, "
+                           "periodic\n  grid lat = -pi/2 .. pi/2, cells 24\n  tilt = pi/2\n  v = "
+                           "(cos(lat)*cos(tilt) + sin(lat)*cos(lon)*sin(tilt), -sin(lon)*sin(tilt))\n  boundary u: "
+                           "lat = pole\n  initial u = " +
+                           hill + "\n  exact u = " + hill + "\n  time 0 .. 2*pi, step 2*pi/2048\n}\n";
+  const Overrides over{{"advect", "upwind(3)"}};
+  Overrides along = over;
+  along["tilt"] = "0";
+  const double over_poles = run_scene(text, "s", over).l2.at("u"), on_equator = run_scene(text, "s", along).l2.at("u");
+  EXPECT_LT(over_poles, 1.33 * on_equator);
+  EXPECT_LT(over_poles, 0.03);
+}
+
+/// Implicit steps have no limit at the pole.
+TEST(Coordinates, ImplicitStepsCrossThePole) {
+  const std::string mode = "cos(lat)^2*sin(lat)*cos(2*lon)";
+  const std::string text = "model m { field u; dt(u) = lap(u) }\nscheme s { lap = central(2); time = ars222 }\n" +
+                           on_sphere + "  boundary u: lat = pole\n  initial u = " + mode + "\n  exact u = exp(-3*t)*" +
+                           mode + "\n  time 0 .. 1/4, step 1/64\n}\n";
+  const Overrides coarse{{"cells.x", "16"}, {"cells.y", "8"}}, fine{{"cells.x", "32"}, {"cells.y", "16"}};
+  EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.2);
+}
+
+/// Solves know no cell half a turn away: what would read it is an error, and no wrong solution.
+TEST(Coordinates, SolvesDoNotReadAcrossPoles) {
+  const auto fails = [](const std::string& rate, const std::string& settings) {
+    const std::string text = "model m { field u; dt(u) = " + rate +
+                             " }\nscheme s { dx = central(2); lap = central(2); " + settings + " }\n" + on_sphere +
+                             "  boundary u: lat = pole\n  initial u = 1\n  time 0 .. 1, step 1/8\n}\n";
+    const SourceFile source("test.dpde", text);
+    DiagnosticSink sink;
+    driver::compile(source, {.selection = {"s"}, .backend = std::nullopt}, sink);
+    return sink.has_errors();
+  };
+  EXPECT_FALSE(fails("lap(u)", "time = ars222"));
+  EXPECT_FALSE(fails("div((2 + sin(lon))*grad(u)) - u^3", "time = ars222; implicit = all"));
+  EXPECT_TRUE(fails("lap(u) - advect((0, 1), u)", "advect = upwind(1); time = ars222; implicit = all"));
+  EXPECT_TRUE(fails("lap(u) - dy(u)", "time = ars222; implicit = all"));
+}
+
+}  // namespace
+}  // namespace dpde
