@@ -40,13 +40,19 @@ struct Operation {
   std::vector<Operation> block, step;  // of one pass, of a solve
 };
 
+/// `f` on each operation, those of blocks behind that which has them.
+void for_each_operation(auto& operations, const auto& f) {
+  for (auto& operation : operations) {
+    f(operation);
+    for_each_operation(operation.block, f);
+    for_each_operation(operation.step, f);
+  }
+}
 /// `f` on each sweep, in blocks too.
 void for_each_sweep(auto& operations, const auto& f) {
-  for (auto& operation : operations) {
+  for_each_operation(operations, [&](auto& operation) {
     if (operation.kind == DPDE_SWEEP) f(operation.sweep);
-    for_each_sweep(operation.block, f);
-    for_each_sweep(operation.step, f);
-  }
+  });
 }
 
 int find_name(const char* const* names, int count, std::string_view name) {
@@ -76,10 +82,12 @@ struct Executor::Plan {
   void run(std::vector<Operation>& all, Executor& executor);
 };
 
-Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team)
+Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team,
+                   std::shared_ptr<SolverStore> solvers)
     : program_(&program), layout_(std::make_unique<dpde_layout>(layout)), plan_(std::make_unique<Plan>()) {
   check_fits(program, layout);
   plan_->team = team;
+  if (solvers != nullptr) plan_->shelf = std::make_shared<SolverShelf>(std::move(solvers));
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
   params_.assign(static_cast<size_t>(program.param_count + program.counter_count), 0.0);
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
@@ -287,6 +295,17 @@ std::int64_t Executor::stack_bytes() const {
 }
 
 std::deque<SolveNote>& Executor::solve_notes() { return plan_->shelf->notes(); }
+
+std::vector<FieldSolve*> Executor::field_solves() {
+  std::vector<FieldSolve*> solves;
+  if (program_->interpret != nullptr) return solves;
+  for_each_operation(plan_->operations, [&](Operation& operation) {
+    FieldSolve* const solve = operation.kind == DPDE_SOLVE ? operation.solve.of_field() : nullptr;
+    if (solve != nullptr) solves.push_back(solve);
+  });
+  return solves;
+}
+
 std::string Executor::tuning() const {
   std::string text;
   if (is_tuning()) return text;

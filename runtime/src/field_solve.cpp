@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "dpde/runtime/error.h"
 #include "solve/finite.h"
@@ -16,6 +17,7 @@ namespace {
 /// On so few cells, as certificates use, a method that the scheme names may not fit an operator that it fits otherwise.
 constexpr std::int64_t few_cells = 64;
 constexpr std::int64_t most_of_second_try = 100'000;
+constexpr std::int64_t tape_header = 64;  // bytes, a line of the cache
 
 SolverMethod method_of(int32_t kind) {
   switch (kind) {
@@ -37,6 +39,13 @@ SmootherKind smoother_of(int32_t kind) {
     case DPDE_SMOOTHER_CHEBYSHEV: return SmootherKind::chebyshev;
     default: return SmootherKind::automatic;
   }
+}
+
+std::size_t bytes_of(const std::vector<double>& values) { return values.size() * sizeof(double); }
+
+/// To the last bit.
+bool are_equal(const std::vector<double>& values, const char* other) {
+  return values.empty() || std::memcmp(values.data(), other, bytes_of(values)) == 0;
 }
 
 /// As far as the iterations that were made tell.
@@ -79,7 +88,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   const double rounding = rounding_of(layout_);
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
-  solver_.reset();  // what fails leaves none that belongs to other coefficients
+  drop_solver();  // what fails leaves none that belongs to other coefficients
   matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
   options_ = {.method = method_of(solve_.method),
               .tolerance = solve_.tolerance,
@@ -92,6 +101,12 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
     if (fits(options_.method)) return;
   }
   throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
+}
+
+/// Tapes name solvers by where they are, so that none may outlive its solver.
+void FieldSolve::drop_solver() {
+  if (solver_ != nullptr && written_to_ != nullptr) written_to_->clear();
+  solver_.reset();
 }
 
 /// Makes the solver; `why_not_` where the method does not fit the operator.
@@ -110,13 +125,51 @@ bool FieldSolve::fits(SolverMethod method) {
 
 /// Where the method that was chosen does not come near enough: by sparse factors, until the operator changes.
 SolveReport FieldSolve::solve_again(const SolveReport& first) {
-  const bool may = options_.method == SolverMethod::automatic && first.iterations > 0 &&
-                   matrix_.size() <= most_of_second_try && fits(SolverMethod::direct);
+  const bool may =
+      options_.method == SolverMethod::automatic && first.iterations > 0 && matrix_.size() <= most_of_second_try;
   if (!may) return first;
+  const std::shared_ptr<LinearSolver> before = solver_;
+  drop_solver();
+  if (!fits(SolverMethod::direct)) {
+    solver_ = before;
+    return first;
+  }
   reason_ =
       fmt::format("{} had not converged after {} iterations: sparse factors", name_of(first.method), first.iterations);
   std::ranges::fill(solution_, 0.0);
   return solver_->solve(right_, solution_);
+}
+
+/// On a tape: the solver, and right side, guess and solution as the solver knows them.
+std::int64_t FieldSolve::tape_bytes() const {
+  const auto values = static_cast<std::int64_t>(bytes_of(right_) + bytes_of(guess_) + bytes_of(solution_));
+  return tape_header + (values + tape_header - 1) / tape_header * tape_header;
+}
+
+bool FieldSolve::find_on_tape() {
+  if (read_from_ == nullptr) return false;
+  char* const tape = read_from_->find([&](const char* other) {
+    const LinearSolver* solver = nullptr;
+    std::memcpy(&solver, other, sizeof solver);
+    const char* const right = other + tape_header;
+    return solver == solver_.get() && are_equal(right_, right) && are_equal(guess_, right + bytes_of(right_));
+  });
+  if (tape == nullptr) return false;
+  std::memcpy(solution_.data(), tape + tape_header + bytes_of(right_) + bytes_of(guess_), bytes_of(solution_));
+  read_from_->release(tape);
+  return true;
+}
+
+void FieldSolve::keep_on_tape() {
+  if (written_to_ == nullptr || !written_to_->is_recording()) return;
+  char* const tape = written_to_->take();
+  const LinearSolver* const solver = solver_.get();
+  std::memcpy(tape, &solver, sizeof solver);
+  char* to = tape + tape_header;
+  for (const std::vector<double>* values : {&right_, &guess_, &solution_}) {
+    if (!values->empty()) std::memcpy(to, values->data(), bytes_of(*values));
+    to += bytes_of(*values);
+  }
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
@@ -130,23 +183,26 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   multiply_all(right_, factor);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) make_solver(fields, apply);
-  if (solver_->has_first_guess()) begin(fields);
-  SolveReport report = solver_->solve(right_, solution_);
-  if (!report.converged) report = solve_again(report);
-  if (!std::isfinite(report.residual)) return give_up();
-  note(report);
-  check(report);
+  if (!guess_.empty() && solver_->has_first_guess()) read_cells(layout_, fields[*solve_.guess], guess_);
+  if (!find_on_tape()) {
+    if (solver_->has_first_guess()) begin();
+    SolveReport report = solver_->solve(right_, solution_);
+    if (!report.converged) report = solve_again(report);
+    if (!std::isfinite(report.residual)) return give_up();
+    note(report);
+    check(report);
+    keep_on_tape();
+  }
   multiply_all(solution_, 1 / factor);
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
 }
 
-void FieldSolve::begin(void* const* fields) {
-  if (solve_.guess == nullptr) {
+void FieldSolve::begin() {
+  if (guess_.empty()) {
     std::ranges::fill(solution_, 0.0);
-    return;
+  } else {
+    solver_->begin(right_, guess_, solution_);
   }
-  read_cells(layout_, fields[*solve_.guess], guess_);
-  solver_->begin(right_, guess_, solution_);
 }
 
 void FieldSolve::note(const SolveReport& report) {

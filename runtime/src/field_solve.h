@@ -3,7 +3,8 @@
 //
 // The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
 // first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
-// or with a field of the program, so that it remembers nothing of those before.
+// or with a field of the program, so that it remembers nothing of those before. What the step has solved its adjoint
+// finds on tapes: the same solver, the same right side and the same guess, compared to the last bit.
 #pragma once
 
 #include <array>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/tapes.h"
 #include "solve/linear_solver.h"
 #include "solve/solve_inputs.h"
 #include "solve/solver_shelf.h"
@@ -31,10 +33,21 @@ class FieldSolve {
   /// \throws dpde::Error where there is no solution to the tolerance: it says why.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
 
+  const std::string& unknown() const { return name_; }
+  /// Bytes of the tape of a run.
+  std::int64_t tape_bytes() const;
+  /// Runs write one while `tapes` records.
+  void write_tapes(std::shared_ptr<Tapes> tapes) { written_to_ = std::move(tapes); }
+  /// Runs take the solution of one that fits, if there is one, and give the tape back.
+  void read_tapes(std::shared_ptr<Tapes> tapes) { read_from_ = std::move(tapes); }
+
  private:
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
-  void begin(void* const* fields);
+  void begin();
+  void drop_solver();
+  bool find_on_tape();
+  void keep_on_tape();
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
@@ -52,6 +65,7 @@ class FieldSolve {
   SolveNote* note_ = nullptr;  // on the shelf
   std::shared_ptr<LinearSolver> solver_;
   std::string reason_;  // why it is this one
+  std::shared_ptr<Tapes> written_to_, read_from_;
 };
 
 }  // namespace dpde

@@ -27,6 +27,9 @@ class ProgramSolve {
     }
   }
 
+  /// Null where it is not linear, or for several.
+  FieldSolve* of_field() { return std::get_if<FieldSolve>(&solve_); }
+
   /// `apply` runs the operations, `apply_step` those of a step of Newton's method. References to them need no memory.
   template <class Apply, class ApplyStep>
   void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step) try {

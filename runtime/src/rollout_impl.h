@@ -15,6 +15,7 @@
 #include "field_pool.h"
 #include "reversal.h"
 #include "solve/krylov.h"
+#include "solve/solver_shelf.h"
 #include "wavefront.h"
 
 namespace dpde {
@@ -176,7 +177,7 @@ struct Rollout::Impl {
                          SteadyAdjoint& report) const;
   int last_step() const { return std::max(setup.steps - 1, 0); }
 
-  // What networks computed (rollout_tapes.cpp)
+  // What networks and solves computed (rollout_tapes.cpp)
   void plan_tapes(int64_t left);
   void record_tapes(bool on);
 
@@ -265,6 +266,7 @@ struct Rollout::Impl {
   std::vector<std::string> state_names, next_names;
   std::vector<char> is_rate;  // of each state: see RolloutSetup::rates
   std::vector<Field> initial;
+  std::shared_ptr<SolverStore> solvers = std::make_shared<SolverStore>();  // of all programs
   int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
   std::optional<BoundStep> forward;
   std::optional<BoundRate> rate;

@@ -148,7 +148,7 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 /// own_fields: fields that the caller of this function binds itself (beside the states).
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields,
                                          bool is_step) {
-  BoundProgram bound{.executor = Executor(program, setup.layout, setup.team)};
+  BoundProgram bound{.executor = Executor(program, setup.layout, setup.team, solvers)};
   bytes_of_fields += bound.executor.network_bytes();
   bytes_of_fields += bound.executor.stack_bytes();
   if (purpose == Purpose::run) bound.executor.make_stacks();

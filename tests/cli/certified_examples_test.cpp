@@ -71,6 +71,7 @@ const std::map<std::string, std::string> smaller = {
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
+    {"vortices_3d vortices", "--set cells=4 --set end=0.3"},
     {"vorticity layers", "--set cells=32 --set end=1"},
     {"vorticity merger", "--set cells=32 --set end=1"},
     {"layers find_shear", "--set time=euler --set end=0.04"},

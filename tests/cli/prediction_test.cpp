@@ -108,7 +108,7 @@ TEST_F(PredictionCommand, PredictsWhatIsKeptOfNetworks) {
     kept.insert(said["tape_bytes"].get<double>());
   }
   EXPECT_GE(kept.size(), 3u) << "of other budgets other amounts";
-  EXPECT_NE(dpde("check net.dpde t").out.find(" of what networks compute"), std::string::npos);
+  EXPECT_NE(dpde("check net.dpde t").out.find(" of what networks and solves find"), std::string::npos);
 }
 
 /// 16384 cells, speed 1, steps of 1/2048 at a Courant number of 0.5: 16 parts each.

@@ -194,7 +194,8 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   std::string text = fmt::format(", and {} for a gradient that {}", human_bytes(peak), stores);
   if (plan->stores_states) text += fmt::format(": {}", human_bytes(stored));
   if (plan->tape_bytes > 0)
-    text += fmt::format(" and keeps {} of what networks compute", human_bytes(static_cast<double>(plan->tape_bytes)));
+    text += fmt::format(" and keeps {} of what networks and solves find",
+                        human_bytes(static_cast<double>(plan->tape_bytes)));
   if (!options.checkpoint_folder.empty()) text += " in a file";
   if (memory.part > 0)
     text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));

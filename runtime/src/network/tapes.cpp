@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dpde/runtime/tapes.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "aligned_memory.h"
 
 namespace dpde {
@@ -23,7 +26,7 @@ char* Tapes::take() {
 }
 
 void Tapes::release(char* tape) {
-  taken_.erase(std::find(taken_.begin(), taken_.end(), tape));
+  taken_.erase(std::prev(std::find(taken_.rbegin(), taken_.rend(), tape).base()));
   free_.push_back(tape);
 }
 

@@ -5,7 +5,7 @@
 
 namespace dpde {
 
-std::shared_ptr<LinearSolver> SolverShelf::solver_of(const StencilMatrix& matrix, const SolveOptions& options) {
+std::shared_ptr<LinearSolver> SolverStore::solver_of(const StencilMatrix& matrix, const SolveOptions& options) {
   std::erase_if(kept_, [](const Kept& kept) { return kept.solver.expired(); });
   for (const Kept& kept : kept_) {
     if (kept.options == options && kept.matrix == matrix) return kept.solver.lock();

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers of one program, and what its solves have met. Solves with the same matrix, as those of the stages of a time
-// scheme, share one solver.
+// Solvers of programs that run one after the other, and what the solves of one program have met. Solves with the same
+// matrix, as those of the stages of a time scheme and of their adjoints, share one solver.
 #pragma once
 
 #include <deque>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "dpde/runtime/solve_note.h"
@@ -12,13 +14,11 @@
 
 namespace dpde {
 
-class SolverShelf {
+class SolverStore {
  public:
+  /// It stays as long as somebody holds it.
   /// \throws dpde::Error as LinearSolver does.
   std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options);
-  /// Of a solve of the program: it stays where it is.
-  SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }
-  std::deque<SolveNote>& notes() { return notes_; }
 
  private:
   struct Kept {
@@ -27,6 +27,23 @@ class SolverShelf {
     std::weak_ptr<LinearSolver> solver;
   };
   std::vector<Kept> kept_;
+};
+
+/// Of one program.
+class SolverShelf {
+ public:
+  explicit SolverShelf(std::shared_ptr<SolverStore> store = std::make_shared<SolverStore>())
+      : store_(std::move(store)) {}
+
+  std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options) {
+    return store_->solver_of(matrix, options);
+  }
+  /// Of a solve of the program: it stays where it is.
+  SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }
+  std::deque<SolveNote>& notes() { return notes_; }
+
+ private:
+  std::shared_ptr<SolverStore> store_;
   std::deque<SolveNote> notes_;
 };
 

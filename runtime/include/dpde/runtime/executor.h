@@ -29,12 +29,16 @@
 
 namespace dpde {
 
+class FieldSolve;
 class Network;
+class SolverStore;
 
 class Executor {
  public:
+  /// `solvers`: of programs that run one after the other; empty: of this one alone.
   /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout.
-  Executor(const dpde_program& program, const dpde_layout& layout, const Team& team = 1);
+  Executor(const dpde_program& program, const dpde_layout& layout, const Team& team = 1,
+           std::shared_ptr<SolverStore> solvers = {});
   ~Executor();
   Executor(Executor&&) noexcept;
   Executor& operator=(Executor&&) noexcept;
@@ -99,6 +103,8 @@ class Executor {
 
   /// What the solves of the program have met, one each.
   std::deque<SolveNote>& solve_notes();
+  /// Those that are linear and for one field, in the order in which they are run. They stay where they are.
+  std::vector<FieldSolve*> field_solves();
 
   /// Adds the time of each run from now on; null: no more. `to` must stay.
   void set_clock(RunSeconds* to) { clock_ = to; }

@@ -235,8 +235,8 @@ struct GradientResult {
   int stored_states = 0;                          // checkpoints held beside the initial state
   int64_t recomputed_steps = 0;                   // forward steps beyond the first pass
   int64_t checkpoint_bytes = 0;                   // of the states allocated for gradient(), working states included
-  int64_t tape_bytes = 0;                         // of what networks computed, kept for their adjoints
-  int64_t tapes_used = 0;                         // runs of networks that their adjoints did not make again
+  int64_t tape_bytes = 0;                         // of what networks and solves computed, kept for adjoints
+  int64_t tapes_used = 0;                         // runs of them that adjoints did not make again
   double forward_seconds = 0, total_seconds = 0;
 };
 
@@ -246,7 +246,7 @@ struct GradientPlan {
   int block_steps = 1;         // whose adjoints are done in one pass
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
-  int64_t tape_bytes = 0;   // of what networks compute, beside that
+  int64_t tape_bytes = 0;   // of what networks and solves compute, beside that
   int64_t field_bytes = 0;  // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and
                             // what networks work in among them
 };
