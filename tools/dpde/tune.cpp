@@ -46,7 +46,7 @@ std::string courant_text(const ast::File& file, const model::Problem& chosen) {
   if (!(chosen.courant > 0)) return "";
   std::string text = fmt::format(", courant {}", chosen.courant);
   DiagnosticSink unread;  // it was compiled: nothing to say
-  for (const ast::Declaration& declaration : ast::with_whole_scenes(file, unread).declarations) {
+  for (const ast::Declaration& declaration : ast::with_whole_scenes(file, unread).value_or(file).declarations) {
     const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);
     if (scene == nullptr || scene->name.name != chosen.scene) continue;
     for (const ast::Item& item : scene->items) {

@@ -14,12 +14,13 @@ namespace dpde::model {
 
 namespace {
 
-/// Scenes with all their items, programs without blocks.
-ast::File written_out(const ast::File& written, DiagnosticSink& sink) {
-  ast::File file = ast::with_whole_scenes(ast::resolve_repeats(written, sink).file, sink);
-  for (ast::Declaration& declaration : file.declarations) {
+/// Scenes with all their items, programs without blocks; nullopt after a diagnostic of scenes.
+std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& sink) {
+  std::optional<ast::File> file = ast::with_whole_scenes(ast::resolve_repeats(written, sink).file, sink);
+  if (!file) return std::nullopt;
+  for (ast::Declaration& declaration : file->declarations) {
     if (auto* program = std::get_if<ast::Program>(&declaration.kind))
-      program->items = ast::without_blocks(file, program->items);
+      program->items = ast::without_blocks(*file, program->items);
   }
   return file;
 }
@@ -27,8 +28,9 @@ ast::File written_out(const ast::File& written, DiagnosticSink& sink) {
 }  // namespace
 
 std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
-  const ast::File file = written_out(written, sink);
-  if (sink.has_errors()) return std::nullopt;
+  const std::optional<ast::File> whole = written_out(written, sink);
+  if (!whole) return std::nullopt;
+  const ast::File& file = *whole;
   Draft draft(file, selection, sink);
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);

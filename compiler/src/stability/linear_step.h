@@ -32,8 +32,8 @@ struct FrozenPoint {
   std::map<std::string, FrozenValue> whole = {};  // what depends on all places: see whole_fields.h
   std::map<std::string, double> params;
   std::array<double, 3> place{};
-  std::array<double, 3> cells{1, 1, 1};         // of the grid
-  std::array<double, 3> longest_wave{1, 1, 1};  // in cells: rings once, between walls twice
+  std::array<double, 3> cells{1, 1, 1};  // of the grid
+  std::array<double, 3> longest_wave{};  // in cells: rings once, between walls twice; 0: the grid is not known
 };
 
 /// One row a state, in the order of LinearStep::states(). Component most_states + i is waves[i], made of those before.

@@ -146,8 +146,9 @@ class Writer {
     }
   }
 
-  void write_all() {
+  bool write_all() {
     for (auto& [name, scene] : scenes_) write(*scene);
+    return refused_.empty();
   }
 
  private:
@@ -202,10 +203,9 @@ class Writer {
 
 }  // namespace
 
-File with_whole_scenes(const File& file, DiagnosticSink& sink) {
-  File whole = file;
-  Writer(whole, sink).write_all();
-  return whole;
+std::optional<File> with_whole_scenes(File file, DiagnosticSink& sink) {
+  if (!Writer(file, sink).write_all()) return std::nullopt;
+  return file;
 }
 
 }  // namespace dpde::ast
