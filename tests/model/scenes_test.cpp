@@ -67,6 +67,20 @@ TEST(Scenes, ChangeSidesOfBoundariesOneByOne) {
                 "boundary u: x.low zero_gradient, x.high zero_gradient, y.low zero_gradient, y.high zero_gradient"});
 }
 
+/// Lines of a field are one boundary, in both scenes; what is on a periodic axis has none.
+TEST(Scenes, ChangeSidesOfSeveralLines) {
+  const std::string two_lines = "\nscene d = a { boundary u: x = 7\n boundary u: y = 8 }";
+  EXPECT_EQ(lines_with(changed(two_lines, "d"), "boundary u"),
+            std::vector<std::string>{"boundary u: x.low = 7, x.high = 7, y.low = 8, y.high = 8"});
+  EXPECT_EQ(lines_with(changed(two_lines + "\nscene e = d { boundary u: y.low = 9 }", "e"), "boundary u"),
+            std::vector<std::string>{"boundary u: x.low = 7, x.high = 7, y.low = 9, y.high = 8"});
+  const std::string ring =
+      "model r { field u; dt(u) = lap(u) }\nscene p : r { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells "
+      "4\n boundary u = 0\n initial u = 1; time 0 .. 1, step 1/2 }\nscene q = p { boundary u: y.low = 2 }\n";
+  EXPECT_EQ(lines_with(problem_of(ring, {"q", {}, ""}), "boundary u"),
+            std::vector<std::string>{"boundary u: y.low = 2, y.high = 0"});
+}
+
 TEST(Scenes, ReplaceAllOutputs) {
   const Problem b = changed("scene b = a { output u }", "b");
   EXPECT_EQ(lines_with(b, "output"), std::vector<std::string>{"output u"});

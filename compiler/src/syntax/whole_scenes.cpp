@@ -33,108 +33,118 @@ std::string subject_of(const Item& item) {
       [](const OutsideScenes auto&) { return std::string(); });
 }
 
-/// x.low, x.high and so on, for the places x and all.
-std::vector<BoundarySide> one_by_one(const BoundarySide& side, const std::vector<std::string>& axes) {
-  if (side.place.name.find('.') != std::string::npos) return {side};
+struct AxisOfScene {
+  std::string name;
+  bool periodic;
+};
+
+/// x.low, x.high and so on, for the places x and all, which means no periodic axis.
+std::vector<BoundarySide> one_by_one(const std::vector<BoundarySide>& written, const std::vector<AxisOfScene>& axes) {
   std::vector<BoundarySide> sides;
-  for (const std::string& axis : axes) {
-    if (side.place.name != "all" && side.place.name != axis) continue;
-    for (const char* end : {".low", ".high"}) sides.push_back({{axis + end, side.place.range}, side.value});
+  for (const BoundarySide& side : written) {
+    const std::string& place = side.place.name;
+    const bool is_one = place != "all" && std::ranges::find(axes, place, &AxisOfScene::name) == axes.end();
+    if (is_one) sides.push_back(side);
+    for (const AxisOfScene& axis : axes) {
+      if (place != axis.name && !(place == "all" && !axis.periodic)) continue;
+      for (const char* end : {".low", ".high"}) sides.push_back({{axis.name + end, side.place.range}, side.value});
+    }
   }
   return sides;
-}
-
-std::vector<BoundarySide> one_by_one(const std::vector<BoundarySide>& sides, const std::vector<std::string>& axes) {
-  std::vector<BoundarySide> all;
-  for (const BoundarySide& side : sides) std::ranges::copy(one_by_one(side, axes), std::back_inserter(all));
-  return all;
 }
 
 /// Items of the scene that another one is made from, and what that one changes in them.
 class Changes {
  public:
-  explicit Changes(std::vector<Item> items) : items_(std::move(items)) {
-    for (const Item& item : items_) {
-      if (const auto* grid = get_if<GridItem>(&item.kind)) axes_.push_back(grid->axis.name);
-    }
-  }
+  explicit Changes(std::vector<Item> items) : items_(std::move(items)) {}
 
+  /// Sides last, as they are those of the axes; the cells of all axes first: an axis of `own` may have cells of its
+  /// own.
   void add(const std::vector<Item>& own) {
-    std::set<std::string> replaced;  // by `own`: two of its items about the same are the mistake of a person
-    // the cells of all axes first: an axis of `own` may have cells of its own
-    for (const bool counts_cells : {true, false}) {
+    for (const auto& stage : {&Changes::is_cells, &Changes::is_other}) {
       for (const Item& item : own) {
-        if ((get_if<CellsItem>(&item.kind) != nullptr) != counts_cells) continue;
-        const std::string subject = subject_of(item);
-        const bool is_first = !subject.empty() && replaced.insert(subject).second;
-        if (!(is_first && replace(item, subject))) items_.push_back(item);
+        if (stage(item)) change(item);
       }
     }
+    add_sides(own);
   }
 
   std::vector<Item> items() && { return std::move(items_); }
 
  private:
+  static bool is_cells(const Item& item) { return get_if<CellsItem>(&item.kind) != nullptr; }
+  static bool is_sides(const Item& item) { return get_if<BoundaryItem>(&item.kind) != nullptr; }
+  static bool is_other(const Item& item) { return !is_cells(item) && !is_sides(item); }
+
+  /// Two items of a scene about the same are the mistake of a person: the second is added.
+  void change(const Item& item) {
+    const std::string subject = subject_of(item);
+    const bool is_first = !subject.empty() && changed_.insert(subject).second;
+    if (!(is_first && replace(item, subject))) items_.push_back(item);
+  }
+
   /// False where nothing is there to be replaced.
   bool replace(const Item& item, const std::string& subject) {
-    if (get_if<CellsItem>(&item.kind) != nullptr) return set_cells(item, subject);
+    if (is_cells(item)) drop_cells_of_axes();
     if (const auto* step = get_if<StepItem>(&item.kind)) return set_step(*step) || replace_whole(item, subject);
-    if (const auto* boundary = get_if<BoundaryItem>(&item.kind)) return set_sides(*boundary, subject);
     return replace_whole(item, subject);
   }
 
-  Item* find(const std::string& subject) {
-    const auto found = std::ranges::find(items_, subject, [](const Item& item) { return subject_of(item); });
-    return found == items_.end() ? nullptr : &*found;
-  }
+  bool is_about(const Item& item, const std::string& subject) const { return subject_of(item) == subject; }
 
+  /// In the place of the first about it; several lines `output` are one subject.
   bool replace_whole(const Item& item, const std::string& subject) {
-    Item* found = find(subject);
-    if (found == nullptr) return false;
+    const auto found = std::ranges::find_if(items_, [&](const Item& other) { return is_about(other, subject); });
+    if (found == items_.end()) return false;
     *found = item;
-    // several lines `output` are one subject
-    const auto is_other = [&](const Item& other) { return &other != found && subject_of(other) == subject; };
-    const std::size_t place = static_cast<std::size_t>(found - items_.data());
-    std::vector<Item> kept;
-    for (std::size_t i = 0; i < items_.size(); ++i) {
-      if (i == place || !is_other(items_[i])) kept.push_back(std::move(items_[i]));
-    }
-    items_ = std::move(kept);
+    const auto is_old = [&](const Item& other) { return is_about(other, subject); };
+    items_.erase(std::remove_if(found + 1, items_.end(), is_old), items_.end());
     return true;
   }
 
-  /// The line holds for all axes: none has cells of its own any more.
-  bool set_cells(const Item& item, const std::string& subject) {
+  void drop_cells_of_axes() {
     for (Item& other : items_) {
       if (auto* grid = get_if<GridItem>(&other.kind)) grid->cells.reset();
     }
-    return replace_whole(item, subject);
   }
 
   bool set_step(const StepItem& step) {
-    Item* found = find("time");
-    if (found == nullptr) return false;
-    get_if<TimeItem>(&found->kind)->step = step.step;
-    return true;
+    for (Item& item : items_) {
+      auto* time = get_if<TimeItem>(&item.kind);
+      if (time == nullptr) continue;
+      time->step = step.step;
+      return true;
+    }
+    return false;
   }
 
-  bool set_sides(const BoundaryItem& own, const std::string& subject) {
-    Item* found = find(subject);
-    if (found == nullptr) return false;
-    auto& boundary = *get_if<BoundaryItem>(&found->kind);
-    const std::vector<BoundarySide> changed = one_by_one(own.sides, axes_);
-    std::vector<BoundarySide> sides = one_by_one(boundary.sides, axes_);
-    std::erase_if(sides, [&](const BoundarySide& side) {
-      return std::ranges::any_of(changed, [&](const BoundarySide& c) { return c.place.name == side.place.name; });
+  /// Sides that `own` gives a field leave its old lines.
+  void add_sides(const std::vector<Item>& own) {
+    std::vector<AxisOfScene> axes;
+    for (const Item& item : items_) {
+      if (const auto* grid = get_if<GridItem>(&item.kind)) axes.push_back({grid->axis.name, grid->periodic});
+    }
+    std::map<std::string, std::set<std::string>> given;  // places, by the field
+    for (const Item& item : own) {
+      const auto* boundary = get_if<BoundaryItem>(&item.kind);
+      if (boundary == nullptr) continue;
+      for (const BoundarySide& side : one_by_one(boundary->sides, axes))
+        given[boundary->field.name].insert(side.place.name);
+    }
+    std::erase_if(items_, [&](Item& item) {
+      auto* boundary = get_if<BoundaryItem>(&item.kind);
+      if (boundary == nullptr || !given.contains(boundary->field.name)) return false;
+      boundary->sides = one_by_one(boundary->sides, axes);
+      boundary->bare = false;
+      std::erase_if(boundary->sides,
+                    [&](const BoundarySide& side) { return given.at(boundary->field.name).contains(side.place.name); });
+      return boundary->sides.empty();
     });
-    std::ranges::copy(own.sides, std::back_inserter(sides));
-    boundary.sides = std::move(sides);
-    boundary.bare = false;
-    return true;
+    std::ranges::copy_if(own, std::back_inserter(items_), is_sides);
   }
 
   std::vector<Item> items_;
-  std::vector<std::string> axes_;
+  std::set<std::string> changed_;
 };
 
 class Writer {
