@@ -275,13 +275,11 @@ bool FrozenAnalysis::is_growth_of_steps() const {
 }
 
 /// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
-/// they do by right; those that nearly grow, a tenth of that: they may grow by errors of the step. Interpolation damps
-/// in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+/// they do by right. Interpolation damps in each step, short ones too: of waves by themselves no rate is known where
+/// flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  const bool is_all = growth_ == 0 || linear_->follows_flow() || are_all_resolved_ || is_resolved(wave);
-  if (is_all) return growth_;
-  const double own = growth_rate_of(wave), near = 0.1 * growth_;
-  return own < -near ? 0 : std::clamp(own, near, growth_);
+  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
+  return is_all ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
 }
 
 double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
@@ -336,7 +334,6 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
                                                    double step, const Equations* equations) {
   FrozenAnalysis result(linear, equations == nullptr ? nullptr : equations->without_events(), point, rank);
   result.scale_ = step;
-  result.are_all_resolved_ = equations != nullptr && equations->are_spectral();
   if (!result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);

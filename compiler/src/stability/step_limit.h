@@ -98,7 +98,6 @@ class FrozenAnalysis {
   mutable FrozenStages stages_, plain_stages_;  // of the point: caches
   int rank_;
   double rate_ = 0, growth_ = 0, scale_ = 0;
-  bool are_all_resolved_ = false;            // Fourier series have all waves as they are
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
