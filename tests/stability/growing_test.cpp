@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <numbers>
 
 #include "stability/stability_support.h"
+#include "stability/trial.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -91,6 +93,97 @@ TEST(Growing, ProgramsOfSecondOrderHaveALimitForShortStepsToo) {
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << step;
     EXPECT_NEAR(verdict.limit.step * 0.456 * 9 * std::sin(4 * std::numbers::pi / 9), 1, 1e-3) << step;
   }
+}
+
+/// u knows nothing of a, which grows by exp(50 t): central differences and Euler's method make it grow at every step,
+/// by waves, by the grid's own matrix and between walls. A run in which u is disturbed grows by what is said.
+TEST(Growing, OfOneFieldExcusesNothingInAnother) {
+  const auto scene = [](const std::string& speed, int cells, const std::string& sides) {
+    return open_scene(
+        fmt::format("model m {{ field u, a; coefficient c; dt(u) = -c*dx(u); dt(a) = 50*a + 0.01*lap(a) }}"
+                    "\nscheme e {{ time = euler }}\nscene s : m with e {{\n  grid x = 0 .. 1, cells {}{}\n"
+                    "  c = {}\n  initial u = sin(2*pi*x)\n  initial a = cos(2*pi*x)\n"
+                    "  time 0 .. 2, step 1/250\n}}\n",
+                    cells, sides, speed));
+  };
+  const std::string ring = ", periodic", walls = "\n  boundary u: x = 0\n  boundary a: x = zero_gradient";
+  for (const auto& session : {scene("1", 64, ring), scene("1 + 0.5*sin(2*pi*x)", 64, ring),
+                              scene("1 + 0.5*sin(2*pi*x)", 192, ring), scene("1", 192, walls)}) {
+    const Verdict verdict = verdict_of(*session);
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
+    EXPECT_EQ(verdict.field, "u");
+    EXPECT_EQ(verdict.group, StateGroup{"u"});
+    EXPECT_NEAR(verdict.growth_rate, 50, 1e-6);
+    EXPECT_EQ(verdict.group_growth_rate, 0);
+    EXPECT_TRUE(verdict.ruins_run());
+    EXPECT_FALSE(grows_nothing(*session));
+  }
+  const auto session = scene("1 + 0.5*sin(2*pi*x)", 64, ring);
+  const Trial trial = try_step(*session, 0.004, {.steps = 500, .group = {"u"}}).value();
+  EXPECT_FALSE(trial.is_stable);
+  EXPECT_NEAR(std::log(trial.growth), std::log(verdict_of(*session).growth), 0.05 * std::log(trial.growth));
+}
+
+/// What flows from u to a alone leaves them apart; there and back they are one.
+TEST(Growing, IsThatOfFieldsThatDependOnOneAnother) {
+  const auto group = [](const std::string& of_u) {
+    return verdict_of(*open_scene("model m { field u, a, b; dt(u) = lap(u)" + of_u +
+                                  "; dt(a) = u - a; dt(b) = a*b }\nscheme e { time = ab2 }\nscene s : m with e {\n"
+                                  "  grid x = 0 .. 1, cells 300, periodic\n  initial u = sin(2*pi*x)\n  initial a = 1\n"
+                                  "  initial b = 1\n  time 0 .. 1, step 1e-6\n}\n"))
+        .group;
+  };
+  EXPECT_EQ(group("").size(), 2) << "with the rate before";
+  EXPECT_EQ(group(" - 3*a").size(), 4);
+  EXPECT_EQ(group(" - b").size(), 0) << "all";
+}
+
+/// The factor of ETDRK4 for u' = L u + N u (S. M. Cox and P. C. Matthews, J. Comput. Phys. 176 (2002), eq. 26 to 29),
+/// with coefficients as means over a circle (A.-K. Kassam and L. N. Trefethen, SIAM J. Sci. Comput. 26 (2005)).
+std::complex<double> factor_of_etdrk4(double l, std::complex<double> n, double h) {
+  using Complex = std::complex<double>;
+  constexpr int count = 64;
+  Complex q = 0, f1 = 0, f2 = 0, f3 = 0;
+  for (int k = 0; k < count; ++k) {
+    const Complex z = l * h + std::polar(1.0, 2 * std::numbers::pi * (k + 0.5) / count), e = std::exp(z);
+    q += (std::exp(z / 2.0) - 1.0) / z;
+    f1 += (-4.0 - z + e * (4.0 - 3.0 * z + z * z)) / (z * z * z);
+    f2 += (2.0 + z + e * (-2.0 + z)) / (z * z * z);
+    f3 += (-4.0 - 3.0 * z - z * z + e * (4.0 - z)) / (z * z * z);
+  }
+  for (Complex* mean : {&q, &f1, &f2, &f3}) *mean *= h / count;
+  const Complex e = std::exp(l * h), half = std::exp(l * h / 2), a = half + q * n, b = half + q * n * a,
+                c = half * a + q * n * (2.0 * b - 1.0);
+  return e + f1 * n + 2.0 * f2 * n * (a + b) + f3 * n * c;
+}
+
+/// Kuramoto and Sivashinsky's equation about u = 0.2 on a torus, by waves of whole numbers: those that decay by right
+/// may not grow, others no more than twice as fast as the fastest. It is the same whatever the scene's own step is.
+TEST(Growing, LimitsOfExponentialStepsAreThoseOfTheirWaves) {
+  const auto limit = [](const std::string& step) {
+    return verdict_of(
+               *open_scene("model m { field u; dt(u) = -advect((u, u), u) - lap(u) - lap(lap(u)) }\n"
+                           "scheme e { advect = spectral; dx = spectral; lap = spectral; time = etdrk4 }\n"
+                           "scene s : m with e {\n  grid x = 0 .. 12*pi, cells 32, periodic\n"
+                           "  grid y = 0 .. 12*pi, cells 32, periodic\n  initial u = 0.2\n  time 0 .. 20, step " +
+                           step + "\n}\n"))
+        .limit.step;
+  };
+  const double found = limit("1");
+  EXPECT_NEAR(limit("0.02"), found, 1e-4 * found);
+  const auto excess = [](double step) {
+    double worst = -1;
+    for (int i = -15; i <= 15; ++i) {
+      for (int j = -15; j <= 15; ++j) {
+        const double x = i / 6.0, y = j / 6.0, k2 = x * x + y * y, rate = k2 - k2 * k2;
+        const double growth = std::log(std::abs(factor_of_etdrk4(rate, {0, -0.2 * (x + y)}, step)));
+        worst = std::max(worst, growth - (rate < -0.1 * 0.25 ? 0 : 2 * 0.25 * step));
+      }
+    }
+    return worst;
+  };
+  const double exact = root(excess, 5, 15);
+  EXPECT_NEAR(found, exact, 1e-4 * exact);
 }
 
 }  // namespace

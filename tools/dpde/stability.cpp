@@ -109,7 +109,8 @@ std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
 
 stability::TrialOptions Stability::trial_options(driver::Session& session, const Verdict& verdict) const {
   stability::TrialOptions trial{options_.steps, options_.seed};
-  trial.growth_rate = verdict.growth_rate;
+  trial.growth_rate = verdict.group_growth_rate;
+  trial.group = verdict.group;
   trial.growth_by_events = verdict.growth_by_events;
   trial.stop = &interrupt_flag();
   if (stability::varies_in_time(session)) trial.most_time = session.steps() * session.problem().step;

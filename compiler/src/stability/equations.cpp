@@ -58,31 +58,61 @@ model::Problem boundless(model::Problem problem) {
 
 }  // namespace
 
-std::optional<LinearStep> linear_step(const model::Problem& written) {
+namespace {
+
+/// A step as statements.
+struct Lowered {
+  stencil::Module module;
+  std::string step;
+  bool of_constraints = false;
+  std::optional<LinearStep> of(const StateGroup& group) const {
+    std::string why;
+    std::optional<LinearStep> linear = LinearStep::make(module, step, why, of_constraints, group);
+    return linear && !linear->has_networks() ? std::move(linear) : std::nullopt;
+  }
+};
+
+std::optional<Lowered> lowered(const model::Problem& written) {
   if (!written.program.empty()) return std::nullopt;
   const model::Problem problem = have_ways_that_end(written) ? boundless(written) : written;
   DiagnosticSink sink;
   const stencil::ProgramNames names = stencil::program_names(problem);
-  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
-  if (sink.has_errors()) return std::nullopt;
-  std::string why;
-  std::optional<LinearStep> step = LinearStep::make(module, names.step, why, model::are_constraints(problem));
-  return step && !step->has_networks() ? std::move(step) : std::nullopt;
+  Lowered result{stencil::from_model(driver::spread_over_time(problem), names, sink), names.step,
+                 model::are_constraints(problem)};
+  return sink.has_errors() ? std::nullopt : std::optional(std::move(result));
 }
 
-std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why) {
+}  // namespace
+
+std::optional<LinearStep> linear_step(const model::Problem& problem, const StateGroup& group) {
+  const std::optional<Lowered> step = lowered(problem);
+  return step ? step->of(group) : std::nullopt;
+}
+
+std::vector<LinearStep> linear_steps(const model::Problem& problem) {
+  const std::optional<Lowered> step = lowered(problem);
+  std::vector<LinearStep> result;
+  for (const StateGroup& group : step ? state_groups(step->module, step->step) : std::vector<StateGroup>{}) {
+    std::optional<LinearStep> linear = step->of(group);
+    if (!linear) return {};
+    result.push_back(std::move(*linear));
+  }
+  return result;
+}
+
+std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why, const StateGroup& group) {
   const model::Problem& problem = session.problem();
-  if (have_ways_that_end(problem) || has_rare_events(problem)) return linear_step(without_rare_events(problem));
-  std::optional<LinearStep> step = compiled_step(session, why);
+  if (have_ways_that_end(problem) || has_rare_events(problem)) return linear_step(without_rare_events(problem), group);
+  std::optional<LinearStep> step = compiled_step(session, why, group);
   if (!step || !step->has_networks()) return step;
   why = "a network is in it";
   return std::nullopt;
 }
 
-std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why) {
+std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group) {
   const driver::Compiled& compiled = session.compiled();
   const bool of_constraints = session.problem().program.empty() && model::are_constraints(session.problem());
-  return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints);
+  return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints, group);
 }
 
 bool has_events_in_each_step(const model::Problem& problem) {
@@ -117,11 +147,12 @@ Eigen::VectorXcd Symbol::eigenvalues(Angles angles) const {
   return rates_.eigenvalues(angles);
 }
 
-Equations::Equations(model::Problem problem) : problem_(std::move(problem)) {
+Equations::Equations(model::Problem problem, StateGroup group)
+    : problem_(std::move(problem)), group_(std::move(group)) {
   if (!has_events_in_each_step(problem_)) return;
   model::Problem plain = problem_;
   plain.events.clear();
-  without_events_ = linear_step(plain);
+  without_events_ = linear_step(plain, group_);
 }
 
 bool Equations::are_spectral() const {
@@ -131,13 +162,13 @@ bool Equations::are_spectral() const {
     return is_any && !model::is_spectral(problem_.scheme, e);
   };
   const auto has_differences = [&](const model::State& state) {
-    return state.rhs && model::any_part(*state.rhs, is_difference);
+    return is_in(group_, state.name) && state.rhs && model::any_part(*state.rhs, is_difference);
   };
   return problem_.program.empty() && std::ranges::none_of(problem_.states, has_differences);
 }
 
 std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
-  if (!is_made_) fine_ = linear_step(with_fine_differences(by_euler(problem_)));
+  if (!is_made_) fine_ = linear_step(with_fine_differences(by_euler(problem_)), group_);
   is_made_ = true;
   if (!fine_) return std::nullopt;
   FrozenPoint on_fine_cells = point;

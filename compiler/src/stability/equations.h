@@ -14,12 +14,15 @@ namespace dpde::stability {
 
 /// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
 /// end on walls it is the step as it is away from these, on rings.
-std::optional<LinearStep> linear_step(const model::Problem& problem);
+/// Of the states of `group` alone, in each of these.
+std::optional<LinearStep> linear_step(const model::Problem& problem, const StateGroup& group = {});
 /// Those in the step that was compiled, without events that only some steps have; `why` as of LinearStep::make, and
 /// where a network is in it.
-std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why);
+std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
 /// With networks, too.
-std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why);
+std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
+/// One a group of states of the problem's step; none where one of them cannot be had.
+std::vector<LinearStep> linear_steps(const model::Problem& problem);
 
 /// Whether each step ends with something that the scene does to its states.
 bool has_events_in_each_step(const model::Problem& problem);
@@ -45,12 +48,13 @@ class Symbol {
   Amplification rates_;
 };
 
-/// The equations of a problem; they are lowered when they are first asked for.
+/// The equations of a problem for a group of its states; they are lowered when they are first asked for.
 class Equations {
  public:
-  explicit Equations(model::Problem problem);
+  explicit Equations(model::Problem problem, StateGroup group = {});
   /// nullopt where they cannot be taken so.
   std::optional<Symbol> about(const FrozenPoint& point) const;
+  double length_of_run() const { return problem_.steps * problem_.step; }
   /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
   bool are_spectral() const;
   /// The scene's step without events; null where it has none in each step.
@@ -58,6 +62,7 @@ class Equations {
 
  private:
   model::Problem problem_;
+  StateGroup group_;
   std::optional<LinearStep> without_events_;
   mutable bool is_made_ = false;  // fine_: a cache
   mutable std::optional<LinearStep> fine_;

@@ -8,6 +8,7 @@
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
 #include "stability/verdict.h"
+#include "support/contains.h"
 
 namespace dpde::stability {
 
@@ -25,7 +26,7 @@ model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange
 
 std::optional<FrozenAnalysis> analysis_of(const model::Problem& problem, const LinearStep& linear,
                                           const FrozenPoint& point, double step) {
-  const Equations equations(problem);
+  const Equations equations(problem, linear.group());
   return FrozenAnalysis::make(linear, point, static_cast<int>(problem.axes.size()), step, &equations);
 }
 
@@ -60,7 +61,9 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
   double largest = verdict.limit.step * 1.25;
   for (std::size_t s = 0; s < problem.states.size(); ++s) {
     const std::optional<model::Expr>& rate = problem.states[s].rhs;
-    if (!rate || !problem.states[s].history_of.empty() || std::holds_alternative<model::Field>((*rate)->kind)) continue;
+    const bool is_other =
+        !rate || !problem.states[s].history_of.empty() || !is_in(verdict.group, problem.states[s].name);
+    if (is_other || std::holds_alternative<model::Field>((*rate)->kind)) continue;
     const std::vector<model::Term> terms = model::terms_of(*rate);
     std::vector<SourceRange> tried;
     for (const model::Term& term : terms) {
@@ -69,7 +72,7 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
       tried.push_back(range);
       model::Problem without = problem;
       without.states[s].rhs = sum_without(terms, range);
-      const std::optional<LinearStep> linear = linear_step(without);
+      const std::optional<LinearStep> linear = linear_step(without, verdict.group);
       const double limit = linear ? limit_above(largest, without, *linear, verdict.worst, verdict.step) : 0;
       if (!(limit > largest)) continue;
       largest = limit;
@@ -88,12 +91,15 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
     model::Problem other = problem;
     std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
     other.scheme.time = time;
-    const std::optional<LinearStep> linear = linear_step(other);
-    if (!linear) continue;
-    double limit = limit_of(other, *linear, verdict.worst, verdict.step);  // most fail there
-    for (const ScenePoint& point : frozen_points(session, *linear)) {
-      if (limit == 0) break;
-      limit = std::min(limit, limit_of(other, *linear, point.point, verdict.step));
+    const std::vector<LinearStep> groups = linear_steps(other);
+    double limit = groups.empty() ? 0 : std::numeric_limits<double>::infinity();
+    for (const LinearStep& linear : groups) {
+      if (contains(linear.states(), verdict.field))  // most fail there
+        limit = std::min(limit, limit_of(other, linear, verdict.worst, verdict.step));
+      for (const ScenePoint& point : frozen_points(session, linear)) {
+        if (limit == 0) break;
+        limit = std::min(limit, limit_of(other, linear, point.point, verdict.step));
+      }
     }
     if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
   }

@@ -16,7 +16,7 @@ namespace dpde::stability {
 using namespace stencil;
 
 std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why,
-                                           bool of_constraints) {
+                                           bool of_constraints, const StateGroup& group) {
   const Program* program = module.find_program(step);
   if (program == nullptr || program->swaps.empty()) {
     why = "the program has no states";
@@ -27,7 +27,9 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     return std::nullopt;
   }
   adjoint::Activity states;
-  for (const Swap& swap : program->swaps) states.fields.insert(swap.state);
+  for (const Swap& swap : program->swaps) {
+    if (is_in(group, swap.state)) states.fields.insert(swap.state);
+  }
   DiagnosticSink sink;
   adjoint::Derivative tangent = adjoint::tangent(module, step, states, sink);
   if (sink.has_errors()) {
@@ -35,15 +37,16 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     return std::nullopt;
   }
   LinearStep result;
-  Program& derived = tangent.module.programs.front();
-  std::erase_if(derived.swaps, [&](const Swap& swap) { return states.fields.contains(swap.state); });
-  derived.keeps.clear();
   for (const Swap& swap : program->swaps) {
+    if (!states.fields.contains(swap.state)) continue;
     const std::string *before = tangent.field(swap.state), *behind = tangent.field(swap.next);
     result.states_.push_back(swap.state);
     result.perturbations_.push_back(before == nullptr ? "" : *before);
     result.results_.push_back(behind == nullptr ? "" : *behind);
   }
+  Program& derived = tangent.module.programs.front();
+  std::erase_if(derived.swaps, [&](const Swap& swap) { return !contains(result.perturbations_, swap.state); });
+  derived.keeps.clear();
   for (const adjoint::Link& link : tangent.links) {
     if (link.kind != adjoint::Link::Kind::field) continue;
     result.varied_.insert(link.primal);

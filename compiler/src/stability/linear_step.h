@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "stability/state_groups.h"
 #include "stability/wave_sum.h"
 #include "stencil/stencil.h"
 
@@ -51,11 +52,12 @@ class LinearStep {
  public:
   /// `step` swaps the states. What cannot be analysed (scatters) leaves `why` and no value.
   /// `of_constraints`: what the program solves for is 0 at a state that is not perturbed, where the operator takes
-  /// constants to 0.
+  /// constants to 0. Of the states of `group` alone: others are not perturbed, and their rows are left out.
   static std::optional<LinearStep> make(const stencil::Module& module, const std::string& step, std::string& why,
-                                        bool of_constraints = false);
+                                        bool of_constraints = false, const StateGroup& group = {});
 
   const std::vector<std::string>& states() const { return states_; }
+  StateGroup group() const { return {states_.begin(), states_.end()}; }
   /// Of a step of size dt from this point. nullopt where offsets are too far or a value is not finite.
   std::optional<Response> response(const FrozenPoint& point, double dt) const;
   /// The same, with what former responses at this point have found.

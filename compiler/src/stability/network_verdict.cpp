@@ -147,7 +147,7 @@ void examine_networks(driver::Session& session, Verdict& verdict) {
     const Networks::Allowed allowed = networks.allowed_at(point);
     const double now = networks.growth(point, verdict.step), beyond = now - allowed.in(verdict.step);
     if (!std::isfinite(now)) continue;
-    verdict.growth_rate = std::max(verdict.growth_rate, allowed.rate);
+    verdict.growth_rate = verdict.group_growth_rate = std::max(verdict.growth_rate, allowed.rate);
     verdict.growth = std::max(verdict.growth, std::exp(now));
     verdict.beyond = std::max(verdict.beyond, beyond);
     const StepLimit limit = limit_at(networks, point, allowed, verdict.step);

@@ -23,7 +23,7 @@ constexpr double first_pole = 0.3, last_pole = 4;             // growth in a ste
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
 constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
-constexpr double decaying = 1e-3;          // of the largest rate
+constexpr double nearly = 0.1;             // of what grows most: rates this near 0 may do either by errors of a step
 constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
@@ -64,10 +64,10 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// All that a small periodic grid has, of one cell the mean; none of other grids, whose waves are so many that those
-/// between them say the same.
+/// All that a small periodic grid has, one of k and -k, and of one cell the mean; none of other grids, whose waves are
+/// so many that those between them say the same.
 std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
-  constexpr double most_along = 24, most = 1024;
+  constexpr double most_along = 32, most = 1024;
   double count = 1;
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
     const double cells = point.cells[axis];
@@ -79,13 +79,15 @@ std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   std::vector<Angles> waves;
   for (int i = 1; count <= most && i < static_cast<int>(count); ++i) {
     Angles angles{};
-    int rest = i;
+    int rest = i, opposite = 0, stride = 1;
     for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
       const int cells = static_cast<int>(point.cells[axis]), k = rest % cells;
       rest /= cells;
+      opposite += stride * ((cells - k) % cells);
+      stride *= cells;
       angles[axis] = 2 * std::numbers::pi * (2 * k > cells ? k - cells : k) / cells;
     }
-    waves.push_back(angles);
+    if (i <= opposite) waves.push_back(angles);
   }
   return waves;
 }
@@ -275,11 +277,17 @@ bool FrozenAnalysis::is_growth_of_steps() const {
 }
 
 /// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
-/// they do by right. Interpolation damps in each step, short ones too: of waves by themselves no rate is known where
-/// flow is followed.
+/// they do by right; those that nearly grow, a tenth of that. Interpolation damps in each step, short ones too: of
+/// waves by themselves no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
-  return is_all ? growth_ : std::clamp(growth_rate_of(wave), 0.0, growth_);
+  const bool is_all = growth_ == 0 || linear_->follows_flow() || are_all_resolved_ || is_resolved(wave);
+  if (is_all) return growth_;
+  const double own = growth_rate_of(wave), near = nearly * growth_;
+  return own < -near ? 0 : std::clamp(own, near, growth_);
+}
+
+double FrozenAnalysis::rate_of_decay() const {
+  return std::max(nearly * growth_, (rates_ ? no_growth : short_step) * rate_);
 }
 
 double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
@@ -291,13 +299,14 @@ double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
 double FrozenAnalysis::growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const {
   if (growth_ == 0 || events_) return -infinite;
   std::size_t others = 0;
+  const double decay = rate_of_decay();
   if (rates_) {
-    for (const std::complex<double> rate : own_eigenvalues(wave)) others += rate.real() > -decaying * rate_ ? 1 : 0;
+    for (const std::complex<double> rate : own_eigenvalues(wave)) others += rate.real() > -decay ? 1 : 0;
   } else {
     for (const std::complex<double> factor : own_eigenvalues(wave)) {
       const bool is_of_equations = std::abs(factor - 1.0) < 0.5, is_cut = std::abs(factor) < cut;
       if (!is_of_equations && !is_cut) return -infinite;  // of a memory
-      others += is_of_equations && std::log(std::abs(factor)) / short_ > -decaying * rate_ ? 1 : 0;
+      others += is_of_equations && std::log(std::abs(factor)) / short_ > -decay ? 1 : 0;
     }
   }
   std::vector<double> sizes;
@@ -333,7 +342,8 @@ double FrozenAnalysis::growth_rate_of(const Angles& wave) const {
 std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, const FrozenPoint& point, int rank,
                                                    double step, const Equations* equations) {
   FrozenAnalysis result(linear, equations == nullptr ? nullptr : equations->without_events(), point, rank);
-  result.scale_ = step;
+  result.longest_ = std::max(last_of_scene * step, equations == nullptr ? 0 : equations->length_of_run());
+  result.are_all_resolved_ = equations != nullptr && equations->are_spectral();
   if (!result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
@@ -424,7 +434,7 @@ StepLimit FrozenAnalysis::limit(double most, double precision) const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (!is_stable(step)) return descend(step, precision);
-  const double end = std::min(std::max(last_try / rate_, last_of_scene * scale_), most);
+  const double end = std::min(std::max(last_try / rate_, longest_), most);
   for (double next = step; step < end; step = next) {
     next = next_step(step);
     if (!is_stable(next)) return bisect(step, next, precision);

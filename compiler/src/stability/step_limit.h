@@ -6,9 +6,11 @@
 // of waves of eight cells and more (is_resolved), or what the equations do to some wave without a grid (Symbol). The
 // step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
-// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Where
-// something grows by right, no more of a wave's factors may be above 1 than it has rates that do not decay. Events that
-// end each step may multiply a wave besides by what they do in a step of length 0.
+// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
+// that are resolved, all of Fourier series, may grow as fast as the fastest of them: errors that grow slower than the
+// solution are none. Where something grows by right, no more of a wave's factors may be above 1 than it has rates that
+// do not decay. All states of the step count as one: those that do not depend on one another are judged apart (see
+// state_groups.h). Events that end each step may multiply a wave besides by what they do in a step of length 0.
 #pragma once
 
 #include <limits>
@@ -84,6 +86,8 @@ class FrozenAnalysis {
   bool is_growth_of_steps() const;
   double allowed_rate(const Angles& wave) const;
   double allowed_to_events(const Angles& wave) const;
+  /// Slower decay may be growth in a step.
+  double rate_of_decay() const;
   double growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const;
   const Eigen::VectorXcd& own_eigenvalues(const Angles& wave) const;
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
@@ -97,7 +101,8 @@ class FrozenAnalysis {
   FrozenPoint point_;
   mutable FrozenStages stages_, plain_stages_;  // of the point: caches
   int rank_;
-  double rate_ = 0, growth_ = 0, scale_ = 0;
+  double rate_ = 0, growth_ = 0, longest_ = 0;
+  bool are_all_resolved_ = false;            // Fourier series have all waves as they are
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;

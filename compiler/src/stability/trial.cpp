@@ -62,7 +62,8 @@ class Pair {
       plain_.initial(s).copy_in(values);
       disturbed_.initial(s).copy_in(values);
       scales_.push_back(0);
-      if (is_memory(session, s)) continue;  // of steps that were not made
+      // Of steps that were not made, or of what is judged apart.
+      if (is_memory(session, s) || !is_in(options.group, plain_.state_name(s))) continue;
       double scale = 0;
       for (const double v : values) scale = std::max(scale, std::abs(v));
       scales_.back() = scale > 0 ? scale : 1;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "stability/state_groups.h"
 
 namespace dpde::stability {
 
@@ -20,6 +21,7 @@ struct TrialOptions {
   double most_time = std::numeric_limits<double>::infinity();  // of each run: where steps change with it, the scene's
   double growth_rate = 0;       // that the equations have of their own, 1/time: twice that is allowed
   double growth_by_events = 0;  // ln a step
+  StateGroup group = {};        // that are disturbed and looked at
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -27,9 +27,11 @@ struct Verdict {
   double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
   double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;
-  double growth = 1;            // |g| in such a step, of the wave that grows most beyond what the equations do
-  double beyond = 0;            // ln |g| less what the equations may do
-  double growth_rate = 0;       // largest of the equations' own, 1/time
+  double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
+  double beyond = 0;       // ln |g| less what the equations may do
+  double growth_rate = 0;  // largest of the equations' own, 1/time
+  StateGroup group;        // that it is of, see state_groups.h
+  double group_growth_rate = 0;
   double growth_by_events = 0;  // ln of what those that end each step multiply at most
   double end_growth = 0;        // ln of the growth beyond the equations' over the run
   std::string place;            // where coefficients are frozen; "" where all places are alike

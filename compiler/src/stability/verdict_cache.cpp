@@ -2,6 +2,7 @@
 #include "stability/verdict_cache.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <bit>
 #include <chrono>
@@ -116,6 +117,7 @@ std::string text_of(const Verdict& v) {
                       v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
+  text += fmt::format("{} {} {}\n", v.group_growth_rate, v.group.size(), fmt::join(v.group, " "));
   return text + text_of(v.worst) + last_line;
 }
 
@@ -139,6 +141,8 @@ std::optional<Verdict> verdict_from(const std::string& text) {
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
   if (const double courant = reader.number(); courant >= 0) v.courant = courant;
   v.largest_step = reader.number();
+  v.group_growth_rate = reader.number();
+  for (double left = reader.number(); left > 0 && reader.is_good(); --left) v.group.insert(reader.word());
   v.worst = read_point(reader);
   reader.end_line();
   const bool is_whole = reader.line() == last_line;

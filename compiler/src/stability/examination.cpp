@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/examination.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <functional>
+
+#include "stability/coupled_means.h"
+#include "stability/equations.h"
+#include "stability/frozen_points.h"
+#include "stability/own_grid.h"
+#include "stability/wall_spectrum.h"
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr double told_growth = 0.1;      // ln of what a run may grow without a word
+constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
+constexpr std::size_t most_places_between_walls = 5;
+constexpr double shortest = 1e-3, farthest = 4096;  // of the scene's step, that are looked at
+constexpr double precision_of_runs = 5e-3;          // of a limit
+
+/// Into how many equal parts the Courant number splits the first step.
+int parts_of(driver::Session& session) {
+  const dpde_program* rate = session.compiled().program(session.compiled().names.rate);
+  if (rate == nullptr || session.problem().courant <= 0) return 1;
+  Workspace::Bound bound;
+  for (int s = 0; s < session.rollout().state_count(); ++s)
+    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
+  session.workspace().run(*rate, session.problem().t_begin, bound);
+  const std::vector<double> rates = session.workspace().dense(session.compiled().names.rate_field);
+  session.workspace().release(*rate);
+  const double largest = *std::ranges::max_element(rates);
+  const double parts = std::ceil(session.problem().step * largest / session.problem().courant);
+  return std::isfinite(parts) && parts >= 1 && parts < 1e9 ? static_cast<int>(parts) : 1;
+}
+
+bool has_walls(const model::Problem& problem) {
+  return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
+}
+
+/// In curved coordinates walls with frozen coefficients are none, see coupled_means.h.
+bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) && !problem.metric; }
+
+/// One analysis for all frozen points: the smallest limit, and the most growth at the scene's step.
+class Examination {
+ public:
+  Examination(driver::Session& session, const LinearStep& linear, Verdict& verdict)
+      : session_(session),
+        linear_(linear),
+        verdict_(verdict),
+        rank_(static_cast<int>(session.axes().size())),
+        equations_(session.problem(), linear.group()),
+        walls_(linear, session.axes()),
+        plain_walls_(equations_.without_events() == nullptr ? linear : *equations_.without_events(), session.axes()) {
+    verdict_.parts = parts_of(session);
+    verdict_.step = session.problem().step / verdict_.parts;
+  }
+
+  bool run() {
+    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    verdict_.places = static_cast<int>(points.size());
+    for (const ScenePoint& point : points) {
+      const std::optional<FrozenAnalysis> analysis = analysis_at(point.point);
+      if (!analysis) continue;
+      look_at(*analysis, point);
+    }
+    if (!is_any_) return false;
+    verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
+                        !linear_.follows_flow();
+    if (verdict_.is_exact) return true;
+    if (const auto grid = own_grid()) {
+      look_at_own(*grid);
+      return true;
+    }
+    if (const auto runs = coupled_runs()) {
+      look_at_runs(*runs);
+      return true;
+    }
+    if (!are_walls_alike(session_.problem())) return true;
+    for (const ScenePoint& point : worst_first(places_between_walls(points))) {
+      if (verdict_.limit.kind == StepLimit::Kind::never) break;
+      ++verdict_.places_between_walls;
+      look_at_walls(point);
+    }
+    return true;
+  }
+
+  /// Whether nothing grows in the scene's step, neither a wave nor what walls do. It needs no search for the largest
+  /// step, and no more of the equations: most scenes are done with it.
+  bool grows_nothing() {
+    double most = -1;
+    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    worst_ = points.front();
+    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+    const bool are_waves_all = is_same && !has_walls(session_.problem());
+    if (const auto grid = are_waves_all ? std::nullopt : own_grid())
+      return grid->is_stable(verdict_.step) && !grows_weakly(*grid);
+    for (const ScenePoint& point : points) {
+      const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
+      if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
+      if (found->change > most) most = found->change, worst_ = point;
+    }
+    if (most < 0) return false;
+    if (const auto runs = coupled_runs()) return runs->is_stable(verdict_.step);
+    if (!are_walls_alike(session_.problem())) return true;
+    return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
+      const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
+      return rate * verdict_.step - events_between_walls(point) <= wall_tolerance;
+    });
+  }
+
+ private:
+  std::optional<FrozenAnalysis> analysis_at(const FrozenPoint& point) const {
+    return FrozenAnalysis::make(linear_, point, rank_, verdict_.step, &equations_);
+  }
+  /// More than rounding, or more than a run may grow without a word.
+  bool grows(double in_step) const {
+    return in_step > growth_tolerance(linear_) || in_step * session_.steps() * verdict_.parts > told_growth;
+  }
+  bool grows_beyond_equations(const ScenePoint& point) {
+    const auto analysis = analysis_at(point.point);
+    if (!analysis || grows(analysis->excess(verdict_.step).value)) return true;
+    verdict_.growth_rate = std::max(verdict_.growth_rate, analysis->growth_rate());
+    return false;
+  }
+
+  /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
+  /// waves counts, else the field is taken as flat. Not where limiters make another scheme of a slope.
+  StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
+    // A larger one than is known would say nothing.
+    const double most =
+        verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : std::numeric_limits<double>::infinity();
+    const StepLimit limit = analysis.limit(most);
+    const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
+    if ((limit.kind != StepLimit::Kind::never && !is_long) || session_.problem().scheme.has_limiter()) return limit;
+    const FrozenPoint without_slopes = flat(point.point);
+    const bool is_other = without_slopes.fields != point.point.fields;
+    const auto without = is_other ? analysis_at(without_slopes) : std::nullopt;
+    return without ? without->limit(most) : limit;
+  }
+
+  void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
+    verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
+    verdict_.growth_by_events = std::max(verdict_.growth_by_events, analysis.growth_by_events());
+    if (!is_any_ || linear_.follows_flow() || verdict_.limit.kind == StepLimit::Kind::none ||
+        analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
+            1e-9) {
+      const StepLimit limit = limit_at(analysis, point);
+      const auto rank_of = [](const StepLimit& l) {
+        return l.kind == StepLimit::Kind::never   ? 0.0
+               : l.kind == StepLimit::Kind::limit ? l.step
+                                                  : std::numeric_limits<double>::infinity();
+      };
+      if (!is_any_ || rank_of(limit) < rank_of(verdict_.limit)) take(limit, point);
+    }
+    const Largest now = analysis.excess(verdict_.step);
+    if (!is_any_ || now.value > verdict_.beyond) {
+      verdict_.beyond = now.value;
+      verdict_.growth = analysis.growth_of(now.angles, verdict_.step);
+      if (verdict_.limit.kind == StepLimit::Kind::never) verdict_.wave = now.angles;
+    }
+    is_any_ = true;
+  }
+
+  /// The worst of waves, and where a field that the response depends on is smallest or largest: what flows in at one
+  /// place flows out at another. Three dimensions take a second a place: there the worst alone.
+  std::vector<ScenePoint> places_between_walls(const std::vector<ScenePoint>& points) const {
+    std::vector<ScenePoint> places{worst_};
+    const auto add = [&](const ScenePoint& point) {
+      const auto is_it = [&](const ScenePoint& other) { return other.place == point.place; };
+      if (places.size() < most_places_between_walls && std::ranges::none_of(places, is_it)) places.push_back(point);
+    };
+    if (rank_ == 3) return places;
+    for (const std::string& name : fields_of_response(linear_, worst_.point, verdict_.step)) {
+      const auto is_finite = [&](const ScenePoint& p) { return std::isfinite(p.point.fields.at(name).value); };
+      if (!std::ranges::all_of(points, is_finite)) continue;
+      const auto value_at = [&](const ScenePoint& p) { return p.point.fields.at(name).value; };
+      const auto [low, high] = std::ranges::minmax_element(points, {}, value_at);
+      add(*low);
+      add(*high);
+    }
+    return places;
+  }
+
+  void take(const StepLimit& limit, const ScenePoint& point) {
+    verdict_.limit = limit;
+    verdict_.place = point.place;
+    verdict_.wave = limit.wave;
+    verdict_.field = linear_.states()[limit.state];
+    worst_ = point;
+    verdict_.worst = point.point;
+  }
+
+  std::optional<OwnGrid> own_grid() const {
+    return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
+  }
+
+  std::unique_ptr<CoupledRuns> coupled_runs() const {
+    return CoupledRuns::make(session_, linear_, worst_.point, has_events_in_each_step(session_.problem()));
+  }
+
+  /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
+  void look_at_own(const OwnGrid& grid) {
+    verdict_.is_of_grid = true;
+    verdict_.is_exact = !linear_.follows_flow();  // that may have windows of unstable steps, which a search passes by
+    verdict_.place.clear();
+    verdict_.growth_rate = grid.growth_rate();
+    verdict_.growth_by_events = grid.growth_by_events();
+    const StepLimit by_waves = verdict_.limit;
+    verdict_.limit = weak_or(limit_on(grid), grid);
+    verdict_.limit.wave = by_waves.wave;
+    verdict_.limit.state = by_waves.state;
+    const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
+                          (by_waves.kind == StepLimit::Kind::none || verdict_.limit.step < by_waves.step);
+    verdict_.is_of_walls = has_walls(session_.problem()) && is_lower;
+    verdict_.growth = 1;
+    verdict_.beyond = 0;
+    if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
+    verdict_.growth = grid.growth(verdict_.step);
+    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events;
+  }
+
+  /// By so little a step that powers do not tell it, but the run does.
+  bool grows_weakly(const OwnGrid& grid) const {
+    const double steps = static_cast<double>(session_.steps()) * verdict_.parts;
+    return steps * OwnGrid::least_growth > told_growth && steps * grid.sure_growth(verdict_.step) > told_growth;
+  }
+
+  /// Below a limit, too, where waves found none: growth that falls as a power of the step. In proportion to it where it
+  /// is not the equations': the limit is where powers cease to tell it then.
+  StepLimit weak_or(const StepLimit& limit, const OwnGrid& grid) const {
+    const double step = limit.kind == StepLimit::Kind::limit ? 0.5 * limit.step : verdict_.step;
+    if (limit.kind == StepLimit::Kind::never) return limit;
+    const double growth = grid.sure_growth(step), of_half = growth > 0 ? grid.sure_growth(0.5 * step) : 0;
+    const double order = of_half > 0 ? std::log2(growth / of_half) : 0;
+    const bool is_cut_off = limit.kind == StepLimit::Kind::limit && growth > 0.2 * OwnGrid::least_growth && order > 0.8;
+    return order > 1.5 || is_cut_off ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
+  }
+
+  /// Looked for from the limit of waves on, else from the scene's step.
+  StepLimit limit_on(const OwnGrid& grid) const {
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double factor = has_limit ? 1.25 : 2;
+    double low = has_limit ? verdict_.limit.step : verdict_.step, high = low;
+    const double first = low, step = verdict_.step;
+    const bool is_first_stable = grid.is_stable(first);
+    if (is_first_stable && step < first && !grid.is_stable(step)) {
+      high = step, low = 0.5 * step;
+    } else if (is_first_stable && has_limit && linear_.follows_flow()) {
+      return verdict_.limit;  // longer steps may be stable again, beyond a window
+    } else if (is_first_stable) {
+      const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
+      for (high = factor * low; high < end && grid.is_stable(high); high *= factor) low = high;
+      if (!(high < end)) return {};
+    }
+    while (low > shortest * std::min(first, step) && !grid.is_stable(low)) high = low, low /= 2;
+    if (!(low > shortest * std::min(first, step))) return {StepLimit::Kind::never, 0, 1};
+    while (high - low > 1e-3 * high) {
+      const double middle = 0.5 * (low + high);
+      (grid.is_stable(middle) ? low : high) = middle;
+    }
+    return {StepLimit::Kind::limit, low};
+  }
+
+  /// ln |g| / step of what grows most between the walls.
+  double rate_between_walls(const ScenePoint& at, double step) const {
+    double largest = 0;
+    for (const std::complex<double> g : walls_.eigenvalues(at.point, step))
+      largest = std::max(largest, std::log(std::abs(g)) / step);
+    return largest;
+  }
+  /// Of the equations' own, those that a short step leaves near 1: schemes with a memory have others, which walls may
+  /// let grow at every step.
+  double own_rate_between_walls(const ScenePoint& at, double short_step) const {
+    double largest = 0;
+    for (const std::complex<double> g : plain_walls_.eigenvalues(at.point, short_step)) {
+      if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / short_step);
+    }
+    return largest;
+  }
+  double events_between_walls(const ScenePoint& at) const {
+    double largest = 0;
+    if (equations_.without_events() == nullptr) return largest;
+    for (const std::complex<double> g : walls_.eigenvalues(at.point, 0))
+      largest = std::max(largest, std::log(std::abs(g)));
+    return largest;
+  }
+
+  /// The first limit is then the last in most cases, and others are only looked at there.
+  std::vector<ScenePoint> worst_first(std::vector<ScenePoint> places) const {
+    const double step = verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < places.size() && places.size() > 1; ++i)
+      order.emplace_back(-rate_between_walls(places[i], step), i);
+    if (order.empty()) return places;
+    std::ranges::sort(order);
+    std::vector<ScenePoint> result;
+    for (const auto& [rate, i] : order) result.push_back(std::move(places[i]));
+    return result;
+  }
+
+  /// To what `is_stable` allows, where that is less at the limit of waves or in the scene's own, shorter step.
+  bool lower_limit(const std::function<bool(double)>& is_stable, double precision) {
+    double low = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
+    const double short_step = shortest * std::min(low, verdict_.step);
+    if (is_stable(low)) {
+      if (!(verdict_.step < low) || is_stable(verdict_.step)) return false;
+      low = verdict_.step;
+    }
+    double high = low;
+    while (low > short_step && !is_stable(low)) high = low, low /= 2;
+    const bool is_never = low <= short_step;
+    while (!is_never && high - low > precision * high) {
+      const double middle = 0.5 * (low + high);
+      (is_stable(middle) ? low : high) = middle;
+    }
+    verdict_.limit.kind = is_never ? StepLimit::Kind::never : StepLimit::Kind::limit;
+    verdict_.limit.step = is_never ? 0 : low;
+    verdict_.limit.order = 1;
+    return true;
+  }
+
+  /// They see walls, too.
+  void look_at_runs(const CoupledRuns& runs) {
+    if (verdict_.limit.kind == StepLimit::Kind::never) return;
+    verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
+    verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
+    const auto is_stable = [&](double step) { return runs.is_stable(step); };
+    double longest = verdict_.step;
+    while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
+      longest *= 2;
+    if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
+    if (!lower_limit(is_stable, precision_of_runs)) {
+      if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = 0;
+      return;
+    }
+    verdict_.is_of_means = true;
+    verdict_.place.clear();
+    const double growth = runs.growth(verdict_.step);
+    verdict_.growth = std::max(verdict_.growth, std::exp(growth));
+    verdict_.beyond =
+        std::max(verdict_.beyond, growth - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events);
+  }
+
+  /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
+  void look_at_walls(const ScenePoint& at) {
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double short_step = shortest * std::min(has_limit ? verdict_.limit.step : verdict_.step, verdict_.step);
+    const double allowed = 2 * std::max(own_rate_between_walls(at, short_step), verdict_.growth_rate);
+    const double by_events = events_between_walls(at);
+    const auto beyond = [&](double step) { return (rate_between_walls(at, step) - allowed) * step - by_events; };
+    if (!lower_limit([&](double step) { return beyond(step) <= wall_tolerance; }, 1e-3)) return;
+    verdict_.is_of_walls = true;
+    verdict_.place = at.place;
+    verdict_.worst = at.point;
+    verdict_.beyond = std::max(verdict_.beyond, beyond(verdict_.step));
+    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(at, verdict_.step) * verdict_.step));
+  }
+
+  driver::Session& session_;
+  const LinearStep& linear_;
+  Verdict& verdict_;
+  int rank_;
+  Equations equations_;
+  WallSpectrum walls_, plain_walls_;  // the second without events
+  ScenePoint worst_;
+  bool is_any_ = false;
+};
+
+}  // namespace
+
+bool examine_group(driver::Session& session, const LinearStep& linear, Verdict& verdict) {
+  return Examination(session, linear, verdict).run();
+}
+
+bool grows_nothing_in(driver::Session& session, const LinearStep& linear) {
+  Verdict verdict;
+  return Examination(session, linear, verdict).grows_nothing();
+}
+
+}  // namespace dpde::stability
