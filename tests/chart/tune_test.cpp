@@ -9,7 +9,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <span>
 #include <sstream>
 
 #include "chart/finer_runs.h"
@@ -173,7 +172,7 @@ TEST(Tune, ChoosesWhatASweepOfEverythingChoosesWithFewRuns) {
 TEST(Tune, ChoosesStepsOnTwoAxes) {
   const Scene scene("sheet");
   const std::vector<Point> all = swept(scene, 1, {}, {0.9, 0.75, 0.6, 0.45, 0.3});
-  for (const double tolerance : {1e-3, 3e-4}) EXPECT_LE(compare(scene, 1, tolerance, all, {}).ratio, 1.15) << tolerance;
+  for (const double tolerance : {1e-3}) EXPECT_LE(compare(scene, 1, tolerance, all, {}).ratio, 1.15) << tolerance;
 }
 
 /// Crank-Nicolson's steps have no limit: those of the scene, a hundred times too short, are lengthened. The largest
@@ -215,8 +214,9 @@ TEST(Tune, TriesNoOtherFractionsThanThoseNamed) {
   EXPECT_LE(choice.chosen->step, 0.2 * choice.chosen->largest_step);
 }
 
-/// Ten cases of the examples. Normal runs take those of one scene.
+/// Ten cases of the examples, at night; ChoosesWhatASweepOfEverythingChooses has four by day.
 TEST(Tune, ComesNearASweepInNineOfTenCases) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: sweeps of five scenes";
   struct Case {
     const char *file, *scene;
     std::vector<double> tolerances;
@@ -227,7 +227,7 @@ TEST(Tune, ComesNearASweepInNineOfTenCases) {
                                 {"burgers_1d/burgers", "ends", {1e-2, 1e-4}},
                                 {"wave/wave", "string", {1e-1, 1e-2}}};
   int tried = 0, near = 0;
-  for (const Case& one : testing::is_thorough() ? std::span(cases) : std::span(cases).first(1)) {
+  for (const Case& one : cases) {
     const std::string path = fmt::format("{}/dsl-examples/{}.dpde", DPDE_SOURCE_DIR, one.file);
     std::ifstream file(path);
     std::stringstream content;

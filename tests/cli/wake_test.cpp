@@ -99,6 +99,7 @@ class Wake : public Command {
 };
 
 TEST_F(Wake, OnACoarseGridLosesWhatIsPublished) {
+  if (!is_thorough()) GTEST_SKIP() << "at night: the flow that it begins with takes 1000 steps of 128 x 256";
   fs::copy(example, path("wake.dpde"));
   run("fine", "");
   const Faces reference = faces_of(path("fine"), 128), coarse = halved(halved(reference));
@@ -106,9 +107,8 @@ TEST_F(Wake, OnACoarseGridLosesWhatIsPublished) {
   write_arrays(coarse, path("coarse_start"));
   add_scene("reference", 128, "reference_start");
   add_scene("coarse", 32, "coarse_start");
-  std::vector<std::pair<int, double>> published{{1, 0.0050}, {10, 0.0188}};
-  if (is_thorough()) published.emplace_back(50, 0.0566);
-  for (const auto& [steps, error] : published) {
+  for (const auto& [steps, error] :
+       std::initializer_list<std::pair<int, double>>{{1, 0.0050}, {10, 0.0188}, {50, 0.0566}}) {
     for (const std::string scene : {"reference", "coarse"}) run(scene, " --set end=" + std::to_string(steps));
     const double found = difference(faces_of(path("coarse"), 32), halved(halved(faces_of(path("reference"), 128))));
     EXPECT_NEAR(found, error, 6e-5) << "after " << steps << " steps";

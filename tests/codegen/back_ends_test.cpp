@@ -124,14 +124,14 @@ std::shared_ptr<codegen::CompiledModule> by_cpp(const loop::Module& module) {
 
 TEST(BackEnds, JitAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_jit); }
 TEST(BackEnds, JitAgreesWithTheInterpreterInSinglePrecision) {
-  expect_all_agree(Precision::f32, by_jit, testing::is_thorough() ? 1 : 3);
+  expect_all_agree(Precision::f32, by_jit, testing::is_thorough() ? 1 : 6);
 }
 /// A compiler takes a second for each; the random programs are compiled by it too.
 TEST(BackEnds, CompiledCppAgreesWithTheInterpreter) {
-  expect_all_agree(Precision::f64, by_cpp, testing::is_thorough() ? 1 : 8);
+  expect_all_agree(Precision::f64, by_cpp, testing::is_thorough() ? 1 : 12);
 }
 TEST(BackEnds, CompiledCppAgreesWithTheInterpreterInSinglePrecision) {
-  expect_all_agree(Precision::f32, by_cpp, testing::is_thorough() ? 1 : 8);
+  expect_all_agree(Precision::f32, by_cpp, testing::is_thorough() ? 1 : 16);
 }
 
 }  // namespace

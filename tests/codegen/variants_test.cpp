@@ -13,7 +13,6 @@
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 #include "support/program_run.h"
-#include "support/setting.h"
 
 namespace dpde {
 namespace {
@@ -83,22 +82,14 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
   return count;
 }
 
-/// Every second case in one precision, the others in the other.
-std::vector<testing::ProgramCase> cases_from(std::size_t first) {
-  std::vector<testing::ProgramCase> all = testing::program_cases(), chosen;
-  if (testing::is_thorough()) return all;
-  for (std::size_t i = first; i < all.size(); i += 2) chosen.push_back(all[i]);
-  return chosen;
-}
-
 TEST(Variants, GiveTheValuesOfTheRow) {
   int count = 0;
-  for (const auto& c : cases_from(0)) count += expect_same_values(c, Precision::f64);
-  EXPECT_GT(count, 20);
+  for (const auto& c : testing::cases_by_day(0, 3)) count += expect_same_values(c, Precision::f64);
+  EXPECT_GT(count, 13);
 }
 
 TEST(Variants, GiveTheValuesOfTheRowInSinglePrecision) {
-  for (const auto& c : cases_from(1)) expect_same_values(c, Precision::f32);
+  for (const auto& c : testing::cases_by_day(1, 3)) expect_same_values(c, Precision::f32);
 }
 
 TEST(Variants, StreamPastTheCaches) {

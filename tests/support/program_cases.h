@@ -7,6 +7,7 @@
 
 #include "adjoint/adjoint.h"
 #include "stencil/interpret.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 
@@ -18,6 +19,13 @@ struct ProgramCase {
 };
 
 std::vector<ProgramCase> program_cases();
+/// All at night, by day every third or so from one on.
+inline std::vector<ProgramCase> cases_by_day(std::size_t first, std::size_t every) {
+  std::vector<ProgramCase> all = program_cases(), chosen;
+  if (is_thorough()) return all;
+  for (std::size_t i = first; i < all.size(); i += every) chosen.push_back(all[i]);
+  return chosen;
+}
 /// Those of them that have repeats.
 std::vector<ProgramCase> repeat_cases();
 /// Poles: in program_cases(), too.
