@@ -47,10 +47,9 @@ TEST_F(ChartCommand, AFinerRunTakesThePartOfAnExactSolution) {
 
 TEST_F(ChartCommand, WhatIsUnstableIsNotRunAndWhatDoesNotFitIsLeftOut) {
   write("s.dpde", wind(true));
-  const Outcome run = dpde("chart s.dpde --vary cells=32 --vary step=0.5,1/4" + quick);
-  EXPECT_EQ(run.status, 2) << "1/4 is no number";
-  const Json json =
-      dpde("chart s.dpde --vary cells=64 --vary step=1,0.25 --vary advect=central2,weno77" + quick).json();
+  for (const std::string step : {"half", "1/0", "/4", "1/", "-1/4", "1/4/2"})
+    EXPECT_EQ(dpde("chart s.dpde --vary cells=32 --vary step=0.5," + step + quick).status, 2) << step;
+  const Json json = dpde("chart s.dpde --vary cells=64 --vary step=1,1/4 --vary advect=central2,weno77" + quick).json();
   ASSERT_EQ(json["points"].size(), 4u);
   EXPECT_FALSE(json["points"][0]["stable"].get<bool>());  // limit 2.83*0.098 = 0.278
   EXPECT_TRUE(json["points"][0]["error"].is_null());
@@ -381,6 +380,19 @@ TEST_F(ChartCommand, GradientsAreComparedToo) {
   const Outcome text = dpde("chart s.dpde ring --task speed --vary cells=32 --samples 1 --sample-seconds 0");
   EXPECT_NE(text.out.find("task speed: errors of the gradient"), std::string::npos) << text.out << text.err;
   EXPECT_EQ(dpde("chart s.dpde ring --task sped" + quick).codes(), std::vector<std::string>{"E0318"});
+}
+
+/// Of the data's own scheme and step all differences are 0, where the root has no derivative.
+TEST_F(ChartCommand, GradientsThatFailHaveARowAndACross) {
+  write("s.dpde", wind(false) +
+                      "task same : ring {\n  data r = u from scene ring\n  unknown c from 1\n"
+                      "  minimise integral(sqrt((u - r)^2))\n}\n");
+  const Outcome run = dpde(
+      "chart s.dpde same --vary cells=32 --vary step=1/16,1/32 --vary advect=central2,upwind3 --set step=1/32"
+      " --out o --samples 1 --sample-seconds 0");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("the loss or its gradient is not finite"), std::string::npos) << run.out;
+  EXPECT_NE(content(path("o/ring_chart.svg")).find("it ran, but its gradient failed"), std::string::npos);
 }
 
 /// central(8) on half the reference's cells has an error below what the reference, of order 6, is known to.

@@ -66,6 +66,7 @@ std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, Chart
     if (what == ChartOf::states) known->marks.push_back({point, is_complete(point), &point});
     if (what == ChartOf::gradient && point.gradient)
       known->marks.push_back({*point.gradient, is_complete(*point.gradient), &point});
+    if (what == ChartOf::gradient && !point.gradient_failure.empty()) known->marks.push_back({{}, false, &point});
   }
   std::erase_if(methods, [](const MethodMarks& method) { return method.marks.empty(); });
   return methods;

@@ -34,9 +34,11 @@ std::string solve_text(const Point& point) {
   return solve.empty() ? "" : " by " + solve;
 }
 
+/// Of its run, or of its gradient where it ran.
 std::string failure_row(const Point& point) {
+  const std::string& why = point.failure.empty() ? point.gradient_failure : point.failure;
   return fmt::format("{:>10} {:>11} {}{}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
-                     point.does_not_fit() ? "left out: " + point.failure : point.failure, solve_text(point));
+                     point.does_not_fit() ? "left out: " + why : why, solve_text(point));
 }
 
 /// Whether one is the other on finer cells: the same part of the largest stable step, or steps as long as cells are.
@@ -69,7 +71,7 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) +
             (has_no_limit ? "  (no largest step is known: --vary step=... tries longer ones)" : "") + "\n";
     for (const Mark& mark : method.marks) {
-      if (!mark.point->failure.empty()) {
+      if (!mark.point->failure.empty() || (!mark.is_complete && !mark.point->gradient_failure.empty())) {
         text += failure_row(*mark.point);
         continue;
       }
@@ -216,13 +218,7 @@ std::string report_gradients(const ChartResult& chart, const std::vector<MethodM
   std::string text = fmt::format("task {}: errors of the gradient against {}{}\n", chart.task, reference.text(),
                                  known_to(reference.uncertainty()));
   text += marks_table(methods, reference.uncertainty(), "s");
-  text += report_speed_ups(methods, result["speed_up"]);
-  for (const Point& point : chart.points) {
-    if (!point.gradient_failure.empty())
-      text += fmt::format("no gradient of {} on {} cells: {}\n", chart::method_text(point.variant), cells_of(point),
-                          point.gradient_failure);
-  }
-  return text;
+  return text + report_speed_ups(methods, result["speed_up"]);
 }
 
 }  // namespace

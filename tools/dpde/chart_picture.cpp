@@ -69,13 +69,13 @@ Curve marks_where(const char* title, Symbol symbol, const std::vector<MethodMark
 }
 
 /// They have no error: beside the worst one that is, below each other.
-Curve failures_of(const char* title, chart::Outcome outcome, const std::vector<MethodMarks>& methods,
-                  const Extent& extent, int& drawn) {
+Curve failures_of(const char* title, const std::function<bool(const Mark&)>& is_meant,
+                  const std::vector<MethodMarks>& methods, const Extent& extent, int& drawn) {
   Curve curve{title, {}, {}, true};
   curve.symbol = Symbol::cross;
   for (const MethodMarks& method : methods) {
     for (const Mark& mark : method.marks) {
-      if (mark.point->outcome != outcome || !(extent.worst > 0)) continue;
+      if (!is_meant(mark) || !(extent.worst > 0)) continue;
       const double height = 0.1 * (1 + drawn++ % 8);
       curve.x.push_back(10 * extent.worst);
       curve.y.push_back(extent.fastest * std::pow(extent.slowest / extent.fastest, height));
@@ -114,8 +114,14 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
   for (const auto& [outcome, title] : {std::pair{chart::Outcome::above_limit, "not run: above the largest stable step"},
                                        {chart::Outcome::never_stable, "not run: unstable at every step"},
                                        {chart::Outcome::blew_up, "blew up"},
-                                       {chart::Outcome::failed, "failed"}})
-    add(failures_of(title, outcome, methods, extent, drawn));
+                                       {chart::Outcome::failed, "failed"}}) {
+    const auto is_it = [outcome](const Mark& mark) { return mark.point->outcome == outcome; };
+    add(failures_of(title, is_it, methods, extent, drawn));
+  }
+  const auto has_no_gradient = [](const Mark& mark) {
+    return !mark.is_complete && mark.point->failure.empty() && !mark.point->gradient_failure.empty();
+  };
+  add(failures_of("it ran, but its gradient failed", has_no_gradient, methods, extent, drawn));
   const auto wall = [&](const char* title, double error) {
     Curve curve{title, {error, error}, {extent.fastest, extent.slowest}};
     curve.colour = "#999999";

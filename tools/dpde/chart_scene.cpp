@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <numeric>
+#include <type_traits>
 
 #include "chart/common_steps.h"
 #include "chart/finer_runs.h"
@@ -37,13 +38,26 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
+/// 0.03125 or 1/32; 0 of what is neither.
+template <class Number>
+Number number_from(std::string_view text) {
+  const auto read = [](std::string_view part) {
+    Number value{};
+    const auto [stop, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    return error == std::errc() && stop == part.data() + part.size() ? value : Number{};
+  };
+  const std::size_t slash = std::is_integral_v<Number> ? std::string_view::npos : text.find('/');
+  if (slash == std::string_view::npos) return read(text);
+  const Number bottom = read(text.substr(slash + 1));
+  return bottom > 0 ? read(text.substr(0, slash)) / bottom : Number{};
+}
+
 /// The first text that is no number above 0; "": all are.
 template <class Number>
 std::string read_numbers(const std::vector<std::string>& texts, std::vector<Number>& numbers) {
   for (const std::string& text : texts) {
-    Number value{};
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || stop != text.data() + text.size() || !(value > 0)) return text;
+    const Number value = number_from<Number>(text);
+    if (!(value > 0)) return text;
     numbers.push_back(value);
   }
   return "";
