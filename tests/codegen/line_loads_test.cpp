@@ -17,6 +17,7 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/layout.h"
 #include "loop/from_stencil.h"
+#include "loop/print_loop.h"
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 
@@ -128,6 +129,20 @@ TEST(LineLoads, LeaveWrittenLines) {
   const size_t vectors = count_of(body, "store <8 x");
   EXPECT_EQ(count_of(body, "= load <8 x"), 2 * vectors) << body;  // u, v
   EXPECT_EQ(count_of(body, "= shufflevector <8 x"), vectors) << body;
+}
+
+/// A coordinate across the rows is read once a row, and so is what depends on it alone: lengths on a sphere.
+TEST(LineLoads, ReadCoordinatesAcrossRowsOnce) {
+  const auto assembly_of = [](const std::string& angle, const std::string& stream) {
+    const stencil::Module module =
+        testing::parse_module("kernel k(u: field, x: field, y: field, out v: field) { v = u[0, 0]/cos(" + angle +
+                              "[0, 0]) }\nprogram p { run k; keep v }");
+    const loop::Module loops = loop::from_stencil(module, {"p"}, Precision::f64);
+    EXPECT_NE(loop::print(loops).find(stream), std::string::npos) << loop::print(loops);
+    return codegen::emit_assembly(loops, {});
+  };
+  EXPECT_EQ(assembly_of("y", "  once in y\n").find("dpde_cos_"), std::string::npos) << "of vectors";
+  EXPECT_NE(assembly_of("x", "  in u, x\n").find("dpde_cos_"), std::string::npos);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ double flops(const loop::Expr& e) {
 Cost cost_of_row(const loop::Row& row, Precision real) {
   std::set<std::string> read(row.grids.begin(), row.grids.end()), written;
   for (const loop::Stream& stream : row.streams) {
-    if (stream.mode != loop::Stream::Mode::out) read.insert(stream.field);
+    if (stream.mode != loop::Stream::Mode::out && !stream.is_even) read.insert(stream.field);
     if (stream.mode != loop::Stream::Mode::in) written.insert(stream.field);
   }
   for (const loop::Scatter& scatter : row.scatters)

@@ -117,6 +117,7 @@ struct Stream {
   std::string field;
   Offset offset{};
   enum class Mode { in, out, inout } mode = Mode::in;
+  bool is_even = false;  // the same in all cells of a row: a coordinate across it, read once
   bool operator==(const Stream&) const = default;
 };
 struct Let {

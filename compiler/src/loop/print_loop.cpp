@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <tuple>
 
 #include "support/assert.h"
 #include "support/match.h"
@@ -107,10 +108,10 @@ class ExprPrinter {
   const Row* row_;
 };
 
-std::string stream_list(const Row& row, Stream::Mode mode) {
+std::string stream_list(const Row& row, Stream::Mode mode, bool is_even) {
   std::vector<std::string> parts;
   for (const Stream& stream : row.streams) {
-    if (stream.mode == mode) parts.push_back(stream_text(stream, row.rank));
+    if (stream.mode == mode && stream.is_even == is_even) parts.push_back(stream_text(stream, row.rank));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -310,10 +311,12 @@ std::string print(const Module& module, const UniformDef& uniform) {
 std::string print(const Module& module, const Row& row) {
   const ExprPrinter printer(module, &row);
   std::string out = fmt::format("row {} {{\n", row.name);
-  const std::pair<std::string_view, Stream::Mode> modes[] = {
-      {"out", Stream::Mode::out}, {"inout", Stream::Mode::inout}, {"in", Stream::Mode::in}};
-  for (const auto& [word, mode] : modes) {
-    const std::string list = stream_list(row, mode);
+  const std::tuple<std::string_view, Stream::Mode, bool> modes[] = {{"out", Stream::Mode::out, false},
+                                                                    {"inout", Stream::Mode::inout, false},
+                                                                    {"in", Stream::Mode::in, false},
+                                                                    {"once in", Stream::Mode::in, true}};
+  for (const auto& [word, mode, is_even] : modes) {
+    const std::string list = stream_list(row, mode, is_even);
     if (!list.empty()) out += fmt::format("  {} {}\n", word, list);
   }
   if (!row.grids.empty()) out += fmt::format("  grid {}\n", fmt::join(row.grids, ", "));

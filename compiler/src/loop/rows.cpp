@@ -16,6 +16,7 @@
 #include "stencil/build.h"
 #include "stencil/decisions.h"
 #include "support/assert.h"
+#include "support/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::loop {
@@ -317,8 +318,10 @@ void add_read_streams(std::vector<Stream>& streams, const Reads& reads) {
     const std::set<Offset>& found = reads.offsets.at(field);
     std::vector<Offset> offsets(found.begin(), found.end());
     std::sort(offsets.begin(), offsets.end(), by_row);
+    const BoundName* known = find_bound_name(field);
+    const bool is_even = known != nullptr && known->axis > 0;
     for (const Offset& offset : offsets) {
-      if (!is_updated(field)) streams.push_back({field, offset, Stream::Mode::in});
+      if (!is_updated(field)) streams.push_back({field, offset, Stream::Mode::in, is_even});
     }
   }
 }

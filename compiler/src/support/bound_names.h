@@ -14,12 +14,13 @@ struct BoundName {
   std::string_view name;
   BoundNameKind kind;
   std::string_view meaning;  // for messages
+  int axis = -1;             // of a coordinate
 };
 
 inline constexpr BoundName bound_names[] = {
-    {"x", BoundNameKind::coordinate, "a coordinate"},
-    {"y", BoundNameKind::coordinate, "a coordinate"},
-    {"z", BoundNameKind::coordinate, "a coordinate"},
+    {"x", BoundNameKind::coordinate, "a coordinate", 0},
+    {"y", BoundNameKind::coordinate, "a coordinate", 1},
+    {"z", BoundNameKind::coordinate, "a coordinate", 2},
     {"hx", BoundNameKind::parameter, "the spacing along x"},
     {"hy", BoundNameKind::parameter, "the spacing along y"},
     {"hz", BoundNameKind::parameter, "the spacing along z"},

@@ -123,7 +123,9 @@ void RowEmitter::set_leaves() {
   leaves_.lets = names_.lets;
   leaves_.elementary = cpp_elementary_prefix();
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
-    leaves_.loads.push_back(fmt::format("{}[{}]", names_.streams[s], plus("i", row_.streams[s].offset[0])));
+    const loop::Stream& stream = row_.streams[s];
+    leaves_.loads.push_back(
+        fmt::format("{}[{}]", names_.streams[s], stream.is_even ? "0" : plus("i", stream.offset[0])));
   }
   leaves_.inside = [this](const loop::Inside& mask) { return mask_name(mask); };
   leaves_.interp = [this](const loop::Interp& i, const std::vector<std::string>& displacement) {

@@ -449,7 +449,10 @@ void RowEmitter::emit_body() {
   }
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
     const bool is_read = row_.streams[s].mode != loop::Stream::Mode::out;
-    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(real_, stream_pointer(s), alignment()) : nullptr);
+    if (row_.streams[s].is_even)
+      leaves_.loads.push_back(before_.CreateAlignedLoad(real_, line_pointers_.at(line_of_stream_.at(s)), alignment()));
+    else
+      leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(real_, stream_pointer(s), alignment()) : nullptr);
   }
   PlaceEmitter place(row_, place_, real_, before_, body_, index_);
   ExprEmitter emitter(body_, leaves_, real_, &place);
