@@ -131,5 +131,41 @@ TEST(ImplicitFlow, DerivativesAreCertified) {
   }
 }
 
+/// A channel with an open end, of whose wall the velocity is moved as all others are, by what is solved for too. At
+/// rest it is the flow of explicit steps, whose pressure is 8 nu (2 - x).
+std::string channel(const std::string& scheme, const std::string& cells, const std::string& time) {
+  return incompressible_flow + std::string("scheme c { ") + scheme +
+         " }\nscene s : flow with c {\n  grid x = 0 .. 2, " + cells +
+         "  nu = 0.05\n  initial u = 0\n  boundary u.x: x.low = 4*y*(1 - y), x.high = outflow, y = 0\n" +
+         "  boundary u.y: x.low = 0, x.high = outflow, y = 0\n  time " + time +
+         "\n}\ntask mean_p : s { unknown nu; minimise mean(p) }\ntask t : s { unknown nu; unknown initial u; minimise "
+         "mean(u.x^2) over time; minimise mean(p^2) }\n";
+}
+
+TEST(ImplicitFlow, LeavesThroughOpenEndsAsThatOfExplicitSteps) {
+  const auto mean_p = [](const std::string& scheme, int cells) {
+    const std::string n = std::to_string(cells);
+    return task_loss(channel(scheme, "cells " + n + "\n  grid y = 0 .. 1, cells " + n + "\n",
+                             "0 .. 20, step 1/100, until steady 1e-9"),
+                     "mean_p");
+  };
+  double error = 0;
+  for (const int cells : {8, 16}) {
+    const double known = mean_p("time = rk4", cells);
+    for (const char* scheme : {"time = backward_euler", "time = ars222; implicit = all"})
+      EXPECT_NEAR(mean_p(scheme, cells), known, 1e-7) << scheme;
+    if (error > 0) EXPECT_GT(std::log2(error / (0.4 - known)), 1.7);
+    error = 0.4 - known;
+  }
+}
+
+TEST(ImplicitFlow, LeavesThroughOpenEndsWithCertifiedDerivatives) {
+  const std::string linear = "time = ars222", all = "time = backward_euler; implicit = all";
+  for (const auto& [scheme, cells] : {std::pair{linear, "cells 5\n  grid y = 0 .. 1, cells 4\n"},
+                                      {linear, "cells 2\n  grid y = 0 .. 1, cells 1\n"},
+                                      {all, "cells 1\n  grid y = 0 .. 1, cells 2\n"}})
+    expect_certified(channel(scheme, cells, "0 .. 0.1, step 0.05"), false);
+}
+
 }  // namespace
 }  // namespace dpde::testing

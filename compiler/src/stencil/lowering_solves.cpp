@@ -7,6 +7,7 @@
 #include "stencil/build.h"
 #include "stencil/lowering.h"
 #include "stencil/passes/place_fills.h"
+#include "stencil/walls.h"
 
 namespace dpde::stencil {
 
@@ -49,14 +50,10 @@ void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary
   solve.right = solve.total;
 }
 
-/// What lies on a high wall is no unknown: its row is 1, and the rest knows what the boundary has there. What the
-/// operator reads in place of the unknown.
+/// What lies on a high wall is no unknown, but at an open end: its row is 1, and the rest knows what the boundary has
+/// there. What the operator reads in place of the unknown.
 std::string Lowering::keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const {
-  std::vector<Offset> beyond_walls;
-  for (std::size_t axis = 0; axis < problem_.axes.size(); ++axis) {
-    if (!solve.state.placement[axis] || problem_.axes[axis].topology == Topology::periodic) continue;
-    beyond_walls.emplace_back()[axis] = 1;
-  }
+  const std::vector<Offset> beyond_walls = known_on_walls(solve.state, problem_);
   if (beyond_walls.empty()) return solve.unknown;
   solve.kernel = map_kernel(solve.kernel, [&](const Expr& e) {
     return rename_fields(

@@ -5,19 +5,17 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/walls.h"
 
 namespace dpde::stencil {
 
 namespace {
 
-/// `value` but on high walls, and there the unknown.
-Expr between_walls(const model::Problem& problem, const model::Placement& placement, Expr value, const Expr& unknown) {
-  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
-    if (!placement[axis] || problem.axes[axis].topology == Topology::periodic) continue;
-    Offset next{};
-    next[axis] = 1;
+/// `value` but on high walls that know it, and there the unknown.
+Expr between_walls(const model::Problem& problem, const std::string& state, Expr value, const Expr& unknown) {
+  const model::State* known = problem.find_state(state);
+  for (const Offset& next : known == nullptr ? std::vector<Offset>{} : known_on_walls(*known, problem))
     value = select(inside(next, 0), value, unknown);
-  }
   return value;
 }
 
@@ -52,8 +50,8 @@ std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
     Expr value = unknown;
     for (const auto& [factor, part] : equation.parts) value = value - scaled(factor, at_point(part, placement));
     solve.images.push_back(lowering.fresh_field(equation.state + "_left"));
-    left.stores.push_back(
-        {solve.images.back(), false, between_walls(lowering.problem(), placement, value, unknown), equation.origin});
+    left.stores.push_back({solve.images.back(), false,
+                           between_walls(lowering.problem(), equation.state, value, unknown), equation.origin});
   }
   std::vector<Stage> stages{{std::move(trial), time, {}}, Lowering::stage(std::move(left), at_point, time)};
   const auto block = std::make_shared<const StageBlock>(StageBlock{.end = time, .solve = std::move(solve)});

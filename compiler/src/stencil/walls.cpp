@@ -64,6 +64,15 @@ bool is_derived_on_wall(const model::State& state, const model::Problem& problem
   return false;
 }
 
+std::vector<Offset> known_on_walls(const model::State& state, const model::Problem& problem) {
+  std::vector<Offset> next;
+  for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
+    if (is_on_walls(state, problem, axis) && !condition_of(state.boundary[axis].high.kind).keeps_wall())
+      next.emplace_back()[axis] = 1;
+  }
+  return next;
+}
+
 bool Walls::varies(const model::Expr& value) const {
   return model::any_part(value, [&](const model::Expr& part) {
     const auto* param = std::get_if<model::Param>(&part->kind);

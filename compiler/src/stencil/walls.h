@@ -23,6 +23,10 @@ Expr with_wall_value(const model::State& state, const model::Problem& problem, c
 /// set them.
 bool is_derived_on_wall(const model::State& state, const model::Problem& problem);
 
+/// One offset an axis along which values of the state on the high wall are stored and known by its boundary: from them
+/// it leads out. An open end moves its own.
+std::vector<Offset> known_on_walls(const model::State& state, const model::Problem& problem);
+
 class Walls {
  public:
   /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at
