@@ -87,6 +87,7 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
       apply();
       images_.read(fields, made);
     };
+    is_made_ = false;  // should it throw, nothing else is
     is_made_ = matrix_->make(std::ref(image));
     if (!is_made_) fail("the operator is singular or not finite; take a shorter step, or other first values");
   }

@@ -20,10 +20,31 @@ double Engine::loss() {
   return rollout.loss();
 }
 
+namespace {
+
+/// The x of least |A x - b| has dx = A^+ (db - dA x) + A^+ A^+^T dA^T (b - A x) (G. H. Golub and V. Pereyra, SIAM J.
+/// Numer. Anal. 10 (1973), 413). Adjoints of solves have the first part: all of it where A reaches b, and where A is
+/// symmetric and constants are what it takes to 0.
+void refuse_least_squares(const Rollout& rollout) {
+  for (const SolveNote& note : rollout.solve_notes()) {
+    if (note.of_least_squares == 0) continue;
+    NoSolution error(
+        fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out of "
+                    "its reach: what is solved in the sense of least squares has no gradient; take what cannot be "
+                    "reached off the right side, or give {} a value at a wall",
+                    note.unknown, note.of_least_squares, note.unknown));
+    error.set_solve_for(note.unknown);
+    throw error;
+  }
+}
+
+}  // namespace
+
 double Engine::gradient(std::span<double> to) {
   Rollout& rollout = objective();
   begin(rollout);
   last_gradient_ = &rollout.gradient();
+  refuse_least_squares(rollout);
   was_stopped_ = last_gradient_->stopped;
   if (was_stopped_) return std::numeric_limits<double>::quiet_NaN();
   copy_bars(rollout, false, to);
@@ -270,6 +291,7 @@ void Engine::product(Values direction, std::span<double> to, Curvature curvature
   set_direction(rollout, direction);
   begin_tangent(rollout);
   was_stopped_ = rollout.gradient().stopped;
+  refuse_least_squares(rollout);
   if (was_stopped_) {
     std::ranges::fill(to, std::numeric_limits<double>::quiet_NaN());
     return;

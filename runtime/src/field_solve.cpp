@@ -97,8 +97,12 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
               .rounding = rounding};
   if (fits(options_.method)) return;
   if (matrix_.size() <= few_cells) {
+    const std::string asked_for(name_of(options_.method));
     options_.method = SolverMethod::automatic;
-    if (fits(options_.method)) return;
+    if (fits(options_.method)) {
+      reason_ += fmt::format("; {} does not fit", asked_for);
+      return;
+    }
   }
   throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
 }
@@ -218,6 +222,9 @@ void FieldSolve::note(const SolveReport& report) {
     note_->tolerance = report.bound;
   }
   note_->incompatible = std::max(note_->incompatible, report.incompatible);
+  const double by_rounding = rounding_of(layout_) > 1e-12 ? 1e-3 : 1e-6;
+  if (report.is_least_squares && report.incompatible > by_rounding)
+    note_->of_least_squares = std::max(note_->of_least_squares, report.incompatible);
   if (!report.converged && solve_.warns != 0) ++note_->missed;
 }
 

@@ -172,7 +172,8 @@ struct Rollout::Impl {
   std::optional<Steady> run_to_steady();
   Steady find_steady_rates();
   bool run_steady_gradient();
-  SteadyAdjoint solve_adjoint(const StateBuffer& state);
+  std::vector<double> unrest_of(const StateBuffer& state);
+  SteadyAdjoint solve_adjoint(const StateBuffer& state, std::span<const double> unrest);
   void solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
                          SteadyAdjoint& report) const;
   int last_step() const { return std::max(setup.steps - 1, 0); }

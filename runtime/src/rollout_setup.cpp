@@ -334,7 +334,14 @@ Rollout::~Rollout() = default;
 Rollout::Rollout(Rollout&&) noexcept = default;
 Rollout& Rollout::operator=(Rollout&&) noexcept = default;
 
-const std::deque<SolveNote>& Rollout::solve_notes() const { return impl_->forward->program.executor.solve_notes(); }
+std::deque<SolveNote> Rollout::solve_notes() const {
+  std::deque<SolveNote> notes = impl_->forward->program.executor.solve_notes();
+  for (BoundTerm& term : impl_->terms) {
+    const std::deque<SolveNote>& of_loss = term.loss.program.executor.solve_notes();
+    notes.insert(notes.end(), of_loss.begin(), of_loss.end());
+  }
+  return notes;
+}
 const std::deque<SolveNote>& Rollout::adjoint_solve_notes() const {
   static const std::deque<SolveNote> none;
   return impl_->backward ? impl_->backward->program.executor.solve_notes() : none;

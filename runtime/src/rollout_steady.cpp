@@ -112,8 +112,24 @@ void Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<cons
                   report.products, report.residual, report.bound));
 }
 
-/// bars[bar] becomes lambda.
-SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state) {
+/// S(x) - x, all states one behind the other.
+std::vector<double> Rollout::Impl::unrest_of(const StateBuffer& state) {
+  const auto cells = static_cast<size_t>(cell_count(setup.layout));
+  const StateBuffer& next = buffers[static_cast<size_t>(free_buffer(current, current))];
+  step(last_step(), state, next);
+  std::vector<double> unrest(state.size() * cells), before(cells);
+  for (size_t s = 0; s < state.size(); ++s) {
+    const std::span<double> own = std::span(unrest).subspan(s * cells, cells);
+    copy_out(setup.layout, next[s], own);
+    copy_out(setup.layout, state[s], std::span(before));
+    for (size_t i = 0; i < cells; ++i) own[i] -= before[i];
+  }
+  return unrest;
+}
+
+/// bars[bar] becomes lambda. To first order the state comes to rest at x + (I - S_x)^-1*(S(x) - x), where the loss is
+/// larger by lambda*(S(x) - x).
+SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<const double> unrest) {
   const auto cells = static_cast<size_t>(cell_count(setup.layout)), size = state.size() * cells;
   const auto write = [&](std::span<const double> v) {
     for (size_t s = 0; s < state.size(); ++s) copy_in(setup.layout, bars[bar][s], v.subspan(s * cells, cells));
@@ -133,6 +149,7 @@ SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state) {
   };
   solve_fixed_point(step_back, x_bar, lambda, report);
   adds_bars = true;
+  for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
   write(lambda);
   return report;
 }
@@ -177,10 +194,11 @@ bool Rollout::Impl::run_steady_gradient() {
   if (!steady) loss_value = std::numeric_limits<double>::quiet_NaN();
   if (!steady || stopping()) return !stopping();
   const StateBuffer& state = buffers[static_cast<size_t>(current)];
+  const std::vector<double> unrest = unrest_of(state);
   add_losses(events_at(setup.steps), steady->step, state);
   forward_done();
   seed_end(state, steady->step);
-  result.steady = solve_adjoint(state);
+  result.steady = solve_adjoint(state, unrest);
   result.steady->state = *steady;
   if (stopping()) return false;
   reverse_step(last_step(), state);

@@ -113,5 +113,90 @@ TEST_F(SolveTrouble, TransposedSolvesThatMissAreTold) {
   EXPECT_NE(gradient.err.find("the adjoint of psi"), std::string::npos) << gradient.err;
 }
 
+/// Between slopes lap(psi) - b*dx(psi) takes constants to 0 and is not symmetric: what it does not reach depends on b,
+/// and the derivative of least squares has a term more. Where it is symmetric, or reaches the right side, there is
+/// none.
+TEST_F(SolveTrouble, LeastSquaresHaveNoGradient) {
+  const auto text = [](const std::string& b, const std::string& u) {
+    return "model m { field u; param b\n  solve lap(psi) - b*dx(psi) = u for psi\n  dt(u) = psi }\nscene s : m {\n"
+           "  grid x = 0 .. 1, cells 12\n  b = " +
+           b + "\n  initial u = " + u +
+           "\n  boundary u: x = zero_gradient\n"
+           "  boundary psi: x = zero_gradient\n  observe size = mean(psi^2)\n  time 0 .. 0.1, step 0.05\n}\n"
+           "task t : s { unknown initial u; minimise mean(psi^2) }\n";
+  };
+  write("s.dpde", text("3", "x"));
+  EXPECT_EQ(dpde("run s.dpde s --json").codes(), std::vector<std::string>{"W0810"});
+  for (const char* command : {"gradient s.dpde t --json --no-certify", "optimize s.dpde t --json --no-certify"}) {
+    const Outcome refused = dpde(command);
+    EXPECT_NE(refused.status, 0);
+    EXPECT_NE(refused.err.find("least squares"), std::string::npos) << refused.err;
+  }
+  write("s.dpde", text("0", "x"));
+  EXPECT_EQ(dpde("gradient s.dpde t --no-certify").status, 0);
+  std::string of_loss = text("3", "x");  // solved for in the loss alone
+  of_loss.replace(of_loss.find("dt(u) = psi"), 11, "dt(u) = 0");
+  write("s.dpde", of_loss);
+  EXPECT_NE(dpde("gradient s.dpde t --no-certify").err.find("least squares"), std::string::npos);
+}
+
+/// A system that is singular on the few cells of a check, by a conductivity of two signs, and not on the scene's.
+TEST_F(SolveTrouble, OfAFewCellsIsNotTheScenes) {
+  write("s.dpde",
+        "model m { field u; coefficient k; solve div(k*grad(psi)) = u for psi; dt(u) = psi - u }\nscene s : m {\n"
+        "  grid x = 0 .. 1, cells 16\n  k = x - 0.5\n  initial u = 1\n  boundary psi: all = 0\n"
+        "  boundary u: all = zero_gradient\n  observe size = mean(psi^2)\n  time 0 .. 0.1, step 0.1\n}\n");
+  const Outcome run = dpde("run s.dpde s --json --force"),
+                other = dpde("run s.dpde s --json --force --set solve=bicgstab");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NEAR(run.json()["observables"]["size"].get<double>(), other.json()["observables"]["size"].get<double>(), 1e-9);
+}
+
+/// What `run` warns of, gradients and searches do too.
+TEST_F(SolveTrouble, GradientsWarnOfMissedConstraintsAndBackFlow) {
+  const auto text = [](const std::string& sides) {
+    return "model m { vector u on faces; field p; param nu; dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n"
+           "  0 = div(u) gives p }\nscene s : m {\n  grid x = 0 .. 2, cells 16\n  grid y = 0 .. 1, cells 8\n  nu = "
+           "0.05\n"
+           "  initial u = 0\n" +
+           sides +
+           "  time 0 .. 1, step 0.01\n}\n"
+           "task t : s { unknown nu in 0.05 .. 0.0501; minimise mean(u.x^2); using lbfgs, iterations 1 }\n";
+  };
+  write("miss.dpde",
+        text("  boundary u.x: x.low = 4*y*(1 - y), x.high = 3*y*(1 - y), y = 0\n  boundary u.y: x = 0, y = 0\n"));
+  write("back.dpde", text("  boundary u.x: x.low = 4*y*(1 - y), x.high = outflow, y.low = 0, y.high = outflow\n"
+                          "  boundary u.y: x.low = 0, x.high = outflow, y.low = 0, y.high = outflow\n"));
+  for (const auto& [file, code] : {std::pair{"miss", "W0807"}, {"back", "W0813"}}) {
+    for (const std::string command : {"run", "gradient", "optimize"}) {
+      const std::vector<std::string> codes = dpde(command + " " + file + ".dpde --json").codes();
+      EXPECT_NE(std::ranges::find(codes, code), codes.end()) << command << " " << file;
+    }
+  }
+}
+
+/// A state that is far from rest has the gradient of one at rest: by how much the loss would change tells.
+TEST_F(SolveTrouble, RunsUntilSteadyThatStopEarlyAreTold) {
+  const auto loss_at = [&](const std::string& steady, std::vector<std::string>* codes, double* unrest) {
+    write("s.dpde",
+          "model m { field u; param k; dt(u) = k*lap(u) - 2*u^3 + 1 }\nscene s : m {\n  grid x = 0 .. 1, cells 12\n"
+          "  k = 0.1\n  initial u = 0\n  boundary u: x = 0\n  time 0 .. 100, step 0.01, until steady " +
+              steady + "\n}\ntask t : s { unknown k; minimise mean(u^2) }\n");
+    const Outcome run = dpde("gradient s.dpde t --json --no-certify");
+    *codes = run.codes();
+    *unrest = run.json()["steady"]["unrest"].get<double>();
+    return run.json()["loss"].get<double>();
+  };
+  std::vector<std::string> codes;
+  double unrest = 0;
+  const double at_rest = loss_at("1e-10", &codes, &unrest);
+  EXPECT_TRUE(codes.empty());
+  EXPECT_LT(unrest, 1e-8);
+  const double early = loss_at("0.01", &codes, &unrest);
+  EXPECT_EQ(codes, std::vector<std::string>{"W0814"});
+  EXPECT_NEAR(unrest, std::abs(at_rest - early) / early, 0.1 * unrest);
+  EXPECT_NE(dpde("verify s.dpde t").err.find("W0814"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -59,8 +59,9 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   json[part.name] = std::move(entry);
 }
 
-void report_steady(Job& job, const SteadyAdjoint& adjoint, Json& result) {
+void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, double loss, Json& result) {
   const Steady& state = adjoint.state;
+  const double unrest = std::abs(adjoint.unsteady) / std::abs(loss);
   job.say(
       fmt::format("steady at t = {:.6g} (step {}); its adjoint after {} products with that of a step: {:.2g} of "
                   "the right side is left, at most {:.2g}\n",
@@ -71,7 +72,9 @@ void report_steady(Job& job, const SteadyAdjoint& adjoint, Json& result) {
                       {"products", adjoint.products},
                       {"residual", json_number(adjoint.residual)},
                       {"tolerance", adjoint.bound},
+                      {"unrest", json_number(unrest)},
                       {"bytes", adjoint.bytes}};
+  warn_of_unrest(job, run.session->problem(), unrest);
 }
 
 /// There and back.
@@ -125,7 +128,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
-  warn_of_growth(job, run, inverse.start());
+  warn_of_run(job, run, inverse.start());
   result["growth"] = report_growth(job, run, looks, inverse.start(), gradient);
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
@@ -134,7 +137,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       "loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
-  if (last.steady) report_steady(job, *last.steady, result);
+  if (last.steady) report_steady(job, run, *last.steady, loss, result);
   report_solves(job, run, solves, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);

@@ -112,6 +112,8 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
+      if (is_finite && run.inverse->last().steady)
+        warn_of_unrest(job, run.session->problem(), std::abs(run.inverse->last().steady->unsteady / loss));
       if (is_finite) outcome.growth = report_growth(job, run, looks, x, gradient);
       if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(run, looks);
     }
@@ -234,7 +236,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
       tests[name] = json_number(value);
       job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
     }
-    warn_of_growth(job, run, result.x);
+    warn_of_run(job, run, result.x);
   }
   json["test"] = std::move(tests);
   write_optimised(job, run, result);

@@ -11,6 +11,7 @@
 #include "data_set.h"
 #include "driver/back_flow.h"
 #include "driver/blow_up.h"
+#include "driver/missed_constraints.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "preparing.h"
@@ -51,7 +52,6 @@ class Run {
   Observer observer(Progress& progress);
   bool step();
   void report(Json& result);
-  double rounding_of_constraints() const;
   void report_constraints(Json& result);
   void report_solves(Json& result);
   void report_errors(Json& result);
@@ -266,16 +266,13 @@ void Run::report_errors(Json& result) {
   result["error"] = std::move(errors);
 }
 
-/// Of the terms of a constraint: solves end at 1e-10 of their right sides.
-double Run::rounding_of_constraints() const { return session_->problem().scheme.real == Precision::f32 ? 1e-3 : 1e-6; }
-
 /// The first step makes constraints true that the initial state misses.
 void Run::look_at_start() {
   session_->engine().update_formulas();
   std::vector<void*> states;
   for (int s = 0; s < session_->rollout().state_count(); ++s) states.push_back(session_->rollout().initial(s).base());
   for (const driver::Session::Miss& miss : session_->misses(session_->problem().t_begin, states)) {
-    if (!(miss.value > rounding_of_constraints() * miss.terms)) continue;
+    if (!(miss.value > driver::rounding_of_constraints(*session_) * miss.terms)) continue;
     misses_at_start_[miss.multiplier] = json_number(miss.value);
     const bool has_file =
         std::ranges::any_of(session_->problem().states, [](const model::State& s) { return !s.initial.file.empty(); });
@@ -287,20 +284,12 @@ void Run::look_at_start() {
   }
 }
 
-/// Walls that let in more than they let out leave a mean that no pressure takes away.
 void Run::report_constraints(Json& result) {
-  const double rounding = rounding_of_constraints();
   const double time = session_->time_of(outcome_.steps_done);
+  const auto found = session_->misses(time, session_->rollout().final_states());
   Json misses = Json::object();
-  for (const driver::Session::Miss& miss : session_->misses(time, session_->rollout().final_states())) {
-    misses[miss.multiplier] = json_number(miss.value);
-    if (!(miss.value > rounding * miss.terms) || outcome_.steps_done == 0 || outcome_.blow_up) continue;
-    job_.sink().report(
-        "constraint-missed", miss.origin.range,
-        {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
-        "what flows into a room between walls and masks has to flow out of it: = outflow lets it out; a wall "
-        "with inflow is no part of a mask; events that change the fields come behind the constraint");
-  }
+  for (const driver::Session::Miss& miss : found) misses[miss.multiplier] = json_number(miss.value);
+  if (outcome_.steps_done > 0 && !outcome_.blow_up) driver::report_missed_constraints(*session_, found, job_.sink());
   if (!misses.empty()) result["constraints"] = std::move(misses);
   if (!misses_at_start_.empty()) result["constraints_at_start"] = misses_at_start_;
 }

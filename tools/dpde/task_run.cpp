@@ -7,8 +7,10 @@
 #include <CLI/CLI.hpp>
 
 #include "analysis/instability.h"
+#include "driver/back_flow.h"
 #include "driver/blow_up.h"
 #include "driver/memory_plan.h"
+#include "driver/missed_constraints.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
@@ -138,11 +140,26 @@ std::string certificate_text(const TaskRun& run) {
   return text + "\n";
 }
 
-void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
+void warn_of_unrest(Job& job, const model::Problem& problem, double unrest) {
+  constexpr double told = 1e-4;
+  if (unrest > told)
+    job.sink().report(
+        "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", unrest)},
+        fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * told / unrest));
+}
+
+void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
+  constexpr int looks = 64;
+  driver::Session& session = *run.session;
   run.inverse->assign(x);
-  const RunResult done = run.session->rollout().run();
-  if (!done.stopped && !done.blow_up)
-    driver::report_instabilities(*run.session, job.sink(), stability::advice_on_blow_up);
+  driver::BackFlowWatch back_flow(session);
+  const auto look = [&](const Snapshot& snapshot) { back_flow.look(snapshot.t, snapshot.states); };
+  const RunResult done = session.rollout().run({std::max(1, session.steps() / looks), look});
+  if (done.stopped || done.blow_up) return;
+  driver::report_instabilities(session, job.sink(), stability::advice_on_blow_up);
+  back_flow.report(job.sink());
+  const double end = session.time_of(done.steps_done);
+  driver::report_missed_constraints(session, session.misses(end, session.rollout().final_states()), job.sink());
 }
 
 std::string help_at_start(const TaskRun& run, bool has_loss) {

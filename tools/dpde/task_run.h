@@ -42,8 +42,12 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 Json certificate_json(const TaskRun& run);
 /// The same as text; "" where there is none.
 std::string certificate_text(const TaskRun& run);
-/// A warning of each state that the run with these unknowns lets grow as an unstable step does.
-void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x);
+/// A warning where a run until steady ends too far from rest for its gradient; `unrest`: see SteadyAdjoint, over the
+/// loss.
+void warn_of_unrest(Job& job, const model::Problem& problem, double unrest);
+/// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open
+/// ends, constraints that are missed at the end.
+void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);
 
 /// What may help where the loss or its gradient is not finite where the task begins. The session's run is another one
 /// afterwards.

@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "preparing.h"
 #include "stability/verdict.h"
+#include "task_run.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -209,6 +210,7 @@ Json verify(Job& job) {
   const std::string target = target_of(*shared, *options);
   show(job, target, *certificate);
   result = to_json(*certificate);
+  if (shared->problem) warn_of_unrest(job, *shared->problem, certificate->unrest);
   report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
   if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
   return result;

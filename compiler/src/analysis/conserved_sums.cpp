@@ -147,16 +147,17 @@ std::optional<Candidates> sums_of_run(driver::Session& session, const Start& sta
     fields.push_back(rollout.initial(s).base());
   }
   Candidates sums(session);
-  sums.look(start.t, states, fields);
   try {
+    sums.look(start.t, states, fields);
     const RunResult done = rollout.run();
     if (done.blow_up || done.stopped) return std::nullopt;
-  } catch (const NoSolution&) {  // for values that are made up
+    for (std::size_t s = 0; s < states.size(); ++s)
+      copy_out(session.workspace().layout(), rollout.final_states()[s], states[s]);
+    sums.look(start.t + count * step, states, rollout.final_states());
+  } catch (const Error& error) {  // a solve finds nothing for values that are made up, or on these few cells
+    if (error.kind() != ErrorKind::run) throw;
     return std::nullopt;
   }
-  for (std::size_t s = 0; s < states.size(); ++s)
-    copy_out(session.workspace().layout(), rollout.final_states()[s], states[s]);
-  sums.look(start.t + count * step, states, rollout.final_states());
   return sums;
 }
 

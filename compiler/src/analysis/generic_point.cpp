@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/generic_point.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dpde::analysis {
@@ -8,6 +9,18 @@ namespace dpde::analysis {
 namespace {
 
 double largest(const Eigen::VectorXd& values) { return values.size() == 0 ? 0 : values.cwiseAbs().maxCoeff(); }
+
+/// What is of one sign everywhere, as a depth or a conductivity, stays so: with the other an operator may be singular.
+double moved(double value, double by, double sign) {
+  if (sign == 0) return value + by;
+  return value == 0 ? sign * std::abs(by) : value * std::exp(std::clamp(by / value, -0.5, 0.5));
+}
+
+/// Of all that are not 0; 0 where they differ.
+double sign_of(const Eigen::VectorXd& values) {
+  if ((values.array() >= 0).all()) return 1;
+  return (values.array() <= 0).all() ? -1 : 0;
+}
 
 }  // namespace
 
@@ -23,10 +36,11 @@ Point generic_point(driver::Session& session, const driver::Inverse& inverse, st
     }
     const double magnitude = largest(x);
     const double scale_of_all = magnitude > 0 ? magnitude : 1;
+    const double sign = part.is_field() && magnitude > 0 ? sign_of(x) : 0;
     for (Eigen::Index i = 0; i < part.size; ++i) {
       // Of a network each weight by its own: a last layer that begins small keeps the run stable.
       const double scale = part.is_network() ? std::abs(x[i]) + 1e-3 * scale_of_all : scale_of_all;
-      x[i] += 0.02 * scale * normal(random);
+      x[i] = moved(x[i], 0.02 * scale * normal(random), sign);
       d[i] = scale * normal(random);
     }
     // Of the parameters of a scene without a task, those without a derivative (of boundary values) stay as they are.
@@ -35,6 +49,7 @@ Point generic_point(driver::Session& session, const driver::Inverse& inverse, st
         !session.compiled().options.certify || session.compiled().activity.params.contains(part.name);
     if (!part.is_field() && !is_sought) d.setZero();
   }
+  inverse.bounds().project(point.x);
   return point;
 }
 

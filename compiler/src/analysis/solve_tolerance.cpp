@@ -24,8 +24,8 @@ std::optional<Found> gradient_of(const SourceFile& source, const std::shared_ptr
   if (!inverse) return std::nullopt;
   Found found{Eigen::VectorXd(inverse->size())};
   inverse->value_and_gradient(inverse->start(), found.gradient);
-  for (const auto* notes : {&session->rollout().solve_notes(), &session->rollout().adjoint_solve_notes()}) {
-    for (const SolveNote& note : *notes) {
+  for (const auto& notes : {session->rollout().solve_notes(), session->rollout().adjoint_solve_notes()}) {
+    for (const SolveNote& note : notes) {
       found.solves = found.solves || note.solves > 0;
       found.is_by_steps = found.is_by_steps || (note.most_iterations > 0 && note.method != "newton");
     }

@@ -306,6 +306,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
     image.noalias() = rows.transpose() * vector_of(std::span<const double>(residual));
   const double of_left = largest_row * left;
   if (direct && direct->is_dense()) {  // least squares: all that is left is out of reach
+    report.is_least_squares = true;
     report.incompatible = report.residual;
     report.residual = size == 0 || left <= 1e-6 * size ? 0 : image.norm() / (largest_row * size);
   }

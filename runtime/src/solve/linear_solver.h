@@ -32,8 +32,9 @@ struct SolveReport {
   double bound = 0;         // to which it had to come
   double incompatible = 0;  // the part that it does not reach, over |b|
   bool converged = true;
-  bool is_indefinite = false;  // found by cg: it went on for no more
-  bool is_singular = false;    // what is left of b is out of reach
+  bool is_indefinite = false;     // found by cg: it went on for no more
+  bool is_singular = false;       // what is left of b is out of reach
+  bool is_least_squares = false;  // by the inverse of all of a singular A that is not symmetric
 };
 
 class LinearSolver {

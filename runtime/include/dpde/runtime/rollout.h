@@ -221,6 +221,7 @@ struct SteadyAdjoint {
   double residual = 0;  // |x_bar - (I - S_x^T)*lambda|/|x_bar|
   double bound = 0;     // to which it came: the tolerance, or rounding
   int64_t bytes = 0;    // of the vectors of the solve
+  double unsteady = 0;  // by how much the loss would change to where the state comes to rest, to first order
 };
 
 struct GradientResult {
@@ -280,8 +281,8 @@ class Rollout {
   /// The caller sets the interior; run(), loss() and gradient() fill the halo and leave the rest alone.
   Field& initial(int state);
 
-  /// What the solves of the steps have met, and those of their adjoints.
-  const std::deque<SolveNote>& solve_notes() const;
+  /// What the solves of the steps and of the losses have met, and those of the steps' adjoints.
+  std::deque<SolveNote> solve_notes() const;
   const std::deque<SolveNote>& adjoint_solve_notes() const;
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.

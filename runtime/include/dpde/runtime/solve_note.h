@@ -15,6 +15,7 @@ struct SolveNote {
   double residual = 0;                 // the largest |A*x - b|/|b|
   double tolerance = 0;                // to which the solver of that one had to come
   double incompatible = 0;             // the largest part of b that no x reaches, over |b|
+  double of_least_squares = 0;         // that of solutions whose derivative is not known, more than rounding
   int64_t missed = 0;                  // solves that did not come to the tolerance and were to be a warning
 };
 
