@@ -16,13 +16,14 @@ void report_missed_constraints(const Session& session, const std::vector<Session
   for (const Session::Miss& miss : misses) {
     if (!(miss.value > rounding * miss.terms)) continue;
     const bool is_of_tolerance = tolerance > rounding && miss.value < 100 * tolerance * miss.terms;
-    sink.report("constraint-missed", miss.origin.range,
-                {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
-                is_of_tolerance
-                    ? fmt::format("solves to {:g} of their right sides leave as much: take a smaller tolerance", tolerance)
-                    : std::string("what flows into a room between walls and masks has to flow out of it: = outflow lets "
-                                  "it out; a wall with inflow is no part of a mask; events that change the fields come "
-                                  "behind the constraint"));
+    sink.report(
+        "constraint-missed", miss.origin.range,
+        {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
+        is_of_tolerance
+            ? fmt::format("solves to {:g} of their right sides leave as much: take a smaller tolerance", tolerance)
+            : std::string("what flows into a room between walls and masks has to flow out of it: = outflow lets "
+                          "it out; a wall with inflow is no part of a mask; events that change the fields come "
+                          "behind the constraint"));
   }
 }
 
