@@ -100,7 +100,7 @@ TEST(Growing, ProgramsOfSecondOrderHaveALimitForShortStepsToo) {
 TEST(Growing, OfOneFieldExcusesNothingInAnother) {
   const auto scene = [](const std::string& speed, int cells, const std::string& sides) {
     return open_scene(
-        fmt::format("model m {{ field u, a; coefficient c; dt(u) = -c*dx(u); dt(a) = 50*a + 0.01*lap(a) }}"
+        fmt::format("model m {{ field u, a; coefficient c; dt(u) = -c*dx(u); dt(a) = 50*a + 0.001*lap(a) }}"
                     "\nscheme e {{ time = euler }}\nscene s : m with e {{\n  grid x = 0 .. 1, cells {}{}\n"
                     "  c = {}\n  initial u = sin(2*pi*x)\n  initial a = cos(2*pi*x)\n"
                     "  time 0 .. 2, step 1/250\n}}\n",
@@ -122,6 +122,60 @@ TEST(Growing, OfOneFieldExcusesNothingInAnother) {
   const Trial trial = try_step(*session, 0.004, {.steps = 500, .group = {"u"}}).value();
   EXPECT_FALSE(trial.is_stable);
   EXPECT_NEAR(std::log(trial.growth), std::log(verdict_of(*session).growth), 0.05 * std::log(trial.growth));
+}
+
+/// Euler's method and a damped oscillation: |1 + (-c/2 + i w) dt|^2 = 1 - c dt + w^2 dt^2, up to dt = c/w^2 = 0.008.
+/// Heat beside it has another limit, 1/96 on 8 cells, and above both grows faster.
+TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {
+  for (const char* step : {"0.004", "0.0104", "0.0112", "0.02"}) {
+    const Verdict verdict = verdict_of(*open_scene(
+        fmt::format("model m {{ field u, v, a; dt(u) = v; dt(v) = -1.5625*u - 0.0125*v; dt(a) = 0.75*lap(a) }}"
+                    "\nscheme e {{ time = euler }}\nscene s : m with e {{\n  grid x = 0 .. 1, cells 8, "
+                    "periodic\n  initial u = 1\n  initial v = 0\n  initial a = sin(2*pi*x)\n"
+                    "  time 0 .. 1000*{0}, step {0}\n}}\n",
+                    step)));
+    EXPECT_NEAR(verdict.limit.step, 0.008, 1e-5) << step;
+    EXPECT_EQ(verdict.group, (StateGroup{"u", "v"}));
+    const double a = std::max(0.0, std::log(std::abs(1 - 0.75 * 4 * 64 * std::stod(step)))),
+                 w = 1.5625 * std::stod(step);
+    const double of_u = 0.5 * std::log(1 + (w - 0.0125) * std::stod(step));
+    const double grown = 1000 * std::max({a, of_u, 0.0});
+    EXPECT_NEAR(std::max(verdict.end_growth, 0.0), grown, 1e-3 * grown + 1e-9) << step;
+  }
+}
+
+/// An event behind the last step ties no fields of the steps.
+TEST(Growing, RareEventsTieNoFields) {
+  const Verdict verdict = verdict_of(*open_scene(
+      "model m { field u, a; dt(u) = -dx(u); dt(a) = 50*a }\nscheme e { time = euler }\nscene s : m with e {\n"
+      "  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n  initial a = 1\n  time 0 .. 2, step 1/250\n"
+      "  at t = 2: u = u + 1e-30*a, a = a + 1e-30*u\n}\n"));
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
+}
+
+/// By Fourier series, where the mean grows by exp(t) and waves of number k have the rates z of
+/// (z - 1 + d)*(z + d) = k^2, d = 0.02 k^2: those that decay may not grow by AB2, g^2 = g + (3 g - 1)*z*dt/2.
+TEST(Growing, DecayingWavesHaveNoShareInItWhateverTheMemory) {
+  const auto limit =
+      verdict_of(*open_scene("model m { field u, v; dt(u) = u + 0.02*lap(u) - dx(v); dt(v) = 0.02*lap(v) - dx(u) }\n"
+                             "scheme a { time = ab2; dx = spectral; lap = spectral }\nscene s : m with a {\n"
+                             "  grid x = 0 .. 2*pi, cells 32, periodic\n  initial u = 0\n  initial v = 0\n"
+                             "  time 0 .. 10, step 0.05\n}\n"))
+          .limit;
+  ASSERT_EQ(limit.kind, StepLimit::Kind::limit);
+  const auto excess = [](double dt) {
+    double worst = -1;
+    for (int k = 0; k <= 16; ++k) {
+      const std::complex<double> half = std::sqrt(std::complex<double>(0.25 - (k < 16 ? k * k : 0)));
+      for (const std::complex<double> z : {0.5 - 0.02 * k * k + half, 0.5 - 0.02 * k * k - half}) {
+        const std::complex<double> p = 1.0 + 1.5 * z * dt, root_of = std::sqrt(p * p - 2.0 * z * dt);
+        const double g = std::log(std::max(std::abs(p + root_of), std::abs(p - root_of)) / 2);
+        worst = std::max(worst, g - (z.real() < -0.1 ? 0 : 2 * dt));
+      }
+    }
+    return worst;
+  };
+  EXPECT_NEAR(limit.step, root(excess, 0.01, 0.2), 1e-3 * limit.step);
 }
 
 /// What flows from u to a alone leaves them apart; there and back they are one.

@@ -80,7 +80,7 @@ std::string report_waves(const driver::Session& session, const stability::Verdic
       "waves: cells a wavelength, growth in a step by the scheme and exactly, in a unit of time by the "
       "scheme, phase speed over the exact one\n";
   if (!verdict.is_analysed()) return "waves: not analysed, " + verdict.why + "\n";
-  for (const stability::Wave& wave : stability::waves_of(session, verdict.worst, verdict.step)) {
+  for (const stability::Wave& wave : stability::waves_of(session, verdict.worst, verdict.step, verdict.group)) {
     const std::string& axis = session.axes()[static_cast<std::size_t>(wave.axis)].name;
     const double in_time = std::pow(wave.growth, 1 / verdict.step);
     rows.push_back({{"axis", axis},

@@ -44,9 +44,10 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   if (limit.kind == StepLimit::Kind::never) result["max_step"] = 0;
   if (verdict.courant) result["max_courant"] = *verdict.courant;
   if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls && !verdict.is_of_means && !verdict.is_of_networks) {
+    const stability::Angles& first = limit.kind == StepLimit::Kind::limit ? limit.wave : verdict.wave;
     result["mode"] = Json::array();  // wave numbers, radians per unit of length
     for (std::size_t a = 0; a < problem.axes.size(); ++a)
-      result["mode"].push_back(verdict.wave[a] / problem.axes[a].spacing());
+      result["mode"].push_back(first[a] / problem.axes[a].spacing());
   }
   result["exact"] = verdict.is_exact;
   result["step"] = verdict.step;
@@ -81,7 +82,9 @@ std::string growth_text(const stability::Verdict& verdict) {
 std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
-  const std::string wave = stability::wave_text(verdict, problem);
+  stability::Verdict first = verdict;
+  if (verdict.limit.kind == StepLimit::Kind::limit) first.wave = verdict.limit.wave;
+  const std::string wave = stability::wave_text(first, problem);
   std::string text = "stability: ";
   switch (verdict.limit.kind) {
     case StepLimit::Kind::none:
@@ -116,9 +119,10 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)
     text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
+  const std::size_t states = verdict.group.empty() ? problem.states.size() : verdict.group.size();
   if (verdict.places_between_walls > 0)
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
-                        fmt::join(stability::cells_between_walls(problem.axes, problem.states.size()), " x "),
+                        fmt::join(stability::cells_between_walls(problem.axes, states), " x "),
                         verdict.places_between_walls, verdict.places);
   if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",

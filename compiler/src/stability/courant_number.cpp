@@ -38,11 +38,12 @@ double value_at(const model::Expr& e, const FrozenPoint& point) {
 
 }  // namespace
 
-std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step) {
+std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step,
+                                     const StateGroup& group) {
   double largest = 0;
   bool is_known = true;
   for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
+    if (!state.rhs || !is_in(group, state.name)) continue;
     model::any_part(*state.rhs, [&](const model::Expr& e) {
       const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
       if (advect == nullptr) return false;

@@ -11,6 +11,7 @@ namespace dpde::stability {
 
 /// The largest of all equations, with the velocities of the point. nullopt where nothing is carried, a velocity is made
 /// of derivatives, or an axis is stretched.
-std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step);
+std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step,
+                                     const StateGroup& group = {});
 
 }  // namespace dpde::stability

@@ -56,10 +56,6 @@ model::Problem boundless(model::Problem problem) {
   return problem;
 }
 
-}  // namespace
-
-namespace {
-
 /// A step as statements.
 struct Lowered {
   stencil::Module module;
@@ -107,6 +103,14 @@ std::optional<LinearStep> linear_step(const driver::Session& session, std::strin
   if (!step || !step->has_networks()) return step;
   why = "a network is in it";
   return std::nullopt;
+}
+
+std::vector<StateGroup> state_groups(const driver::Session& session) {
+  const model::Problem& problem = session.problem();
+  const bool is_other = have_ways_that_end(problem) || has_rare_events(problem);
+  const std::optional<Lowered> step = is_other ? lowered(without_rare_events(problem)) : std::nullopt;
+  if (step) return state_groups(step->module, step->step);
+  return state_groups(session.compiled().stencil, session.compiled().step_name());
 }
 
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group) {

@@ -19,6 +19,8 @@ std::optional<LinearStep> linear_step(const model::Problem& problem, const State
 /// Those in the step that was compiled, without events that only some steps have; `why` as of LinearStep::make, and
 /// where a network is in it.
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
+/// Those of that step which depend on one another.
+std::vector<StateGroup> state_groups(const driver::Session& session);
 /// With networks, too.
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
 /// One a group of states of the problem's step; none where one of them cannot be had.

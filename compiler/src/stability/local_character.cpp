@@ -197,15 +197,16 @@ Positivity positivity_of(driver::Session& session, double step) {
   return positivity_of(session, *linear, step);
 }
 
-std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step) {
+std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step,
+                           const StateGroup& group) {
   constexpr double lengths[] = {4, 8, 16, 32};
   const int rank = static_cast<int>(session.axes().size());
   std::string why;
-  const std::optional<LinearStep> linear = linear_step(session, why);
+  const std::optional<LinearStep> linear = linear_step(session, why, group);
   if (!linear) return {};
   const FrozenPoint point = flat(at);
   const std::optional<Response> rows = linear->response(point, step);
-  const std::optional<Symbol> equations = Equations(session.problem()).about(point);
+  const std::optional<Symbol> equations = Equations(session.problem(), group).about(point);
   if (!rows || !equations) return {};
   const Amplification scheme(*rows, rank);
   std::vector<Wave> result;

@@ -49,6 +49,7 @@ struct Wave {
 };
 /// Of 4, 8, 16 and 32 cells along each axis, a row for each mode of the equations. Those are the eigenvalues of the
 /// equations by differences of order 8 on cells of a sixteenth; the step's are those next to exp(step*eigenvalue).
-std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& point, double step);
+std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& point, double step,
+                           const StateGroup& group = {});
 
 }  // namespace dpde::stability

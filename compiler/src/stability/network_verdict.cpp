@@ -134,8 +134,8 @@ double size_of_limit(const StepLimit& limit) {
 
 }  // namespace
 
-void examine_networks(driver::Session& session, Verdict& verdict) {
-  const std::optional<LinearStep> linear = compiled_step(session, verdict.why);
+void examine_networks(driver::Session& session, const StateGroup& group, Verdict& verdict) {
+  const std::optional<LinearStep> linear = compiled_step(session, verdict.why, group);
   if (!linear || !linear->has_networks()) return;
   const Networks networks(session, *linear);
   verdict.why = networks.why_not();
@@ -156,9 +156,9 @@ void examine_networks(driver::Session& session, Verdict& verdict) {
   verdict.end_growth = verdict.beyond * session.steps();
 }
 
-bool networks_grow_nothing(driver::Session& session) {
+bool networks_grow_nothing(driver::Session& session, const StateGroup& group) {
   std::string why;
-  const std::optional<LinearStep> linear = compiled_step(session, why);
+  const std::optional<LinearStep> linear = compiled_step(session, why, group);
   if (!linear || !linear->has_networks()) return false;
   const Networks networks(session, *linear);
   if (!networks.why_not().empty()) return true;  // nobody would say more

@@ -276,14 +276,15 @@ bool FrozenAnalysis::is_growth_of_steps() const {
   return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
 
-/// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. Others as much as
-/// they do by right; those that nearly grow, a tenth of that. Interpolation damps in each step, short ones too: of
-/// waves by themselves no rate is known where flow is followed.
+/// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. So may all of
+/// Fourier series but those that decay. Others as much as they do by right; those that nearly grow, a tenth of that.
+/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  const bool is_all = growth_ == 0 || linear_->follows_flow() || are_all_resolved_ || is_resolved(wave);
+  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
   if (is_all) return growth_;
   const double own = growth_rate_of(wave), near = nearly * growth_;
-  return own < -near ? 0 : std::clamp(own, near, growth_);
+  if (own < -near) return 0;
+  return are_all_resolved_ ? growth_ : std::clamp(own, near, growth_);
 }
 
 double FrozenAnalysis::rate_of_decay() const {

@@ -7,10 +7,11 @@
 // step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
 // von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
-// that are resolved, all of Fourier series, may grow as fast as the fastest of them: errors that grow slower than the
-// solution are none. Where something grows by right, no more of a wave's factors may be above 1 than it has rates that
-// do not decay. All states of the step count as one: those that do not depend on one another are judged apart (see
-// state_groups.h). Events that end each step may multiply a wave besides by what they do in a step of length 0.
+// that are resolved may grow as fast as the fastest of them, so may all of Fourier series but those that decay: errors
+// that grow slower than the solution are none. Where something grows by right, no more of a wave's factors may be above
+// 1 than it has rates that do not decay. All states of the step count as one: those that do not depend on one another
+// are judged apart (see state_groups.h). Events that end each step may multiply a wave besides by what they do in a
+// step of length 0.
 #pragma once
 
 #include <limits>

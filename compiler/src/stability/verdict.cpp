@@ -8,7 +8,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <tuple>
 
 #include "stability/courant_number.h"
 #include "stability/equations.h"
@@ -32,14 +31,21 @@ double whole_step(const model::Problem& problem, double limit) {
   return length / std::max(1.0, steps);
 }
 
-std::vector<StateGroup> groups_of(driver::Session& session) {
-  return state_groups(session.compiled().stencil, session.compiled().step_name());
+Verdict verdict_on_networks(driver::Session& session, const StateGroup& group, std::string why) {
+  Verdict verdict;
+  verdict.why = std::move(why);
+  verdict.group = group;
+  examine_networks(session, group, verdict);
+  if (verdict.limit.kind == StepLimit::Kind::limit)
+    verdict.largest_step = whole_step(session.problem(), verdict.limit.step);
+  return verdict;
 }
 
-/// The verdict on a group alone; nullopt where a network is in it or it has no tangent, and `why`.
-std::optional<Verdict> verdict_on(driver::Session& session, const StateGroup& group, std::string& why) {
+/// The verdict on a group alone.
+Verdict verdict_on(driver::Session& session, const StateGroup& group) {
+  std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why, group);
-  if (!linear) return std::nullopt;
+  if (!linear) return verdict_on_networks(session, group, std::move(why));
   Verdict verdict;
   verdict.group = group;
   if (!examine_group(session, *linear, verdict)) {
@@ -54,45 +60,41 @@ std::optional<Verdict> verdict_on(driver::Session& session, const StateGroup& gr
   verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;
   verdict.group_growth_rate = verdict.growth_rate;
   if (verdict.limit.kind != StepLimit::Kind::limit) return verdict;
-  verdict.courant = courant_number(problem, verdict.worst, verdict.limit.step);
+  verdict.courant = courant_number(problem, verdict.worst, verdict.limit.step, group);
   if (verdict.parts == 1) verdict.largest_step = whole_step(problem, verdict.limit.step);
   return verdict;
 }
 
-/// Which of two says more of a run: one that is ruined, one above its limit, the lower limit.
-bool is_worse(const Verdict& a, const Verdict& b) {
-  const auto limit_of = [](const Verdict& v) {
-    return v.limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : v.limit.step;
-  };
-  return std::tuple(!a.ruins_run(), !a.is_above(), limit_of(a)) <
-         std::tuple(!b.ruins_run(), !b.is_above(), limit_of(b));
+/// 0 where every step is unstable.
+double size_of_limit(const Verdict& v) {
+  return v.limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : v.limit.step;
 }
 
-/// Of all groups together.
-Verdict merged(Verdict worse, const Verdict& other) {
-  worse.is_exact = worse.is_exact && other.is_exact;
-  worse.places = std::max(worse.places, other.places);
-  worse.growth_rate = std::max(worse.growth_rate, other.growth_rate);
-  worse.growth_by_events = std::max(worse.growth_by_events, other.growth_by_events);
-  return worse;
-}
-
-Verdict verdict_on_networks(driver::Session& session, std::string why) {
-  Verdict verdict;
-  verdict.why = std::move(why);
-  examine_networks(session, verdict);
-  if (verdict.limit.kind == StepLimit::Kind::limit)
-    verdict.largest_step = whole_step(session.problem(), verdict.limit.step);
-  return verdict;
+/// Of all groups together: the lowest limit, and what has grown most by the end of the run.
+Verdict merged(const Verdict& a, const Verdict& b) {
+  const bool is_first = size_of_limit(a) <= size_of_limit(b);
+  Verdict lower = is_first ? a : b;
+  const Verdict& other = is_first ? b : a;
+  lower.is_exact = lower.is_exact && other.is_exact;
+  lower.places = std::max(lower.places, other.places);
+  lower.growth_rate = std::max(lower.growth_rate, other.growth_rate);
+  lower.growth_by_events = std::max(lower.growth_by_events, other.growth_by_events);
+  if (!other.is_above() || (lower.is_above() && lower.end_growth >= other.end_growth)) return lower;
+  lower.end_growth = other.end_growth;
+  lower.growth = other.growth;
+  lower.beyond = other.beyond;
+  lower.wave = other.wave;
+  lower.field = other.field;
+  return lower;
 }
 
 }  // namespace
 
 bool look_for_growth(driver::Session& session) {
-  return std::ranges::all_of(groups_of(session), [&](const StateGroup& group) {
+  return std::ranges::all_of(state_groups(session), [&](const StateGroup& group) {
     std::string why;
     const std::optional<LinearStep> linear = linear_step(session, why, group);
-    return linear ? grows_nothing_in(session, *linear) : networks_grow_nothing(session);
+    return linear ? grows_nothing_in(session, *linear) : networks_grow_nothing(session, group);
   });
 }
 
@@ -128,17 +130,15 @@ Verdict examine(driver::Session& session) {
     verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
     return verdict;
   }
-  std::optional<Verdict> worst;
-  for (const StateGroup& group : groups_of(session)) {
-    std::optional<Verdict> found = verdict_on(session, group, verdict.why);
-    if (!found) return verdict_on_networks(session, verdict.why);
-    if (!found->is_analysed()) return std::move(*found);
-    if (!worst)
-      worst = std::move(found);
+  std::optional<Verdict> all, unknown;
+  for (const StateGroup& group : state_groups(session)) {
+    const Verdict found = verdict_on(session, group);
+    if (!found.is_analysed())
+      unknown = found;
     else
-      worst = is_worse(*found, *worst) ? merged(std::move(*found), *worst) : merged(std::move(*worst), *found);
+      all = all ? merged(*all, found) : found;
   }
-  return std::move(*worst);
+  return unknown && !(all && all->is_above()) ? *unknown : *all;
 }
 
 std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps) {

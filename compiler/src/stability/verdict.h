@@ -65,8 +65,7 @@ std::optional<Verdict> verdict_where_it_grows(driver::Session& session);
 /// what walls do where they limit.
 std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps);
 
-/// The term of an equation without which the largest stable step is largest.
-/// What of an equation this is, as a person wrote it: lap(u) is one term.
+/// The term of an equation, as a person wrote it, without which the largest stable step is largest: lap(u) is one term.
 std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict);
 
 /// Another time scheme that has a limit, and its largest step, for scenes without one: "ssp_rk3".

@@ -33,6 +33,7 @@ std::string key_of(driver::Session& session) {
   for (int s = 0; s < session.rollout().state_count(); ++s) add(session.initial(s));
   for (const model::Coefficient& coefficient : session.problem().coefficients)
     add(session.workspace().dense(coefficient.name));
+  for (const auto& [name, weights] : session.workspace().weights()) add(weights.values);
   std::string key = fmt::format("verdict\n{} steps, fields {:x}\n", session.steps(), fields);
   for (const auto& [name, value] : session.workspace().params()) key += fmt::format("{} = {}\n", name, value);
   for (const auto& [name, control] : session.workspace().controls()) {

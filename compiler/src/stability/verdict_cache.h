@@ -10,9 +10,9 @@ namespace dpde::stability {
 /// What verdict_of() and grows_nothing() do where nothing is kept.
 Verdict examine(driver::Session& session);
 bool look_for_growth(driver::Session& session);
-/// The same of steps with networks.
-void examine_networks(driver::Session& session, Verdict& verdict);
-bool networks_grow_nothing(driver::Session& session);
+/// The same of a group whose step has networks.
+void examine_networks(driver::Session& session, const StateGroup& group, Verdict& verdict);
+bool networks_grow_nothing(driver::Session& session, const StateGroup& group);
 
 /// What a verdict is kept by.
 std::string key_of(driver::Session& session);
