@@ -212,9 +212,12 @@ class Sim {
     });
   }
   py::tuple optimise(const py::object& progress, int iterations) {
-    progress_ = progress;
+    watch(py::none(), usual_interval);  // for signals within its gradients
     dpde_optimised done{};
-    slow([&](dpde_error** error) { return dpde_sim_optimise(sim_.get(), iterations, report, this, &done, error); });
+    updates_ = progress;
+    slow([&](dpde_error** error) {
+      return dpde_sim_optimise(sim_.get(), iterations, report_update, this, &done, error);
+    });
     return py::make_tuple(done.loss, done.iterations, done.evaluations, done.hessian_products, done.reason);
   }
 
@@ -247,7 +250,7 @@ class Sim {
     dpde_error* error = nullptr;
     thrown_ = nullptr;
     const std::int32_t code = without_lock([&] { return call(&error); });
-    progress_ = py::none();
+    progress_ = updates_ = py::none();
     if (thrown_ != nullptr) {
       dpde_error_free(error);
       std::rethrow_exception(std::exchange(thrown_, nullptr));
@@ -262,24 +265,33 @@ class Sim {
     watched_ = every;
   }
 
-  /// What progress raises, a signal too, is kept until the call has ended.
   static std::int32_t report(void* user, const dpde_report* now) {
     Sim& self = *static_cast<Sim*>(user);
+    return self.tell(self.progress_, *now);
+  }
+  static std::int32_t report_update(void* user, const dpde_report* now) {
+    Sim& self = *static_cast<Sim*>(user);
+    return self.tell(self.updates_, *now);
+  }
+  /// What progress raises, a signal too, is kept until the call has ended.
+  std::int32_t tell(const py::object& progress, const dpde_report& now) {
     const py::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (self.progress_.is_none()) return 1;
-      const py::object goes_on = self.progress_(now->done, now->total, now->time, now->loss, now->gradient_norm);
+      if (progress.is_none()) return 1;
+      const py::object goes_on = progress(now.done, now.total, now.time, now.loss, now.gradient_norm);
       return goes_on.is(py::bool_(false)) ? 0 : 1;
     } catch (...) {
-      self.thrown_ = std::current_exception();
+      thrown_ = std::current_exception();
       return 0;
     }
   }
 
   std::unique_ptr<dpde_sim, FreeSim> sim_;
   std::atomic_flag busy_;
-  py::object progress_ = py::none();
+  static constexpr int usual_interval = 256;  // steps
+  py::object progress_ = py::none(),
+             updates_ = py::none();  // of what runs now: of its steps, of an optimiser's updates
   std::exception_ptr thrown_;
   int watched_ = 0;  // steps between calls of report()
 };
