@@ -78,7 +78,7 @@ typedef struct {
   int64_t checkpoint_bytes;
 } dpde_options;
 
-/* One thread, the JIT. `version`: DPDE_C_VERSION. */
+/* One thread, the JIT. `version`: DPDE_C_VERSION; only what that version has is written. */
 void dpde_options_init(dpde_options* options, int32_t version);
 
 typedef struct dpde_sim dpde_sim;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/from_ast.h"
+#include "model/from_ast/names.h"
 #include "syntax/parser.h"
 
 namespace dpde::host {
@@ -18,7 +19,7 @@ namespace {
 /// As the task says that it seeks the value.
 std::string line_for(const model::Problem& problem, const std::string& input) {
   const auto is_state = [&](const model::State& state) {
-    return state.name == input || (state.name.starts_with(input) && state.name[input.size()] == '.');
+    return state.name == input || model::vector_of(state.name) == input;
   };
   if (std::ranges::any_of(problem.states, is_state)) return "  unknown initial " + input;
   if (problem.find_network(input) != nullptr) return "  learn " + input;
