@@ -232,10 +232,12 @@ class Refusals(unittest.TestCase):
         self.assertIn("^~~~", caught.exception._repr_html_())
         self.refused(dpde.InputError, "error", lambda: dpde.compile("model {"))
         self.refused(dpde.InputError, "nowhere.dpde", lambda: dpde.compile("nowhere.dpde"))
+        self.refused(dpde.InputError, "NUL", lambda: dpde.compile("a\0b{"))
         self.refused(TypeError, "a text or a path", lambda: dpde.compile(3))
 
     def test_scenes(self):
         self.refused(dpde.InputError, "nothing", lambda: self.model.scene("nothing"))
+        self.refused(TypeError, "the name of a scene", lambda: self.model.scene(3))
         self.refused(dpde.InputError, "cels", lambda: self.model.scene("rod", cels=3))
         self.refused(dpde.RunError, "largest stable", lambda: self.model.scene("rod", cells=400))
         self.refused(dpde.InputError, "back end", lambda: self.model.scene("rod", backend="gpu"))

@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "model/from_ast.h"
@@ -16,8 +18,13 @@ namespace dpde::host {
 
 namespace {
 
-/// As the task says that it seeks the value.
+/// As the task says that it seeks the value. @throws Error(input) for what is no name: it would be read as text.
 std::string line_for(const model::Problem& problem, const std::string& input) {
+  const auto is_of_names = [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("_.()").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (input.empty() || !std::ranges::all_of(input, is_of_names))
+    throw Error(ErrorKind::input, fmt::format("inputs are names, and \"{}\" is none", input));
   const auto is_state = [&](const model::State& state) {
     return state.name == input || model::vector_of(state.name) == input;
   };

@@ -36,6 +36,8 @@ class Model:
         inputs: of a scene, the initial states, parameters, coefficients ... by which vjp() differentiates its end.
         The other arguments are those of HostOptions in dpde/dpde.h.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a scene or a task is wanted, not {type(name).__name__}")
         if backend not in _backends:
             raise InputError(f"there is no back end {backend}; there is {', '.join(_backends)}")
         chosen = _core.Settings()
@@ -63,6 +65,8 @@ def compile(text_or_path, path="text.dpde"):
     """
     if not isinstance(text_or_path, (str, os.PathLike)):
         raise TypeError(f"a text or a path is wanted, not {type(text_or_path).__name__}")
+    if "\0" in str(text_or_path):
+        raise InputError("there is a NUL character in the text or path")
     if isinstance(text_or_path, str) and any(c in text_or_path for c in "\n{"):
         return Model(_core.Model.from_text(text_or_path, path))
     return Model(_core.Model.from_file(os.fspath(text_or_path)))
