@@ -20,9 +20,10 @@ endfunction()
 
 set(flags "")
 if(SANITIZE STREQUAL address)
-  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=undefined")
+  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=undefined"
+            "-DCMAKE_C_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=undefined")
 elseif(SANITIZE)
-  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}")
+  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}" "-DCMAKE_C_FLAGS=-fsanitize=${SANITIZE}")
 endif()
 run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
 run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX}
@@ -30,6 +31,7 @@ run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D
 run(COMMAND ${CMAKE_COMMAND} --build ${work}/build)
 run(COMMAND ${work}/build/in_memory)
 run(COMMAND ${work}/build/own_network)
+run(COMMAND ${work}/build/plain_c)
 run(COMMAND ${work}/build/ahead_of_time)
 run(COMMAND ${work}/build/fit)
 

@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/simulation.h"
@@ -36,6 +37,10 @@ struct HostOptions {
   std::optional<bool> certify{};  // a task's derivatives on a few cells; unset: where that is cheap
   bool second_order =
       false;  // of a task: hessian_vector(); newton_cg has it anyway. Compiling takes up to twice as long
+  /// Of a scene: initial states, parameters, coefficients, controls, networks by which its end is differentiated. They
+  /// are the unknowns; gradient() is the transposed derivative of the states at the end, times a seed for each state u,
+  /// which set_field("u_seed", values) gives (u_seed_ where the model has that name).
+  std::vector<std::string> inputs{};
 };
 
 /// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins

@@ -36,7 +36,7 @@ bool may_write(const fs::path& path, DiagnosticSink& sink) {
 std::optional<LibraryFiles> build_library(const SourceFile& source, const LibraryOptions& options,
                                           DiagnosticSink& sink) {
   std::optional<Compiled> compiled =
-      compile_for_hosts(source, options.selection, std::nullopt, options.second_order, sink);
+      compile_for_hosts(source, options.selection, std::nullopt, {.second_order = options.second_order}, sink);
   if (!compiled) return std::nullopt;
   compiled->code = std::make_shared<codegen::CompiledModule>(codegen::ProgramTables(compiled->loop, {}, nullptr));
   for (const LinkedProgram& derivative : linked_programs(*compiled))

@@ -11,6 +11,7 @@
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "driver/activity.h"
+#include "driver/added_tasks.h"
 #include "driver/interpreter_backend.h"
 #include "driver/links.h"
 #include "driver/lone_models.h"
@@ -24,7 +25,6 @@
 #include "model/build.h"
 #include "model/manufactured.h"
 #include "model/print_model.h"
-#include "model/stretch.h"
 #include "model/verify_model.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -306,48 +306,6 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
     compiled.code->set_links(derivative.program, derivative.links);
 }
 
-/// Unknown: every state, and every parameter that no coefficient's formula holds. Loss: sum of u_probe*(u + u^2/2) over
-/// the states, so that a linear scene too has a remainder of second order.
-void add_certifying_task(model::Problem& problem) {
-  constexpr int most_steps_until_steady = 20;  // the steps are what is certified, not the state where they end
-  if (problem.steady > 0) problem.steps = std::min(problem.steps, most_steps_until_steady);
-  problem.steady = 0;
-  model::Task task;
-  task.name = problem.scene + "_certificate";
-  task.certifies = true;
-  model::Expr total = 0.0;
-  for (const model::State& state : problem.states) {
-    std::string probe = state.name + "_probe";
-    while (model::is_taken(problem, probe)) probe += "_";
-    const model::Expr u = model::field(state.name);
-    const model::Expr square = model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, 0.5, u), u);
-    const model::Expr value = model::binary(BinaryOp::add, u, square);
-    total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
-    task.data.emplace_back().name = probe;
-    task.data.back().placement = state.placement;
-    task.unknowns.push_back({model::Unknown::Kind::initial, state.name, state.initial, {}});
-  }
-  task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
-  for (model::Parameter& param : problem.params) {
-    const auto holds = [&](const model::Expr& e) {
-      const model::Param* found = std::get_if<model::Param>(&e->kind);
-      return found != nullptr && found->name == param.name;
-    };
-    param.unknown = std::none_of(
-        problem.coefficients.begin(), problem.coefficients.end(),
-        [&](const model::Coefficient& c) { return c.value.formula && model::any_part(*c.value.formula, holds); });
-    if (!param.unknown) continue;
-    const auto control = std::ranges::find(problem.controls, param.name, &model::Control::name);
-    if (control != problem.controls.end()) {
-      control->start = control->values;
-      task.unknowns.push_back({model::Unknown::Kind::control, param.name, {control->formula, "", {}}, {}});
-    } else {
-      task.unknowns.push_back({model::Unknown::Kind::parameter, param.name, {model::number(param.value), "", {}}, {}});
-    }
-  }
-  problem.task = std::move(task);
-}
-
 /// ast and model; false after errors.
 bool understand(Compiled& compiled, const SourceFile& source, const CompileOptions& options, Stages& stages,
                 DiagnosticSink& sink) {
@@ -375,6 +333,7 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   const auto text = [&] { return print(*compiled.problem); };
   if (!stages.after("model", text, [&] { return verify(*compiled.problem); })) return false;
   if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
+  if (options.seeded && compiled.problem->task) seed_the_end(*compiled.problem);
   return true;
 }
 

@@ -42,6 +42,7 @@ struct CompileOptions {
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up
   /// functional.
   bool certify = false;
+  bool seeded = false;                        // of a task: seed_the_end()
   bool manufactured = false;                  // of a scene: with a solution that is made up, model/manufactured.h
   bool by_everything = false;                 // derivatives by all coefficients and parameters, sought or not
   bool verify = false;                        // check every level's invariants after each stage

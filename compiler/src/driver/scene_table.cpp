@@ -39,14 +39,16 @@ dpde_optimiser optimiser_of(const model::Optimiser& optimiser) {
 }  // namespace
 
 std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
-                                          std::optional<Backend> backend, bool second_order, DiagnosticSink& sink) {
+                                          std::optional<Backend> backend, const HostNeeds& needs,
+                                          DiagnosticSink& sink) {
   CompileOptions options;
+  options.seeded = needs.seeded;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
   DiagnosticSink first_sink;  // the same again comes from the second compilation
   const std::optional<Compiled> first = compile(source, options, first_sink);
   options.adjoint = first && first->problem && first->problem->task;
-  options.tangent = options.second = options.adjoint && second_order;
+  options.tangent = options.second = options.adjoint && needs.second_order;
   options.backend = backend;
   std::optional<Compiled> compiled = compile(source, options, sink);
   if (!compiled || compiled->problem) return compiled;

@@ -9,11 +9,16 @@
 
 namespace dpde::driver {
 
+struct HostNeeds {
+  bool second_order = false;  // of a task
+  bool seeded = false;        // CompileOptions::seeded
+};
+
 /// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints;
 /// with second derivatives when they are wanted or its optimiser needs them. Without a backend there is no code.
 /// nullopt when `sink` has errors afterwards.
 std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
-                                          std::optional<Backend> backend, bool second_order, DiagnosticSink& sink);
+                                          std::optional<Backend> backend, const HostNeeds& needs, DiagnosticSink& sink);
 
 struct SceneTableOptions {
   /// With the scene's own values where the task begins elsewhere: whoever loads them has those of the task, too.

@@ -14,45 +14,17 @@
 #include "driver/solve_report.h"
 #include "files/files.h"
 #include "files/imports.h"
-#include "source/render.h"
+#include "host/input_task.h"
+#include "host/opened.h"
+#include "host/told.h"
 #include "stability/verdict.h"
 #include "support/assert.h"
 
 namespace dpde {
 
+namespace host {
+
 namespace {
-
-ErrorKind kind_of(const Diagnostic& diagnostic) {
-  const std::string_view code = diagnostic.kind->code;
-  if (code == "E0902" || code == "E0903" || code == "E0910") return ErrorKind::machine;
-  return code.starts_with("E08") ? ErrorKind::run : ErrorKind::input;
-}
-
-struct Told {
-  std::string text;
-  std::vector<Message> messages;
-  std::optional<ErrorKind> kind;  // of the first error
-};
-
-Told told(const SourceFile& source, const DiagnosticSink& sink) {
-  Told result;
-  for (const Diagnostic& diagnostic : sink.all()) {
-    const bool has_place = diagnostic.range.is_known();
-    const LineColumn place = has_place ? source.locate(diagnostic.range.begin) : LineColumn{};
-    const bool is_error = diagnostic.kind->severity == Severity::error;
-    result.messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
-                               has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column,
-                               diagnostic.hint});
-    result.text += render_text(source, diagnostic);
-    if (is_error && !result.kind) result.kind = kind_of(diagnostic);
-  }
-  return result;
-}
-
-[[noreturn]] void fail(const SourceFile& source, const DiagnosticSink& sink) {
-  Told all = told(source, sink);
-  throw Error(all.kind.value_or(ErrorKind::machine), all.text, std::move(all.messages));
-}
 
 /// Points at the solve that finds nothing.
 std::function<void(Error&)> explaining(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled) {
@@ -98,6 +70,7 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   }
   if (!problem.task) return true;
   for (const driver::DataStates& datum : session.data()) {
+    if (session.compiled().options.seeded) break;  // seeds are the host's
     const auto is_it = [&](const dpde_datum& wanted) { return datum.name == wanted.name; };
     if (std::none_of(scene.data, scene.data + scene.datum_count, is_it)) continue;
     std::vector<double> values;
@@ -121,12 +94,26 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   return true;
 }
 
-Simulation compile(const SourceFile& file, const HostOptions& options) {
+/// The data of the task of inputs, one a state.
+std::vector<std::string> seeds_of(const model::Problem& problem, const HostOptions& options) {
+  std::vector<std::string> seeds;
+  if (options.inputs.empty()) return seeds;
+  for (const model::Datum& datum : problem.task->data) seeds.push_back(datum.name);
+  return seeds;
+}
+
+}  // namespace
+
+Opened open(const SourceFile& file, const HostOptions& options) {
   DiagnosticSink sink;
-  const SourceFile source = files::with_imports(file, sink);
+  SourceFile source = files::with_imports(file, sink);
   if (sink.has_errors()) fail(source, sink);
-  std::optional<driver::Compiled> compiled = driver::compile_for_hosts(
-      source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
+  const bool seeded = !options.inputs.empty();
+  const std::string name = seeded ? append_input_task(source, options, sink) : options.name;
+  if (sink.has_errors()) fail(source, sink);
+  std::optional<driver::Compiled> compiled =
+      driver::compile_for_hosts(source, {name, options.set, options.scheme}, backend_of(options.backend),
+                                {.second_order = options.second_order, .seeded = seeded}, sink);
   if (!compiled) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   analysis::certify_quickly(source, kept, certifying(options), sink);
@@ -149,20 +136,24 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
                          .explain = explaining(source, kept)},
                         table);
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
-  return simulation;
+  return {std::move(simulation), seeds_of(*kept->problem, options)};
 }
 
-}  // namespace
-
-Simulation compile_text(const std::string& text, const HostOptions& options, const std::string& path) {
-  return compile(SourceFile(path, text), options);
-}
-
-Simulation compile_file(const std::string& path, const HostOptions& options) {
+SourceFile read(const std::string& path) {
   DiagnosticSink sink;
   const std::optional<std::string> text = files::read_file(path, {}, sink);
   if (!text) fail(SourceFile(path, ""), sink);
-  return compile(SourceFile(path, *text), options);
+  return {path, *text};
+}
+
+}  // namespace host
+
+Simulation compile_text(const std::string& text, const HostOptions& options, const std::string& path) {
+  return host::open(SourceFile(path, text), options).simulation;
+}
+
+Simulation compile_file(const std::string& path, const HostOptions& options) {
+  return host::open(host::read(path), options).simulation;
 }
 
 }  // namespace dpde

@@ -84,6 +84,8 @@ class Simulation {
   void set_initial(std::string_view name, Values values);
   /// A coefficient; a control field, one interval after the other; or data of the task: as many states as it has times.
   void set_field(std::string_view name, Values values);
+  /// How many values set_field() wants of it.
+  std::size_t field_size(std::string_view name) const;
   /// @throws NotFinite when a state is no longer finite; what is asked for after that comes as it is.
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;

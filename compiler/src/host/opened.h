@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What both faces of the compiler, dpde.h for C++ and dpde_c.h for C, are made of.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dpde/dpde.h"
+#include "source/source_file.h"
+
+namespace dpde::host {
+
+struct Opened {
+  Simulation simulation;
+  std::vector<std::string> seeds;  // with HostOptions::inputs: of each state the datum that is its seed
+};
+
+/// @throws Error as compile_text().
+Opened open(const SourceFile& file, const HostOptions& options);
+
+SourceFile read(const std::string& path);
+
+}  // namespace dpde::host

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values, runs and derivatives from NumPy, against closed forms and differences, and what is refused."""
+import os
+import signal
+import threading
+import unittest
+
+import numpy as np
+
+import dpde
+
+rod = """model heat { field u; param k; coefficient q
+  dt(u) = k*lap(u) + q }
+scheme ftcs { lap = central(2); time = euler }
+scene rod : heat with ftcs {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  k = 0.3
+  q = 0
+  initial u = sin(x)
+  observe size = mean(u^2)
+  time 0 .. 1, step 1/8
+}
+scene plate : heat with ftcs {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  grid y = 0 .. 2*pi, cells 12, periodic
+  k = 0.1
+  q = 0
+  initial u = sin(x)*cos(y) + sin(y)
+  time 0 .. 1, step 1/8
+}
+task find : rod {
+  data r = u from scene rod at t = 1
+  unknown k from 0.25
+  unknown q from 0.1
+  minimise mean((u - r)^2) at t = 1
+  using lbfgs(), iterations 20
+}
+"""
+
+carried = """model flow { vector v; param nu
+  dt(v) = -advect(v, v) + nu*lap(v) }
+scene box : flow {
+  grid x = 0 .. 1, cells 8, periodic
+  grid y = 0 .. 1, cells 6, periodic
+  nu = 0.01
+  initial v.x = sin(2*pi*y)
+  initial v.y = cos(2*pi*x)
+  time 0 .. 0.1, step 1/80
+}
+"""
+
+
+def scale(k, cells=16):
+    h = 2 * np.pi / cells
+    return 1 - 4 * k * 0.125 / h**2 * np.sin(h / 2) ** 2
+
+
+class Runs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.model = dpde.compile(rod)
+        cls.rod = cls.model.scene("rod")
+
+    def test_names(self):
+        self.assertEqual((self.model.scenes, self.model.tasks), (["rod", "plate"], ["find"]))
+        self.assertEqual((self.rod.params, self.rod.states, self.rod.unknowns), (["k"], ["u"], []))
+        self.assertEqual(self.model.scene("plate").shape, (12, 8))
+        self.assertIn("16 cells", repr(self.rod))
+
+    def test_closed_form(self):
+        x = self.rod.coordinates()
+        result = self.rod.run(u=2 * np.sin(x), k=0.2, q=np.zeros(16))
+        np.testing.assert_allclose(result.u, 2 * scale(0.2) ** 8 * np.sin(x), atol=1e-14)
+        self.assertEqual((result.time, result.steps), (1, 8))
+        self.assertAlmostEqual(self.rod.observe("size"), 2 * scale(0.2) ** 16, places=13)
+        self.assertIs(result["u"], result.u)
+        self.assertIn("<svg", result._repr_html_())
+
+    def test_steps_go_on(self):
+        self.rod.run(k=0.2, u=np.sin(self.rod.coordinates()), until=0.5)
+        self.rod.step(2)
+        self.rod.run_to()
+        out = np.empty(16)
+        self.assertIs(self.rod.state("u", out), out)
+        np.testing.assert_allclose(out, scale(0.2) ** 8 * np.sin(self.rod.coordinates()), atol=1e-14)
+
+    def test_x_is_the_last_axis(self):
+        plate = self.model.scene("plate")
+        y, x = np.meshgrid(plate.coordinates(1), plate.coordinates(0), indexing="ij")
+        np.testing.assert_allclose(plate.initial("u"), np.sin(x) * np.cos(y) + np.sin(y), atol=1e-14)
+        self.assertIn("data:image/png", plate.run()._repr_html_())
+
+    def test_vectors(self):
+        box = dpde.compile(carried).scene("box")
+        v = np.random.default_rng(1).standard_normal((2, 6, 8)) * 0.1
+        whole = box.run(v=v)
+        parts = box.run({"v.x": v[0], "v.y": v[1]})
+        np.testing.assert_array_equal(whole.v, parts.v)
+        self.assertEqual(whole.v.shape, (2, 6, 8))
+
+    def test_arrays_of_other_kinds(self):
+        u = np.sin(self.rod.coordinates())
+        expected = self.rod.run(u=u, k=0.2).u
+        np.testing.assert_array_equal(self.rod.run(u=list(u)).u, expected)
+        np.testing.assert_array_equal(self.rod.run(u=np.repeat(u, 2)[::2]).u, expected)
+
+        class Foreign:  # of another library
+            def __dlpack__(self, **options):
+                return u.__dlpack__(**options)
+
+            def __dlpack_device__(self):
+                return u.__dlpack_device__()
+
+        np.testing.assert_array_equal(self.rod.run(u=Foreign()).u, expected)
+        np.testing.assert_array_equal(np.from_dlpack(expected), expected)
+
+    def test_progress_and_stop(self):
+        seen = []
+        self.rod.run(progress=seen.append, every=3)
+        self.assertEqual([p.done for p in seen], [3, 6, 8])
+        with self.assertRaises(dpde.Stopped):
+            self.rod.run(progress=lambda p: False, every=1)
+
+    def test_progress_raises(self):
+        def fail(progress):
+            raise KeyError("mine")
+
+        with self.assertRaisesRegex(KeyError, "mine"):
+            self.rod.run(progress=fail)
+        self.assertEqual(self.rod.run().steps, 8)  # and it is whole
+
+    def test_ctrl_c(self):
+        long = dpde.compile(rod).scene("rod", end=1e8, k=0.01, force=True)
+        timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            long.run()
+        timer.join()
+
+    def test_one_call_at_a_time(self):
+        with self.assertRaisesRegex(RuntimeError, "in use"):
+            self.rod.run(progress=lambda p: self.rod.state("u"))
+
+
+class Derivatives(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.model = dpde.compile(rod)
+        cls.find = cls.model.scene("find", second_order=True)
+
+    def test_gradient_is_a_difference(self):
+        q = np.random.default_rng(2).standard_normal(16)
+        value, slopes = self.find.gradient(k=0.2, q=q)
+        d = 1e-6
+        by_k = (self.find.loss(k=0.2 + d) - self.find.loss(k=0.2 - d)) / (2 * d)
+        self.assertAlmostEqual(slopes["k"], by_k, delta=1e-8 * abs(by_k) + 1e-8)
+        along = np.random.default_rng(3).standard_normal(16)
+        by_q = (self.find.loss(k=0.2, q=q + d * along) - self.find.loss(q=q - d * along)) / (2 * d)
+        self.assertAlmostEqual(slopes["q"] @ along, by_q, delta=1e-7)
+        self.assertAlmostEqual(value, self.find.loss(q=q), places=15)
+
+    def test_hessian_is_a_difference(self):
+        q, d = np.full(16, 0.1), 1e-6
+        product = self.find.hessian_vector({"k": 1.0}, k=0.25, q=q)
+        above, below = self.find.gradient(k=0.25 + d)[1], self.find.gradient(k=0.25 - d)[1]
+        self.assertAlmostEqual(product["k"], (above["k"] - below["k"]) / (2 * d), places=6)
+        np.testing.assert_allclose(product["q"], (above["q"] - below["q"]) / (2 * d), atol=1e-7)
+        square = self.find.hessian_vector({"k": 1.0}, k=0.25, gauss_newton=True)
+        self.assertGreater(square["k"], 0)
+
+    def test_optimise(self):
+        find = self.model.scene("find")
+        losses = []
+        done = find.optimise(progress=lambda p: losses.append(p.loss))
+        self.assertLess(done.loss, 1e-3 * losses[0])
+        self.assertEqual(find.unknown("q").shape, (16,))
+        self.assertIsInstance(find.unknown("k"), float)
+
+    def test_progress_of_a_gradient(self):
+        seen = []
+        self.find.gradient(progress=seen.append, every=2)
+        self.assertTrue(seen)
+        with self.assertRaises(dpde.Stopped):
+            self.find.gradient(progress=lambda p: False, every=1)
+        self.find.gradient()
+
+    def test_vjp(self):
+        random = np.random.default_rng(4)
+        scene = self.model.scene("plate", inputs=["u", "k", "q"])
+        u, q, seed = (random.standard_normal((12, 8)) for _ in range(3))
+        slopes = scene.vjp({"u": seed}, u=u, q=q, k=0.1)
+
+        def value(u, q, k):
+            return np.sum(seed * scene.run(u=u, q=q, k=k).u)
+
+        d = 1e-6
+        by_k = (value(u, q, 0.1 + d) - value(u, q, 0.1 - d)) / (2 * d)
+        self.assertAlmostEqual(slopes["k"], by_k, delta=1e-7 * abs(by_k) + 1e-7)
+        for name in "uq":
+            along = random.standard_normal((12, 8))
+            above, below = ({"u": u, "q": q, name: {"u": u, "q": q}[name] + s * along} for s in (d, -d))
+            change = (value(k=0.1, **above) - value(k=0.1, **below)) / (2 * d)
+            self.assertAlmostEqual(np.sum(slopes[name] * along), change, delta=1e-7 * abs(change) + 1e-7)
+
+    def test_vjp_of_a_vector(self):
+        random = np.random.default_rng(5)
+        scene = dpde.compile(carried).scene("box", inputs=["v", "nu"])
+        v, along, seed = (0.1 * random.standard_normal((2, 6, 8)) for _ in range(3))
+        slopes = scene.vjp({"v.x": seed[0], "v.y": seed[1]}, v=v)
+        d = 1e-6
+        change = np.sum(seed * (scene.run(v=v + d * along).v - scene.run(v=v - d * along).v)) / (2 * d)
+        found = np.sum(slopes["v.x"] * along[0] + slopes["v.y"] * along[1])
+        self.assertAlmostEqual(found, change, delta=1e-7 * abs(change))
+
+
+class Refusals(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.model = dpde.compile(rod)
+        cls.rod = cls.model.scene("rod")
+
+    def refused(self, error, text, call):
+        with self.assertRaisesRegex(error, text):
+            call()
+
+    def test_texts(self):
+        with self.assertRaises(dpde.InputError) as caught:
+            dpde.compile(rod.replace("lap(u)", "lapp(u)"), path="mine.dpde")
+        first = caught.exception.messages[0]
+        self.assertEqual((first.code, first.file, first.line, first.column), ("E0302", "mine.dpde", 2, 13))
+        self.assertIn("did you mean lap?", str(caught.exception))
+        self.assertIn("^~~~", caught.exception._repr_html_())
+        self.refused(dpde.InputError, "error", lambda: dpde.compile("model {"))
+        self.refused(dpde.InputError, "nowhere.dpde", lambda: dpde.compile("nowhere.dpde"))
+        self.refused(dpde.InputError, "NUL", lambda: dpde.compile("a\0b{"))
+        self.refused(TypeError, "a text or a path", lambda: dpde.compile(3))
+
+    def test_scenes(self):
+        self.refused(dpde.InputError, "nothing", lambda: self.model.scene("nothing"))
+        self.refused(TypeError, "the name of a scene", lambda: self.model.scene(3))
+        self.refused(dpde.InputError, "cels", lambda: self.model.scene("rod", cels=3))
+        self.refused(dpde.RunError, "largest stable", lambda: self.model.scene("rod", cells=400))
+        self.refused(dpde.InputError, "back end", lambda: self.model.scene("rod", backend="gpu"))
+        self.refused(dpde.InputError, "nothing is not known", lambda: self.model.scene("rod", inputs=["nothing"]))
+        self.refused(dpde.InputError, "opened with inputs", lambda: self.rod.vjp({}))
+
+    def test_arrays(self):
+        u = np.zeros(16)
+        self.refused(TypeError, "u: .*float64 is wanted, not of float32", lambda: self.rod.run(u=u.astype("f")))
+        self.refused(TypeError, "complex", lambda: self.rod.run(u=u + 0j))
+        self.refused(TypeError, "float64", lambda: self.rod.run(u="hot"))
+        self.refused(TypeError, "no array", lambda: self.rod.run(u=[1, [2]]))
+        self.refused(TypeError, "float64", lambda: self.rod.run(u=u.astype(">f8")))
+        self.refused(ValueError, r"shape \(16,\) is wanted, not of \(4, 4\)", lambda: self.rod.run(u=np.zeros((4, 4))))
+        self.refused(ValueError, r"q: .*\(16,\)", lambda: self.rod.run(q=0.5))
+        self.refused(TypeError, "k: one number", lambda: self.rod.run(k=[1, 2]))
+        self.refused(dpde.InputError, "did you mean k?", lambda: self.rod.run(kk=1))
+        self.refused(ValueError, "out", lambda: self.rod.state("u", np.zeros(32)[::2]))
+        self.refused(ValueError, "out", lambda: self.rod.state("u", np.zeros(16, "f")))
+        fixed = np.zeros(16)
+        fixed.flags.writeable = False
+        self.refused(ValueError, "written", lambda: self.rod.state("u", fixed))
+
+    def test_devices(self):
+        class Far:
+            def __dlpack__(self, **options):
+                raise AssertionError("is not asked")
+
+            def __dlpack_device__(self):
+                return (2, 0)
+
+        self.refused(TypeError, "a CUDA device", lambda: self.rod.run(u=Far()))
+
+    def test_values_that_are_not_finite(self):
+        self.refused(dpde.RunError, "not finite", lambda: self.rod.run(u=np.full(16, np.nan)))
+        self.rod.run(u=np.zeros(16))
+
+    def test_derivatives(self):
+        self.refused(dpde.InputError, "task", self.rod.gradient)
+        find = self.model.scene("find")
+        self.refused(dpde.InputError, "second", lambda: find.hessian_vector({"k": 1.0}))
+        self.refused(dpde.InputError, "not an unknown", lambda: find.hessian_vector({"u": 1.0}))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A compiled scene or task: values in, runs, losses and derivatives out."""
+import difflib
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from . import _core
+from .arrays import as_array, shaped
+from .errors import InputError
+from .pictures import picture
+
+
+class Progress(NamedTuple):
+    """What `progress` is called with: steps of a run or a gradient, updates of an optimiser."""
+
+    done: int
+    total: int
+    time: float
+    loss: float
+    gradient_norm: float
+
+
+class Optimised(NamedTuple):
+    loss: float
+    iterations: int
+    evaluations: int
+    hessian_products: int
+    reason: str
+
+
+class Result:
+    """The states that a run has reached: result.u, result["v.x"]; of a vector v all components, the first axis."""
+
+    def __init__(self, states, time, steps):
+        self.states, self.time, self.steps = states, time, steps
+
+    def __getitem__(self, name):
+        if name in self.states:
+            return self.states[name]
+        parts = [values for state, values in self.states.items() if state.startswith(name + ".")]
+        if not parts:
+            raise KeyError(f"there is no state {name}; there is {', '.join(self.states)}")
+        return np.stack(parts)
+
+    def __getattr__(self, name):
+        if name.startswith("_") or name == "states":
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except KeyError as reason:
+            raise AttributeError(*reason.args) from None
+
+    def __repr__(self):
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in self.states.items())
+        return f"dpde.Result(t = {self.time:g} after {self.steps} steps: {shapes})"
+
+    def _repr_html_(self):
+        return "".join(picture(name, values) for name, values in self.states.items()) + f"<p>t = {self.time:g}</p>"
+
+
+def _called(progress):
+    return None if progress is None else lambda *numbers: progress(Progress(*numbers))
+
+
+class Scene:
+    """What Model.scene() gives. One thread at a time may use it; `lock` is for those that share one."""
+
+    def __init__(self, core, name):
+        self._core, self.name = core, name
+        self.lock = threading.Lock()
+        self.params = core.names(_core.PARAM)
+        self.states = core.names(_core.STATE)
+        self.unknowns = core.names(_core.UNKNOWN)
+        self.networks = core.names(_core.WEIGHTS)
+        self.has_seeds = bool(core.names(_core.SEED))
+        self.shape = tuple(reversed(core.cells()))
+        self._vectors = {}
+        for state in self.states:
+            if "." in state:
+                self._vectors.setdefault(state.partition(".")[0], []).append(state)
+        self._places = {name: (_core.WEIGHTS, (core.size(_core.WEIGHTS, name),)) for name in self.networks}
+        self._places.update({name: (_core.INITIAL, (len(parts), *self.shape)) for name, parts in self._vectors.items()})
+        self._places.update({name: (_core.INITIAL, self.shape) for name in self.states})
+        self._places.update({name: (_core.PARAM, ()) for name in self.params})
+
+    def __repr__(self):
+        axes = " x ".join(str(n) for n in reversed(self.shape)) or "no"
+        return (f"dpde.Scene({self.name}: {axes} cells, states {self.states}, params {self.params}, "
+                f"unknowns {self.unknowns})")
+
+    # Values
+
+    def coordinates(self, axis=0):
+        """Centres of cells along x (0), y, z."""
+        centres = np.empty(self.shape[-1 - axis] if 0 <= axis < len(self.shape) else 0)
+        self._core.coordinates(axis, centres)
+        return centres
+
+    def set(self, name, value):
+        """A parameter, an initial state, a coefficient, a control, data of the task or a network's weights."""
+        kind, shape = self._places.get(name) or self._find(name)
+        if kind == _core.PARAM:
+            self._core.set_number(kind, name, self._number(name, value))
+        elif name in self._vectors:
+            for part, values in zip(self._vectors[name], shaped(name, value, shape)):
+                self._core.set(kind, part, values)
+        else:
+            self._core.set(kind, name, shaped(name, value, shape))
+
+    def shape_of(self, name):
+        """The shape of the values that set() wants."""
+        return (self._places.get(name) or self._find(name))[1]
+
+    @staticmethod
+    def _number(name, value):
+        try:
+            return float(value)
+        except (TypeError, ValueError) as reason:
+            raise TypeError(f"{name}: one number is wanted: {reason}") from reason
+
+    def _find(self, name):
+        """A control, or a field that is no state: where its values go and their shape."""
+        try:
+            place = _core.CONTROL, (self._core.size(_core.CONTROL, name),)
+        except InputError:
+            states = self._field_size(name) // int(np.prod(self.shape))
+            place = _core.FIELD, self.shape if states == 1 else (states, *self.shape)
+        self._places[name] = place
+        return place
+
+    def _field_size(self, name):
+        try:
+            return self._core.size(_core.FIELD, name)
+        except InputError as error:
+            near = difflib.get_close_matches(name, self._places, 1)
+            hint = f"did you mean {near[0]}?" if near else f"other names are {', '.join(self._places)}"
+            raise InputError(f"{error}; {hint}", error.messages) from None
+
+    def assign(self, values=None, /, **named):
+        """Several at once, by name; a dictionary is for names with a dot and those that Python does not allow."""
+        for name, value in {**(values or {}), **named}.items():
+            self.set(name, value)
+
+    def param(self, name):
+        value = np.empty(1)
+        self._core.get(_core.PARAM, name, value)
+        return float(value[0])
+
+    def _field(self, kind, name, out=None):
+        values = np.empty(self.shape) if out is None else out
+        if values.dtype != np.float64 or values.shape != self.shape:
+            raise ValueError(f"out: an array of float64 of shape {self.shape} is wanted, "
+                             f"not of {values.dtype} of shape {values.shape}")
+        if not values.flags.c_contiguous or not values.flags.writeable:
+            raise ValueError("out: an array in C order that may be written is wanted")
+        self._core.get(kind, name, values)
+        return values
+
+    def state(self, name, out=None):
+        """The state now, in a new array or in `out`."""
+        return self._field(_core.STATE, name, out)
+
+    def set_state(self, name, value):
+        self._core.set(_core.STATE, name, shaped(name, value, self.shape))
+
+    def initial(self, name, out=None):
+        return self._field(_core.INITIAL, name, out)
+
+    def weights(self, network):
+        values = np.empty(self._core.size(_core.WEIGHTS, network))
+        self._core.get(_core.WEIGHTS, network, values)
+        return values
+
+    def observe(self, name):
+        return self._core.observe(name)
+
+    # Runs
+
+    @property
+    def time(self):
+        return self._core.time()
+
+    @property
+    def time_step(self):
+        return self._core.time_step()
+
+    @property
+    def steps_done(self):
+        return self._core.steps_done()
+
+    def reset(self):
+        """The initial state becomes the present one."""
+        self._core.reset()
+
+    def step(self, count=1):
+        self._core.step(count)
+
+    def run_to(self, until=None, *, progress=None, every=64):
+        """From the present state to a time, or to the end of the scene."""
+        self._core.run(until, _called(progress), every)
+
+    def run(self, values=None, /, *, until=None, progress=None, every=64, **named):
+        """From the initial state, with these values: run(u=u0, nu=0.01)."""
+        self.assign(values, **named)
+        self._core.reset()
+        self._core.run(until, _called(progress), every)
+        return self.result()
+
+    def result(self):
+        return Result({name: self.state(name) for name in self.states}, self.time, self.steps_done)
+
+    # Losses and derivatives
+
+    def loss(self, values=None, /, **named):
+        self.assign(values, **named)
+        return self._core.loss()
+
+    def gradient(self, values=None, /, *, progress=None, every=256, **named):
+        """The task's loss, and its derivatives by name: an array for a field, a number for a parameter."""
+        self.assign(values, **named)
+        value = self._core.gradient(_called(progress), every)
+        return value, {name: self._derivative(name) for name in self.unknowns}
+
+    def _values_like(self, name, values):
+        shape = self.shape_of(name)
+        return values.reshape(shape) if shape else float(values[0])
+
+    def _derivative(self, name):
+        values = np.empty(self._core.size(_core.GRADIENT, name))
+        self._core.get(_core.GRADIENT, name, values)
+        return self._values_like(name, values)
+
+    def vjp(self, seeds, values=None, /, *, progress=None, every=256, **named):
+        """Of a scene opened with inputs: the transposed derivative of its end times `seeds`, an array for each state
+        (those that are left out are zero), by input."""
+        if not self.has_seeds:
+            raise InputError("vjp() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
+        for name in seeds:
+            if name not in self.states:
+                raise InputError(f"seeds: there is no state {name}; there is {', '.join(self.states)}")
+        self.assign(values, **named)
+        for state in self.states:
+            seed = shaped(state, seeds[state], self.shape) if state in seeds else np.zeros(self.shape)
+            self._core.set(_core.SEED, state, seed)
+        self._core.gradient(_called(progress), every)
+        return {name: self._derivative(name) for name in self.unknowns}
+
+    def unknown(self, name):
+        """The value that gradients begin with."""
+        values = np.empty(self._core.size(_core.UNKNOWN, name))
+        self._core.get(_core.UNKNOWN, name, values)
+        return self._values_like(name, values)
+
+    def hessian_vector(self, direction, values=None, /, *, gauss_newton=False, progress=None, every=256, **named):
+        """The Hessian of the loss, or the Gauss-Newton matrix, times a direction; both by name. Unknowns that
+        `direction` leaves out do not move. Of tasks opened with second_order=True."""
+        self.assign(values, **named)
+        vector, product = np.zeros(self._core.unknown_count()), np.empty(self._core.unknown_count())
+        places, end = {}, 0
+        for name in self.unknowns:
+            places[name] = slice(end, end := end + self._core.size(_core.UNKNOWN, name))
+        for name, part in direction.items():
+            if name not in places:
+                raise InputError(f"direction: {name} is not an unknown; these are {', '.join(places)}")
+            part = as_array(name, part)
+            if part.size != vector[places[name]].size:
+                raise ValueError(f"{name}: {vector[places[name]].size} values are wanted, not {part.size}")
+            vector[places[name]] = part.ravel()
+        self._core.hessian_vector(vector, product, gauss_newton, _called(progress), every)
+        return {name: self._values_like(name, product[place].copy()) for name, place in places.items()}
+
+    def optimise(self, values=None, /, *, iterations=0, progress=None, **named):
+        """The task's own optimiser; unknown(name) is what it has found."""
+        self.assign(values, **named)
+        return Optimised(*self._core.optimise(_called(progress), iterations))

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A scene as an operator of PyTorch.
+
+    loss = dpde.torch.loss(model.scene("recover"))               # a task
+    loss(kappa=kappa).backward()
+    end = dpde.torch.end(model.scene("rod", inputs=["u"]))       # a scene and what its end is differentiated by
+    end(u=network(x))["u"]
+
+Tensors of float64 on the processor are read where they lie; others of float32 are converted, and so is their gradient.
+loss() computes the gradient with the value, and keeps it; end() runs the scene, and its backward runs it again, with the
+adjoint. There are no second derivatives.
+"""
+import torch
+from torch.autograd.function import once_differentiable
+
+
+def _array(name, tensor):
+    if tensor.device.type != "cpu":
+        raise TypeError(f"{name} is on {tensor.device}, and scenes run on the processor: give {name}.cpu()")
+    if tensor.dtype not in (torch.float64, torch.float32):
+        raise TypeError(f"{name}: a tensor of float64 or float32 is wanted, not of {tensor.dtype}")
+    return tensor.detach().to(torch.float64).numpy()
+
+
+def _tensor(values, like):
+    return torch.as_tensor(values, dtype=torch.float64).to(like.dtype).reshape(like.shape)
+
+
+def _require_unknowns(scene, names, tensors):
+    for name, tensor in zip(names, tensors):
+        if tensor.requires_grad and name not in scene.unknowns and name not in scene._vectors:
+            raise ValueError(f"{name} requires a gradient and is no unknown of {scene.name}: these are {scene.unknowns}")
+
+
+def _by_input(scene, names, tensors, gradients, scale):
+    """What backward() returns for each tensor."""
+    for name, tensor in zip(names, tensors):
+        if name in scene._vectors and name not in gradients:
+            yield torch.stack([_tensor(gradients[part], tensor[0]) for part in scene._vectors[name]]) * scale
+        else:
+            yield _tensor(gradients[name], tensor) * scale if name in gradients else None
+
+
+class _Loss(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, scene, names, *tensors):
+        values = {name: _array(name, tensor) for name, tensor in zip(names, tensors)}
+        with scene.lock:
+            if not any(ctx.needs_input_grad):
+                return torch.tensor(scene.loss(values), dtype=torch.float64)
+            value, gradients = scene.gradient(values)
+        ctx.gradients = [g if needs else None for g, needs in zip(_by_input(scene, names, tensors, gradients, 1.0),
+                                                                  ctx.needs_input_grad[2:])]
+        return torch.tensor(value, dtype=torch.float64)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx, bar):
+        scale = bar.item()
+        scaled = (g if g is None or scale == 1 else g * scale for g in ctx.gradients)
+        return (None, None, *scaled)
+
+
+class _End(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, scene, names, *tensors):
+        ctx.scene, ctx.names = scene, names
+        ctx.save_for_backward(*tensors)
+        values = {name: _array(name, tensor) for name, tensor in zip(names, tensors)}
+        with scene.lock:
+            result = scene.run(values)
+        return tuple(torch.from_numpy(result.states[name]) for name in scene.states)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx, *bars):
+        scene, tensors = ctx.scene, ctx.saved_tensors
+        values = {name: _array(name, tensor) for name, tensor in zip(ctx.names, tensors)}
+        seeds = {name: _array(name, bar) for name, bar in zip(scene.states, bars)}
+        with scene.lock:
+            gradients = scene.vjp(seeds, values)
+        return (None, None, *_by_input(scene, ctx.names, tensors, gradients, 1.0))
+
+
+def loss(scene):
+    """The task's loss, a tensor without axes, as a function of tensors by name."""
+
+    def call(values=None, /, **named):
+        given = {**(values or {}), **named}
+        _require_unknowns(scene, given, given.values())
+        return _Loss.apply(scene, tuple(given), *given.values())
+
+    return call
+
+
+def end(scene):
+    """The states at the end of a scene opened with inputs, a dictionary of tensors, as a function of tensors by name."""
+    if not scene.has_seeds:
+        raise ValueError("end() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
+
+    def call(values=None, /, **named):
+        given = {**(values or {}), **named}
+        _require_unknowns(scene, given, given.values())
+        return dict(zip(scene.states, _End.apply(scene, tuple(given), *given.values())))
+
+    return call
