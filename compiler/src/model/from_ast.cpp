@@ -78,6 +78,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_guess(draft);
   if (draft.model) check_smoother(draft);
   check_placements(draft);
+  check_scene_lets(draft);
   check_gridless(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/build.h"
+#include "model/from_ast/parts.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "syntax/calls.h"
@@ -425,6 +426,10 @@ Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Oper
 }
 
 bool Expressions::has_axis(int axis, SourceRange range) {
+  if (!draft_.problem.has_grid) {
+    report_no_grid(draft_, "axis " + axis_name(axis), range);
+    return false;
+  }
   if (axis < axis_count()) return true;
   std::vector<std::string> axes;
   for (const Axis& known : draft_.problem.axes) axes.push_back(known.name);
