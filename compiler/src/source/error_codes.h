@@ -73,6 +73,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0331", "misplaced", Severity::error, "{} is at {}, but here its value at {} is wanted"},
     {"E0332", "nothing-to-interpolate", Severity::error, "no field stands in this interpolation"},
     {"E0333", "no-wall-value", Severity::error, "{} has no values on the lower wall of axis {}"},
+    {"E0340", "bad-index", Severity::error, "{} is no element of an array"},
     {"E0350", "kernel-unknown-name", Severity::error, "{} is not a parameter or let of kernel {}"},
     {"E0351", "kernel-unknown-function", Severity::error, "{} is not a function that kernels can call"},
     {"E0352", "kernel-argument-count", Severity::error, "{} takes {} arguments, not {}"},

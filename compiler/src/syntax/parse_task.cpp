@@ -42,7 +42,7 @@ When parse_when_counted(Cursor& cursor) {
 
 ItemKind parse_data(Cursor& cursor) {
   DataItem item;
-  item.name = cursor.expect_name("a name for the data");
+  item.name = cursor.expect_element("a name for the data");
   item.on = parse_placement(cursor);
   cursor.expect(TokenKind::assign);
   item.value = parse_expression(cursor);
@@ -63,7 +63,7 @@ ItemKind parse_unknown(Cursor& cursor) {
     item.initial = true;
   }
   constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
-  item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_component(what);
+  item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_element(what);
   if (cursor.at(TokenKind::comma)) {
     cursor.fail_expected("the end of the line", "each unknown stands on a line of its own: unknown a; unknown b");
     return item;
