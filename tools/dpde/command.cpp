@@ -41,6 +41,19 @@ Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
   return worst;
 }
 
+/// Errors with a place by that, wherever they were found; all else stays where it is.
+std::vector<Diagnostic> in_order_of_text(std::vector<Diagnostic> diagnostics) {
+  const auto is_placed = [](const Diagnostic& d) { return d.kind->severity == Severity::error && d.range.is_known(); };
+  std::vector<Diagnostic> placed;
+  std::ranges::copy_if(diagnostics, std::back_inserter(placed), is_placed);
+  std::ranges::stable_sort(placed, {}, [](const Diagnostic& d) { return d.range.begin; });
+  auto next = placed.begin();
+  for (Diagnostic& diagnostic : diagnostics) {
+    if (is_placed(diagnostic)) diagnostic = *next++;
+  }
+  return diagnostics;
+}
+
 std::vector<std::string> split_set(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) return {};
@@ -109,11 +122,12 @@ void Job::wrote(const std::string& path) {
 
 int Job::finish(Json result) {
   Exit exit = exit_for(sink_.all());
-  for (const Diagnostic& diagnostic : sink_.all()) {
+  const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
+  for (const Diagnostic& diagnostic : told) {
     std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
   }
   if (options_.json) {
-    if (!sink_.all().empty()) result["diagnostics"] = diagnostics_json(source_, sink_.all());
+    if (!told.empty()) result["diagnostics"] = diagnostics_json(source_, told);
     fmt::print("{}\n", result.dump());
   }
   return flushed(static_cast<int>(exit));

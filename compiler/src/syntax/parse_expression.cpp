@@ -136,7 +136,8 @@ class ExpressionParser {
     if (token.kind == TokenKind::identifier) return name();
     if (cursor_.accept(TokenKind::number)) return finish(Number{token.value, std::string(token.spelling)}, begin, 1);
     if (cursor_.accept(TokenKind::text)) return finish(Text{std::string(token.spelling)}, begin, 1);
-    cursor_.fail_expected("an expression");
+    const bool is_power = token.kind == TokenKind::star;  // u**2
+    cursor_.fail_expected("an expression", is_power ? "a power is written u^2, a product u*v" : "");
     return {};
   }
 
