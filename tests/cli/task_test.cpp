@@ -226,5 +226,21 @@ TEST_F(BenchCommand, SaysWhatBytesPredictOfTheAdjoint) {
       << bench.out;  // u, u_next_bar and u_bar over u and u_next
 }
 
+/// Without a name: of all tasks of the file.
+TEST_F(VerifyCommand, CertifiesAllTasksOfAFile) {
+  write("two.dpde",
+        "model m { field u; param k = 1; dt(u) = -k*u }\n"
+        "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1/4 }\n"
+        "task a : s { unknown k; minimise mean(u^2) }\ntask b : s { unknown initial u; minimise mean(u^4) }\n");
+  const Outcome verified = dpde("verify two.dpde --json"), checked = dpde("check two.dpde --json");
+  ASSERT_EQ(verified.status, 0) << verified.err;
+  ASSERT_EQ(checked.status, 0) << checked.err;
+  for (const char* task : {"a", "b"}) {
+    EXPECT_EQ(verified.json()["tasks"][task]["passed"], true);
+    EXPECT_TRUE(checked.json()["tasks"].contains(task));
+  }
+  EXPECT_EQ(dpde("verify two.dpde b --json").json()["passed"], true);
+}
+
 }  // namespace
 }  // namespace dpde::testing

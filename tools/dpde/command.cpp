@@ -21,7 +21,9 @@
 #include "files/files.h"
 #include "files/imports.h"
 #include "interrupt.h"
+#include "model/from_ast.h"
 #include "source/render.h"
+#include "syntax/parser.h"
 
 namespace dpde::tools {
 
@@ -109,6 +111,23 @@ SourceRange Job::place(const std::exception& error) const {
   const SourceRange found =
       known != nullptr && compiled_ ? driver::place_of_solve(*compiled_, known->solve_for()) : SourceRange{};
   return found.is_known() ? found : place();
+}
+
+Json Job::of_each_task(const std::function<Json()>& one) {
+  DiagnosticSink silent;
+  ast::File own = ast::parse(source_, silent);
+  std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
+  const std::vector<std::string> tasks = model::task_names(own);
+  if (!options_.name.empty() || tasks.size() < 2) return one();
+  Json all = {{"tasks", Json::object()}};
+  for (const std::string& task : tasks) {
+    if (failed()) break;
+    options_.name = task;
+    say(fmt::format("---- task {}\n", task));
+    all["tasks"][task] = one();
+  }
+  options_.name.clear();
+  return all;
 }
 
 void Job::say(const std::string& text) {
