@@ -216,5 +216,14 @@ TEST_F(BadInput, AFirstSceneRunsAndIsCertifiedAndIsNotWrittenTwice) {
   EXPECT_NE(again.err.find("it is there already"), std::string::npos);
 }
 
+TEST_F(BadInput, CodesAreExplainedByAnExample) {
+  const Outcome known = dpde("explain E0705");
+  EXPECT_EQ(known.status, 0);
+  EXPECT_NE(known.out.find("E0705 not-reduced (error)"), std::string::npos);
+  EXPECT_NE(known.out.find("minimise u^2  # <-- here"), std::string::npos) << known.out;
+  EXPECT_EQ(dpde("explain W0801").status, 0);  // of a run: no example
+  EXPECT_EQ(dpde("explain E9999").status, 2);
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -22,5 +22,6 @@ void add_bench(CLI::App& app, int& status);
 void add_plot(CLI::App& app, int& status);
 void add_fmt(CLI::App& app, int& status);
 void add_new(CLI::App& app, int& status);
+void add_explain(CLI::App& app, int& status);
 
 }  // namespace dpde::tools
