@@ -115,6 +115,8 @@ TEST(Arrays, WithMistakesAreReported) {
   EXPECT_EQ(said("param b[0]"),
             "b[0] is no element of an array: an array is declared with its number of elements, 1 to 1000: c[3]");
   EXPECT_EQ(said("param b[100, 100]").substr(0, 11), "b[100, 100]");
+  EXPECT_EQ(said("param p[1000]; let a = sum(sum(sum(p[i]*p[j]*p[k], i), j), k)").substr(0, 14), "the expression");
+  EXPECT_EQ(said("param p[1000]; let a[i, j, k] = p[i]*p[j]*p[k]").substr(0, 10), "a[i, j, k]");
   EXPECT_EQ(said("field c_1"), "c_1 is given twice: ");
   EXPECT_EQ(said("let a[i] = i*c[i]; let b = sum(a[j], j) + sum(sum(c[i]*c[j], i), j)"), "");
 }

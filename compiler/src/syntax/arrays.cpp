@@ -17,6 +17,7 @@ namespace dpde::ast {
 namespace {
 
 constexpr int most_elements = 1000;
+constexpr int most_terms = 100000;  // of the sums of a block
 
 using Arrays = std::map<std::string, std::vector<int>>;  // how many elements along each index
 using Values = std::map<std::string, int>;               // of indices
@@ -122,17 +123,20 @@ class ArrayBlock {
       const Element element = element_of(name.name);
       if (element.indices.empty()) continue;
       std::vector<int> extents;
-      double count = 1;
-      for (const std::string& index : element.indices) {
-        extents.push_back(number_in(index).value_or(0));
-        count *= extents.back();
-      }
-      const bool fits = std::ranges::all_of(extents, [](int n) { return n >= 1; }) && count <= most_elements;
-      if (fits) arrays_[element.array] = extents;
-      if (!fits)
-        sink_.report("bad-index", name.range, {name.name},
-                     fmt::format("an array is declared with its number of elements, 1 to {}: c[3]", most_elements));
+      for (const std::string& index : element.indices) extents.push_back(number_in(index).value_or(0));
+      if (fits(extents)) arrays_[element.array] = extents;
+      if (!fits(extents)) refuse_size(name);
     }
+  }
+
+  static bool fits(const std::vector<int>& extents) {
+    double count = 1;
+    for (const int extent : extents) count *= extent;
+    return std::ranges::all_of(extents, [](int n) { return n >= 1; }) && count <= most_elements;
+  }
+  void refuse_size(const Identifier& name) {
+    sink_.report("bad-index", name.range, {name.name},
+                 fmt::format("an array is declared with its number of elements, 1 to {}: c[3]", most_elements));
   }
 
   /// let r[i] = k[i]*c[i]: as many as the formula has.
@@ -144,7 +148,7 @@ class ArrayBlock {
       if (extent == 0) return;  // reported where the line is written out
       extents.push_back(extent);
     }
-    if (!extents.empty()) arrays_[element.array] = extents;
+    if (!extents.empty() && fits(extents)) arrays_[element.array] = extents;
   }
 
   /// From the arrays that it is an index of in this name; 0: it is none.
@@ -181,8 +185,8 @@ class ArrayBlock {
     for (std::size_t k = 0; k < element.indices.size(); ++k) {
       const auto known = values.find(element.indices[k]);
       const auto index = known != values.end() ? std::optional(known->second) : number_in(element.indices[k]);
-      const bool fits = index && *index >= 1 && *index <= array->second[k];
-      if (!fits) refuse_index(element, element.indices[k], range);
+      const bool is_there = index && *index >= 1 && *index <= array->second[k];
+      if (!is_there) refuse_index(element, element.indices[k], range);
       text += fmt::format("_{}", index.value_or(1));
     }
     return text + element.behind;
@@ -227,6 +231,11 @@ class ArrayBlock {
     std::optional<Expr> sum;
     Values inside = values;
     for (int k = 1; k <= extent; ++k) {
+      if (++terms_ > most_terms) {
+        if (terms_ == most_terms + 1)
+          sink_.report("too-large", range, {}, "sums inside one another multiply their terms");
+        return sum.value_or(Expr());
+      }
       inside[over->name] = k;
       const Expr term = with(call.arguments[0].value, inside);
       sum = sum ? Expr(Node{Binary{BinaryOp::add, *sum, term}, range}) : term;
@@ -261,6 +270,7 @@ class ArrayBlock {
     const std::vector<std::string> open = target == nullptr ? std::vector<std::string>{} : open_indices(*target);
     std::vector<int> extents;
     for (const std::string& index : open) extents.push_back(std::max(1, extent_of(index, item)));
+    if (!fits(extents)) return refuse_size(*target);
     for_each_value(extents, [&](const std::vector<int>& at) {
       Values values;
       for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
@@ -327,6 +337,10 @@ class ArrayBlock {
       std::vector<int> extents;
       for (const std::string& index : open)
         extents.push_back(std::max({1, extent_in(index, one.field.name), extent_of(index, one.value)}));
+      if (!fits(extents)) {
+        refuse_size(update.field);
+        continue;
+      }
       for_each_value(extents, [&](const std::vector<int>& at) {
         Values values;
         for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
@@ -340,6 +354,7 @@ class ArrayBlock {
 
   Arrays arrays_;
   DiagnosticSink& sink_;
+  int terms_ = 0;
 };
 
 class ArrayWriter {
