@@ -451,5 +451,24 @@ TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
   }
 }
 
+/// Ordinary equations have no cells: references take shorter steps, and so do the candidates of tune.
+TEST_F(ChartCommand, OfAScenesWithoutAGridVariesTheStep) {
+  write("decay.dpde",
+        "model m { field u; param k = 1; dt(u) = -k*u }\nscheme c { time = rk4 }\n"
+        "scene s : m with c { initial u = 1; time 0 .. 1, step 1/8 }\nscene known = s { exact u = exp(-k*t) }\n"
+        "chart costs : s { vary time in rk4, ssp_rk3; vary step in 1/4, 1/8 }\n");
+  for (const std::string what : {"chart decay.dpde costs", "chart decay.dpde known --vary time=rk4 --vary step=0.25"}) {
+    const Outcome run = dpde(what + quick);
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_NEAR(run.json()["points"][0]["error"], 4.0e-5, 1e-6) << what;  // R(-1/4)^4 = 0.3678942
+  }
+  const Outcome tuned = dpde("tune decay.dpde s --tolerance 1e-6 --vary time=rk4" + quick);
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  EXPECT_LT(tuned.json()["error"], 1e-6);
+  EXPECT_EQ(std::string(tuned.json()["text"]).find("cells"), std::string::npos);
+  for (const std::string what : {"run decay.dpde costs", "run decay.dpde cost"})
+    EXPECT_NE(dpde(what).err.find("costs is a chart: dpde chart FILE costs"), std::string::npos) << what;
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -394,7 +394,8 @@ TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
         "  boundary u: x.low = a*(1 + 0.2*cos(2*pi*y)), x.high = mixed(1, 0.2, exp(-t))\n  time 0 .. 1, step 1/16\n}\n"
         "task twin : p {\n  data r = u from scene p over time\n  unknown k from 0.01\n  unknown a from 0.8\n"
         "  minimise mean(dx(u - r)^2) + mean((lap(u) - lap(r))^2) over time\n"
-        "  minimise (sample(u, at = (0.01, 0.3)) - sample(r, at = (0.01, 0.3)))^2 over time\n  using newton_cg()\n}\n"
+        "  minimise (sample(u, at = (0.01, 0.3)) - sample(r, at = (0.01, 0.3)))^2, sum over time\n"
+        "  using newton_cg()\n}\n"
         "task off : p {\n  data r = u from scene p over time\n  unknown k from 0.02\n  unknown a from 0.5\n"
         "  minimise mean((dx(u) - dx(r))^2) + 0.1*mean(dx(u)*lap(r)) over time\n  using newton_cg()\n}\n");
   const Outcome twin = dpde("gradient twin.dpde twin --json");

@@ -2,6 +2,7 @@
 // dpde gradient, optimize, verify and bench.
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "command_support.h"
 
@@ -70,13 +71,32 @@ TEST_F(GradientCommand, SumsAndMeansOverTime) {
   for (const auto& [loss, weight] : {std::pair{"mean(u^2)", 1.0 / 9}, std::pair{"sum(u^2)", 16.0},
                                      std::pair{"integral(u^2)", 2 * std::numbers::pi / 8}}) {
     std::string text = rod_text;
-    text.replace(text.find("mean(u^2) at t = 1"), 18, std::string(loss) + " + k over time");
+    text.replace(text.find("mean(u^2) at t = 1"), 18, std::string(loss) + " over time\n  minimise k");
     write("rod.dpde", text);
     const Outcome run = dpde("gradient rod.dpde find --json");
     ASSERT_EQ(run.status, 0) << run.err;
     double sum = 0;
     for (int n = 0; n <= 8; ++n) sum += std::pow(1 - rate * 0.25, 2 * n) / 2;
     EXPECT_NEAR(run.json()["loss"], weight * sum + 0.25, 1e-13) << loss;
+  }
+}
+
+/// The line says how: of any number, whatever it is made of.
+TEST_F(GradientCommand, CountsStatesAsTheLineSays) {
+  const double pi = std::numbers::pi;
+  for (const auto& [loss, power, weight] :
+       {std::tuple{"mean(u^2), sum over time", 1, 1.0}, std::tuple{"sum(u^2), mean over time", 1, 16.0 / 9},
+        std::tuple{"-mean(u^2), integral over time", 1, -1.0 / 8},
+        std::tuple{"3*integral(u^2)^2, sum over time", 2, 3 * 4 * pi * pi},
+        std::tuple{"exp(2*log(mean(u^2))), mean over time", 2, 1.0 / 9}}) {
+    std::string text = rod_text;
+    text.replace(text.find("mean(u^2) at t = 1"), 18, loss);
+    write("rod.dpde", text);
+    const Outcome run = dpde("gradient rod.dpde find --json");
+    ASSERT_EQ(run.status, 0) << run.err;
+    double sum = 0;
+    for (int n = 0; n <= 8; ++n) sum += std::pow(std::pow(1 - rate * 0.25, 2 * n) / 2, power);
+    EXPECT_NEAR(run.json()["loss"], weight * sum, 1e-12) << loss;
   }
 }
 
@@ -204,6 +224,22 @@ TEST_F(BenchCommand, SaysWhatBytesPredictOfTheAdjoint) {
   ASSERT_EQ(bench.status, 0) << bench.err;
   EXPECT_NE(bench.out.find("(1.50 times the bytes)"), std::string::npos)
       << bench.out;  // u, u_next_bar and u_bar over u and u_next
+}
+
+/// Without a name: of all tasks of the file.
+TEST_F(VerifyCommand, CertifiesAllTasksOfAFile) {
+  write("two.dpde",
+        "model m { field u; param k = 1; dt(u) = -k*u }\n"
+        "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1/4 }\n"
+        "task a : s { unknown k; minimise mean(u^2) }\ntask b : s { unknown initial u; minimise mean(u^4) }\n");
+  const Outcome verified = dpde("verify two.dpde --json"), checked = dpde("check two.dpde --json");
+  ASSERT_EQ(verified.status, 0) << verified.err;
+  ASSERT_EQ(checked.status, 0) << checked.err;
+  for (const char* task : {"a", "b"}) {
+    EXPECT_EQ(verified.json()["tasks"][task]["passed"], true);
+    EXPECT_TRUE(checked.json()["tasks"].contains(task));
+  }
+  EXPECT_EQ(dpde("verify two.dpde b --json").json()["passed"], true);
 }
 
 }  // namespace

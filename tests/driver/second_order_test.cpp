@@ -135,7 +135,7 @@ TEST(SecondOrder, GaussNewtonNeedsSquares) {
   Ready ready(rod("sin(x)", "unknown k; minimise mean(u^2) + mean(exp(u))"));
   EXPECT_FALSE(ready.inverse->has_products(Curvature::gauss_newton));
   EXPECT_TRUE(ready.inverse->has_products(Curvature::full));
-  Ready squares(rod("sin(x)", "unknown k; minimise 0.5*mean((u - k)^2 + 2*(u*u)/3) + 0.1*k^2 over time"));
+  Ready squares(rod("sin(x)", "unknown k; minimise 0.5*mean((u - k)^2 + 2*(u*u)/3) + 0.1*k^2, mean over time"));
   EXPECT_TRUE(squares.inverse->has_products(Curvature::gauss_newton));
 }
 

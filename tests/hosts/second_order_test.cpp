@@ -71,7 +71,7 @@ scene s : m with e {
 }
 task t : s { unknown D; unknown F from sin(9*t) in -3 .. 3
   minimise mean((u - 1)^2)
-  minimise 0.1*F^4 over time })"},
+  minimise 0.1*F^4, mean over time })"},
     {"ControlFields", R"(model m { field u; param D; control field F, G; dt(u) = D*lap(u) + F*u + dx(G*u) }
 scheme e { time = rk2 }
 scene s : m with e {

@@ -176,8 +176,8 @@ TEST(Diagnostics, OfScenes) {
   EXPECT_EQ(in_scene("exact u = max(x)"), "E0311 an exact solution is made of numbers, parameters, coordinates and t");
   EXPECT_EQ(in_scene("observe e = (u, u)"),
             "E0307 a component as (v).x is a number; dot(a, b) and div(v) make one of vectors");
-  for (const char* value : {"sqrt(mean(u^2))", "mean(u)*mean(u)", "mean(u) + u", "x*mean(u)", "1/mean(u)", "mean(u)/w",
-                            "-max(mean(u), 1)"}) {
+  for (const char* value : {"sqrt(mean(u^2) + x)", "mean(u)*u", "mean(u) + u", "x*mean(u)", "1/u", "mean(u)/w",
+                            "-max(mean(u), w)", "dx(u)"}) {
     EXPECT_EQ(in_scene(std::string("observe e = ") + value).substr(0, 5), "E0705") << value;
   }
 }

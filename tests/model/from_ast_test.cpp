@@ -224,7 +224,7 @@ task t : s {
   unknown c from 1/2
   unknown initial u
   minimise 0.5*mean((u - v)^2) at t = 2/8, 0.5
-  minimise k^2 + 0.1*integral(u^2)/c over time
+  minimise k^2 + 0.1*integral(u^2)/c, integral over time
   minimise -sum(u)
   using lbfgs
   test mae = sum(abs(u - own))/8 over time
@@ -241,7 +241,7 @@ task t : s {
   unknown c from 0.5
   unknown initial u from 0
   minimise 0.5*mean((u - v)^2) at t = 0.25, 0.5
-  minimise k^2 + 0.1*integral(u^2)/c over time
+  minimise k^2 + 0.1*integral(u^2)/c, integral over time
   minimise -sum(u)
   using lbfgs(), iterations 50
   test mae = sum(abs(u - own))/8 over time

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes made from others, their lets, parameters with values in the model, initial states made of one another.
+#include <fmt/format.h>
+
 #include <sstream>
 
 #include "model/model_support.h"
@@ -81,6 +83,90 @@ TEST(Scenes, ChangeSidesOfSeveralLines) {
             std::vector<std::string>{"boundary u: y.low = 2, y.high = 0"});
 }
 
+/// Cells of one axis beside those of all, components beside whole vectors, and the step in front of the time.
+TEST(Scenes, ChangePartsOfWhatOthersSayAsAWhole) {
+  const std::string text = R"(
+model m { vector u; coefficient vector w; dt(u) = lap(u) + w }
+scene s : m {
+  grid y = 0 .. 1, periodic
+  grid x = 0 .. 1
+  cells 8, 4
+  boundary u: x.low = (1, 2), x.high = zero_gradient
+  w = (1, y)
+  initial u = (x, y)
+  time 0 .. 1, step 1/1000
+}
+scene d = s { step 1/2000; time 0 .. 2; grid x = 0 .. 2, cells 16; initial u.x = 3; w.y = 7; boundary u.y: x.low = 5 }
+scene e = d { initial u = (x, 0); boundary u = 0; cells 3 }
+scene f = e { initial u.x = y; step 1/4000 }
+scene bad = s { cells 4, 4, 4 }
+)";
+  const Problem d = problem_of(text, {"d", {}, ""});
+  EXPECT_EQ(d.axes[0].cells, 16);
+  EXPECT_EQ(d.axes[1].cells, 4);
+  EXPECT_EQ(d.steps, 4000);
+  EXPECT_EQ(lines_with(d, "initial"), (std::vector<std::string>{"initial u.x = 3", "initial u.y = y"}));
+  EXPECT_EQ(lines_with(d, "w"), (std::vector<std::string>{"w.x = 1", "w.y = 7"}));
+  EXPECT_EQ(lines_with(d, "boundary"), (std::vector<std::string>{"boundary u.x: x.low = 1, x.high zero_gradient",
+                                                                 "boundary u.y: x.low = 5, x.high zero_gradient"}));
+  const Problem e = problem_of(text, {"e", {}, ""});
+  EXPECT_EQ(e.axes[0].cells * e.axes[1].cells, 9);
+  EXPECT_EQ(lines_with(e, "initial"), (std::vector<std::string>{"initial u.x = x", "initial u.y = 0"}));
+  EXPECT_EQ(lines_with(e, "boundary u.y"), std::vector<std::string>{"boundary u.y: x.low = 0, x.high = 0"});
+  const Problem f = problem_of(text, {"f", {}, ""});
+  EXPECT_EQ(f.steps, 8000);
+  EXPECT_EQ(lines_with(f, "initial"), (std::vector<std::string>{"initial u.x = y", "initial u.y = 0"}));
+  EXPECT_EQ(outcome_of(text, {"bad", {}, ""}).code_and_hint(), "E0309 write one number for all axes, or one for each");
+}
+
+/// The run from another state has another exact solution.
+TEST(Scenes, LeaveOutExactSolutionsOfOtherStates) {
+  const std::string text = R"(
+model m { field u; dt(u) = -u }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = 1; exact u = exp(-t); time 0 .. 1, step 1/8 }
+scene finer = s { cells 16 }
+scene twice = s { initial u = 2 }
+scene thrice = twice { initial u = 3; exact u = 3*exp(-t) }
+)";
+  EXPECT_TRUE(problem_of(text, {"finer", {}, ""}).states[0].exact);
+  const Problem twice = problem_of(text, {"twice", {}, ""});
+  EXPECT_FALSE(twice.states[0].exact);
+  EXPECT_EQ(twice.dropped.front(), "exact u of scene s: it starts from another state there");
+  EXPECT_TRUE(problem_of(text, {"thrice", {}, ""}).states[0].exact);
+}
+
+TEST(Scenes, OfLongChainsEnd) {
+  std::string text = written_out;
+  for (int i = 0; i < 20000; ++i)
+    text += "scene a" + std::to_string(i) + " = a" + (i ? std::to_string(i - 1) : "") + " {}\n";
+  EXPECT_EQ(problem_of(text, {"a19999", {}, ""}).axes[0].cells, 8);
+  const auto with = [](const std::string& lets) {
+    return outcome_of(
+               "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = q\n"
+               "time 0 .. 1, step 1/8\n" +
+               lets + "}")
+        .code_and_hint();
+  };
+  std::string doubled = "let a0 = x\n", chain = doubled;
+  for (int i = 1; i < 60; ++i) doubled += fmt::format("let a{} = a{} + a{}\n", i, i - 1, i - 1);
+  for (int i = 1; i < 20000; ++i) chain += fmt::format("let a{} = a{} + 1\n", i, i - 1);
+  EXPECT_EQ(with(doubled + "let q = a59\n"), "E0317 split it into several fields or scenes");
+  EXPECT_EQ(with(chain + "let q = a19999\n").substr(0, 5), "E0317");
+}
+
+TEST(Scenes, CheckLetsThatNobodyReads) {
+  const auto with = [](const std::string& let) {
+    return outcome_of(
+               "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n"
+               "initial u = 1; time 0 .. 1, step 1/8; let q = " +
+               let + "}")
+        .code_and_hint();
+  };
+  EXPECT_EQ(with("1 + missing"), "E0301 known here: pi, q, t, u, x, y, z");
+  EXPECT_EQ(with("q"), "E0315 it is made of itself");
+  EXPECT_EQ(with("sin(x)*t + u + mean(u)"), "0 diagnostics:");
+}
+
 TEST(Scenes, ReplaceAllOutputs) {
   const Problem b = changed("scene b = a { output u }", "b");
   EXPECT_EQ(lines_with(b, "output"), std::vector<std::string>{"output u"});
@@ -158,6 +244,10 @@ scene of_seven = s { b = 7 }
   EXPECT_EQ(values("s", {{"a", "4"}}), (std::vector<double>{4, 8, 8}));
 }
 
+std::string needs_a_grid(const std::string& what) {
+  return "E0401 " + what + " needs one: write grid x = 0 .. 1, cells 128, periodic";
+}
+
 TEST(Scenes, WithoutAGridAreOneCell) {
   const std::string model = "model m { field a, b; param k; dt(a) = b*k; dt(b) = RATE }\n";
   const std::string scene = "scene s : m { k = 2; initial a = 1; initial b = START; time 0 .. 1, step 1/8 }";
@@ -171,9 +261,39 @@ TEST(Scenes, WithoutAGridAreOneCell) {
   ASSERT_TRUE(fine.problem);
   EXPECT_EQ(fine.problem->axes.size(), 1U);
   EXPECT_EQ(fine.problem->axes.front().cells, 1);
-  EXPECT_EQ(with("-dx(a)", "0").code_and_hint(), "E0401 b varies in space: write grid x = 0 .. 1, cells 128, periodic");
-  EXPECT_EQ(with("-a", "sin(x)").code_and_hint(),
-            "E0401 b varies in space: write grid x = 0 .. 1, cells 128, periodic");
+  EXPECT_EQ(with("-dx(a)", "0").code_and_hint(), needs_a_grid("axis x"));
+  EXPECT_EQ(with("-a", "sin(x)").code_and_hint(), needs_a_grid("axis x"));
+}
+
+/// Wherever it stands: in a line of the model, of the scene or of the task.
+TEST(Scenes, WithoutAGridHaveNothingThatVaries) {
+  const auto with = [](std::string model, std::string scene, std::string task, const std::string& more = "") {
+    const std::string text =
+        more + "\nmodel m { field a; param k; " + model + "; dt(a) = -k*a }\nscene s : m { k = 2; " + scene +
+        "; initial a = 1; time 0 .. 1, step 1/8 }\ntask t : s { unknown k; " + task + "; minimise mean(a) }";
+    return outcome_of(text, {"t", {}, ""}).code_and_hint();
+  };
+  EXPECT_EQ(with("", "observe e = mean(a)^2; observe f = integral(k*a)", "test g = max(a)"), "0 diagnostics:");
+  EXPECT_EQ(with("field b; dt(b) = lap(a)", "initial b = 0", ""), needs_a_grid("d(a, x, 2)"));
+  EXPECT_EQ(with("field b; dt(b) = advect(b, a)", "initial b = 0", ""), needs_a_grid("advect(b, a)"));
+  EXPECT_EQ(with("field b on faces.x; dt(b) = 0*a", "initial b = 0", ""), needs_a_grid("on faces.x"));
+  EXPECT_EQ(with("vector b; dt(b) = -b", "initial b = 0", ""),
+            needs_a_grid("a vector, which has a component for each axis,"));
+  EXPECT_EQ(with("", "boundary a = 0", ""), needs_a_grid("a boundary"));
+  EXPECT_EQ(with("", "coordinates polar", ""), needs_a_grid("coordinates"));
+  EXPECT_EQ(with("", "observe e = sample(a, at = 7)", ""), needs_a_grid("sample"));
+  EXPECT_EQ(with("", "observe e = mean(x*a)", ""), needs_a_grid("axis x"));
+  EXPECT_EQ(with("", "observe e = mean(mean(a, x))", ""), needs_a_grid("axis x"));
+  EXPECT_EQ(with("", "after step: a = a - lap(a)", ""), needs_a_grid("d(a, x, 2)"));
+  EXPECT_EQ(with("", "", "minimise mean(div(grad(a))^2)"), needs_a_grid("dx(dx(a))"));
+  EXPECT_EQ(with("", "", "test e = mean(dx(a))"), needs_a_grid("axis x"));
+  EXPECT_EQ(with("", "", "data d on faces.x = load(\"d.npy\")"), needs_a_grid("on faces.x"));
+  const std::string wide = "network n(u) -> scalar { conv 1, 3 }", narrow = "network n(u) -> scalar { conv 1, 1 }";
+  EXPECT_EQ(with("field b; dt(b) = n(a)", "initial b = 0", "", wide),
+            needs_a_grid("network n, whose layers read other cells,"));
+  EXPECT_EQ(with("field b; dt(b) = n(a)", "initial b = 0", "", narrow), "0 diagnostics:");
+  const std::string shift = "operator near(u) order 1 = u[+1] - u";
+  EXPECT_EQ(with("field b; dt(b) = near(a)", "initial b = 0", "", shift).substr(0, 5), "E0401");
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ TEST(Control, GradientIsOneNumberAnInterval) {
 
 /// The mean of F^2 over the 9 states: that of interval k at its states, the last value at the end too.
 TEST(Control, CostsSomethingInTheLoss) {
-  const TaskResult result = task_gradient(sum_of_pushes("F = 0 every 1/2", "minimise F^2 over time"), "t");
+  const TaskResult result = task_gradient(sum_of_pushes("F = 0 every 1/2", "minimise F^2, mean over time"), "t");
   EXPECT_NEAR(result.loss, 4, 1e-13);
   const std::vector<double>& g = result.gradient.at("F");
   ASSERT_EQ(g.size(), 2u);
@@ -101,7 +101,7 @@ TEST(Control, DerivativesAreCertified) {
       "0.02\n"
       "  initial u = sin(x)\n  time 0 .. 1, step 1/32\n  F = cos(t) every 1/8\n  G = 0.3\n  every 1/4: u += 0.1*F\n}\n"
       "task t : s {\n  unknown F\n  unknown G from t\n  unknown nu\n  minimise mean(u^2)\n  minimise mean(F*u^2) + "
-      "0.1*G^2 over time\n}\n";
+      "0.1*G^2, mean over time\n}\n";
   expect_certified(text, true);
 }
 

@@ -83,7 +83,7 @@ TEST(Courant, DerivativesAreCertified) {
       "  initial u = 1 + sin(3*x + 2*pi*y)\n  initial v = cos(x)\n  time 0 .. 1, step 1/8, courant 0.3\n  every 1/4: v "
       "+= 0.1*u*v\n}\n"
       "task t : s {\n  unknown initial u\n  unknown initial v\n  unknown nu\n  unknown F\n  minimise mean(u^2 + v^3)\n "
-      " minimise mean(u*v) + F^2 over time\n}\n";
+      " minimise mean(u*v) + F^2, mean over time\n}\n";
   expect_certified(text, true);
 }
 

@@ -200,7 +200,7 @@ TEST(PlacedPoints, DerivativesAreCertified) {
            "time 0 .. 1/8, step 1/64\n}\n"
            "task t : s {\n  unknown q\n  unknown a\n  unknown b\n  unknown initial u\n"
            "  minimise (sample(u.x, at = (0.61, 0.3)) - 0.4)^2 + sample(u.y, at = (a, 0.9*b))^2 + sample(p, at = (b, "
-           "0.05)) over time\n}\n";
+           "0.05)), sum over time\n}\n";
   };
   for (const std::string x : {"1", "3"}) {
     expect_certified(text(x, "2"), x == "3");

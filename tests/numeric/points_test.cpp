@@ -81,7 +81,7 @@ TEST(Points, GradientsOfStrengthAndPlaces) {
                "\nq = " + number(q) + "\na = " + number(a) + "\nb = " + number(b) +
                "\ninitial u = x*y\ntime 0 .. 0.25, step 1/32\n}\ntask t : s {\nunknown q from " + number(q) +
                "\nunknown a from " + number(a) + "\nunknown b from " + number(b) +
-               "\nminimise (sample(u, at = (0.61, 0.3)) - 0.4)^2 + sample(u, at = (0.2, b)) over time\n}\n";
+               "\nminimise (sample(u, at = (0.61, 0.3)) - 0.4)^2 + sample(u, at = (0.2, b)), sum over time\n}\n";
       };
       const auto here = task_gradient(text(1.3, 0.43, 0.55), "t");
       const auto loss = [&](double q, double a, double b) { return task_loss(text(q, a, b), "t"); };

@@ -229,7 +229,7 @@ task t : s {
   unknown nu
   unknown F
   minimise mean(u^2 + v^3)
-  minimise mean(u*v) + F^2 over time
+  minimise mean(u*v) + F^2, mean over time
 }
 )";
 }

@@ -115,7 +115,7 @@ TEST(Errors, DoNotHideTheNextItem) {
             "9:15 E0203 'nu' is not understood in a scene | " +
                 scene_words +
                 "\n"
-                "9:26 E0201 expected an expression but found '*'\n");
+                "9:26 E0201 expected an expression but found '*' | a power is written u^2, a product u*v\n");
 }
 
 TEST(Errors, KeepWhatWasUnderstood) {

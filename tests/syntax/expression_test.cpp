@@ -124,6 +124,7 @@ TEST(Expression, PrintsTheFewestParentheses) {
   EXPECT_EQ(formatted_expression("((a))+(b*c)"), "a + b*c");
   EXPECT_EQ(formatted_expression("a*-b"), "a*(-b)");
   EXPECT_EQ(formatted_expression("u[1,0]"), "u[+1, 0]");
+  EXPECT_EQ(formatted_expression("c[1]+A[i,2]"), "c[1] + A[i, 2]");  // elements
 }
 
 TEST(Expression, PrintsWhatReadsBackAsTheSameTree) {
@@ -156,7 +157,7 @@ TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression("a < b < c"),
             "1:7 E0206 comparisons cannot follow one another | write a < b and b < c\n");
   EXPECT_EQ(formatted_expression("u[0.5]"), "1:3 E0208 expected a whole number but found '0.5'\n");
-  EXPECT_EQ(formatted_expression("u[i]"), "1:3 E0201 expected a whole number but found 'i'\n");
+  EXPECT_EQ(formatted_expression("u[+]"), "1:4 E0201 expected a whole number but found ']'\n");
   EXPECT_EQ(formatted_expression("u[99999999999]"), "1:3 E0208 expected a whole number but found '99999999999'\n");
   EXPECT_EQ(formatted_expression("()"), "1:2 E0201 expected an expression but found ')'\n");
   EXPECT_EQ(formatted_expression("a + and"), "1:5 E0201 expected an expression but found 'and'\n");

@@ -341,29 +341,35 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
+Json check_one(Job& job, const CheckOptions& options) {
+  Json result = Json::object();
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!compile_options) return result;
+  compile_options->backend.reset();
+  compile_options->verify = true;
+  compile_options->adjoint = true;
+  const Preparing preparing(job, "stopped before the check was complete");
+  const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
+  if (!compiled) return result;
+  if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
+  training::check_beside(*compiled, job.source(), job.sink());
+  if (compiled->problem) {
+    check_scene(job, options, *compiled, result);
+  } else {
+    check_programs(job, *compiled, result);
+  }
+  for (const std::string& chart : model::chart_names(compiled->ast))
+    model::chart_from_ast(compiled->ast, chart, job.sink());
+  return result;
+}
+
 int check(const CheckOptions& options) {
   Job job(options);
-  Json result = {{"diagnostics", Json::array()}};
+  Json result = Json::object();
   guarded(job, [&] {
-    if (!job.load_source()) return;
-    std::optional<driver::CompileOptions> compile_options = job.compile_options();
-    if (!compile_options) return;
-    compile_options->backend.reset();
-    compile_options->verify = true;
-    compile_options->adjoint = true;
-    const Preparing preparing(job, "stopped before the check was complete");
-    const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
-    if (!compiled) return;
-    if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
-    training::check_beside(*compiled, job.source(), job.sink());
-    if (compiled->problem) {
-      check_scene(job, options, *compiled, result);
-    } else {
-      check_programs(job, *compiled, result);
-    }
-    for (const std::string& chart : model::chart_names(compiled->ast))
-      model::chart_from_ast(compiled->ast, chart, job.sink());
+    if (job.load_source()) result = job.of_each_task([&] { return check_one(job, options); });
   });
+  if (!result.contains("diagnostics")) result["diagnostics"] = Json::array();
   return job.finish(std::move(result));
 }
 

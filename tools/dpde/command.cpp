@@ -21,7 +21,9 @@
 #include "files/files.h"
 #include "files/imports.h"
 #include "interrupt.h"
+#include "model/from_ast.h"
 #include "source/render.h"
+#include "syntax/parser.h"
 
 namespace dpde::tools {
 
@@ -39,6 +41,19 @@ Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
     worst = std::max(worst, exit);
   }
   return worst;
+}
+
+/// Errors with a place by that, wherever they were found; all else stays where it is.
+std::vector<Diagnostic> in_order_of_text(std::vector<Diagnostic> diagnostics) {
+  const auto is_placed = [](const Diagnostic& d) { return d.kind->severity == Severity::error && d.range.is_known(); };
+  std::vector<Diagnostic> placed;
+  std::ranges::copy_if(diagnostics, std::back_inserter(placed), is_placed);
+  std::ranges::stable_sort(placed, {}, [](const Diagnostic& d) { return d.range.begin; });
+  auto next = placed.begin();
+  for (Diagnostic& diagnostic : diagnostics) {
+    if (is_placed(diagnostic)) diagnostic = *next++;
+  }
+  return diagnostics;
 }
 
 std::vector<std::string> split_set(const std::string& text) {
@@ -98,6 +113,23 @@ SourceRange Job::place(const std::exception& error) const {
   return found.is_known() ? found : place();
 }
 
+Json Job::of_each_task(const std::function<Json()>& one) {
+  DiagnosticSink silent;
+  ast::File own = ast::parse(source_, silent);
+  std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
+  const std::vector<std::string> tasks = model::task_names(own);
+  if (!options_.name.empty() || tasks.size() < 2) return one();
+  Json all = {{"tasks", Json::object()}};
+  for (const std::string& task : tasks) {
+    if (failed()) break;
+    options_.name = task;
+    say(fmt::format("---- task {}\n", task));
+    all["tasks"][task] = one();
+  }
+  options_.name.clear();
+  return all;
+}
+
 void Job::say(const std::string& text) {
   if (!options_.quiet && !options_.json) fmt::print("{}", text);
 }
@@ -109,11 +141,12 @@ void Job::wrote(const std::string& path) {
 
 int Job::finish(Json result) {
   Exit exit = exit_for(sink_.all());
-  for (const Diagnostic& diagnostic : sink_.all()) {
+  const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
+  for (const Diagnostic& diagnostic : told) {
     std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
   }
   if (options_.json) {
-    if (!sink_.all().empty()) result["diagnostics"] = diagnostics_json(source_, sink_.all());
+    if (!told.empty()) result["diagnostics"] = diagnostics_json(source_, told);
     fmt::print("{}\n", result.dump());
   }
   return flushed(static_cast<int>(exit));

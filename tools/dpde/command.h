@@ -58,6 +58,10 @@ class Job {
   /// Selection, backend and verification level of the options; nullopt and diagnostics when one is nonsense.
   std::optional<driver::CompileOptions> compile_options();
 
+  /// What `one` gives for the task or scene that the command means. Where it names none and the file has several tasks,
+  /// of each of them: {"tasks": {NAME: ...}}, up to the first that fails.
+  Json of_each_task(const std::function<Json()>& one);
+
   /// Text for people: standard output, or nothing with --quiet or --json.
   void say(const std::string& text);
   /// A file that was written: told to people and listed under `files`.

@@ -71,6 +71,8 @@ int main(int argc, char** argv) {
   add_bench(app, status);
   add_plot(app, status);
   add_fmt(app, status);
+  add_new(app, status);
+  add_explain(app, status);
   const std::string unknown = unknown_verb(app, argc, argv);
   if (!unknown.empty()) return flushed(report_usage(unknown, wants_json(argc, argv)));
   try {

@@ -64,7 +64,7 @@ std::string text_to_paste(const chart::Point& point, const driver::Compiled& com
   scheme.name = "tuned";
   std::string text = model::print(scheme);
   if (!text.ends_with("\n")) text += "\n";
-  for (std::size_t a = 0; a < chosen.axes.size(); ++a)
+  for (std::size_t a = 0; chosen.has_grid && a < chosen.axes.size(); ++a)
     text += fmt::format("# grid {}: cells {}\n", chosen.axes[a].name, point.cells[a]);
   return text + fmt::format("# time {} .. {:.15g}, step {:.15g}{}\n", chosen.t_begin,
                             chosen.t_begin + chosen.steps * chosen.step, point.step,

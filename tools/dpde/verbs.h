@@ -21,5 +21,7 @@ void add_build(CLI::App& app, int& status);
 void add_bench(CLI::App& app, int& status);
 void add_plot(CLI::App& app, int& status);
 void add_fmt(CLI::App& app, int& status);
+void add_new(CLI::App& app, int& status);
+void add_explain(CLI::App& app, int& status);
 
 }  // namespace dpde::tools

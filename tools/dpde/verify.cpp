@@ -178,9 +178,8 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
                   effect->tolerance, how, effect->bound));
 }
 
-Json verify(Job& job) {
+Json verify_one(Job& job) {
   Json result = Json::object();
-  if (!job.load_source()) return result;
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
@@ -214,6 +213,11 @@ Json verify(Job& job) {
   report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
   if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
   return result;
+}
+
+Json verify(Job& job) {
+  if (!job.load_source()) return Json::object();
+  return job.of_each_task([&] { return verify_one(job); });
 }
 
 }  // namespace

@@ -110,8 +110,11 @@ class Companions {
     const std::unique_ptr<driver::Session> own = open(source_, options_, variant_, budget_.failure);
     if (own == nullptr) return false;
     is_single_ = own->compiled().real() == Precision::f32;
-    for (const model::Axis& axis : own->axes()) axis_names_.push_back(axis.name);
-    if (std::ranges::any_of(point_.cells, [](int cells) { return cells / 2 < fewest_coarse; })) {
+    const bool has_grid = own->problem().has_grid;
+    for (const model::Axis& axis : own->axes()) {
+      if (has_grid) axis_names_.push_back(axis.name);
+    }
+    if (has_grid && std::ranges::any_of(point_.cells, [](int cells) { return cells / 2 < fewest_coarse; })) {
       budget_.failure = "there are too few cells for a coarser run";
       return false;
     }
@@ -124,7 +127,10 @@ class Companions {
     const bool is_as_exact = !is_single_ && exacter_solves_.empty();
     if (is_as_exact) base_ = as_it_is_;
     if (!is_as_exact && !run(1, 1, base_)) return false;
-    if (!run(1, 2, half_) || !run(1, 4, quarter_) || !run(0.5, parts, coarse_)) return false;
+    if (!run(1, 2, half_) || !run(1, 4, quarter_)) return false;
+    same_ = coarse_ = fine_ = base_;
+    if (!has_grid) return true;
+    if (!run(0.5, parts, coarse_)) return false;
     same_ = parts == 1 ? base_ : parts == 2 ? half_ : quarter_;
     if (parts > 4 && !run(1, parts, same_)) return false;
     return parts == 1 ? run(finer.get(), fine_) : run(2, parts, fine_);

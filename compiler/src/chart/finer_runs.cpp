@@ -98,6 +98,10 @@ double doubted(double difference, std::optional<double> before, bool has_jumps) 
   return has_jumps && before ? std::max(difference, 0.5 * *before) : difference;
 }
 
+std::string of_factor(const model::Problem& scene, double factor) {
+  return fmt::format("on {:g} times the {}", factor, scene.has_grid ? "cells" : "steps");
+}
+
 /// By one method.
 template <class Result>
 std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptions& options,
@@ -108,17 +112,19 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
   std::optional<Result> second;
   std::optional<double> before;
   for (double factor = refinement.first;; factor *= 2) {
-    Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
+    Entry entry = refined(scene, method, reference_fraction, factor);
     Point point;
     const auto start = Clock::now();
-    if (!choose_step(source, options, scene, entry, point)) {
+    // ordinary equations have no cells to be resolved, and their largest stable step says nothing of accuracy
+    const double longest = scene.has_grid ? std::numeric_limits<double>::infinity() : scene.step / factor;
+    if (!choose_step(source, options, scene, entry, point, longest)) {
       why = point.failure;
       return std::nullopt;
     }
     std::optional<Result> result = finer.run(entry.variant, why);
     if (!result) return std::nullopt;
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    const double next_seconds = seconds * std::pow(2, growth_of_work + std::ssize(scene.axes) - 1);
+    const double next_seconds = seconds * std::pow(2, scene.has_grid ? growth_of_work + std::ssize(scene.axes) - 1 : 1);
     if (!second) {
       second = std::move(result);
       continue;
@@ -129,10 +135,10 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
     if (is_enough || 2 * factor > refinement.most || next_seconds > refinement.most_seconds) {
       if (known < no_agreement)
         return LastTwo<Result>{std::move(*second), std::move(*result),
-                               fmt::format("a run on {:g} times the cells by {}", factor, method_text({method, {}})),
+                               fmt::format("a run {} by {}", of_factor(scene, factor), method_text({method, {}})),
                                known};
-      why = fmt::format("runs on {:g} and {:g} times the cells by {} differ by {:.2g} of it: they do not converge",
-                        factor / 2, factor, method_text({method, {}}), known);
+      why = fmt::format("runs {} and half of that by {} differ by {:.2g} of it: they do not converge",
+                        of_factor(scene, factor), method_text({method, {}}), known);
       return std::nullopt;
     }
     before = difference;

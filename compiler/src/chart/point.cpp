@@ -134,7 +134,7 @@ std::unique_ptr<driver::Session> open_for(Point& point, const SourceFile& source
 }  // namespace
 
 bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                 Point& point) {
+                 Point& point, double longest) {
   const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
   if (session == nullptr) return false;
   const stability::Verdict verdict = stability::verdict_of(*session);
@@ -151,7 +151,7 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   else if (is_told)
     largest = point.largest_step = verdict.bounded_step();
   const double length = (options.common_steps > 0 ? options.common_steps : scene.steps) * scene.step;
-  const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
+  const double steps = std::max(1.0, std::ceil(length / std::min(largest * entry.fraction, longest) * (1 - 1e-12)));
   entry.variant.resolution["step"] = fmt::format("{}", length / steps);
   return true;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -122,9 +123,9 @@ struct References {
 };
 
 /// Puts the step that the fraction stands for into the variant: a whole number of them makes the common steps of
-/// `scene`. False where there is none, and `point` says why.
+/// `scene`, `longest` at most. False where there is none, and `point` says why.
 bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
-                 Point& point);
+                 Point& point, double longest = std::numeric_limits<double>::infinity());
 
 /// What one variant throws, for lack of memory as an example, is its failure and leaves the others alone. `known`: what
 /// was run before; fractions of a short run may be rounded to a step that one of these has, which is the result then.

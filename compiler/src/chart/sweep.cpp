@@ -74,9 +74,14 @@ void add_new(std::vector<Method>& methods, const Method& method, const model::Sc
 
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor) {
   Method cells;
+  if (!problem.has_grid) return cells;
   for (const model::Axis& axis : problem.axes)
     cells["cells." + axis.name] = fmt::format("{}", std::max(1L, std::lround(axis.cells * factor)));
   return cells;
+}
+
+Entry refined(const model::Problem& problem, const Method& method, double fraction, double factor) {
+  return {{method, cells_of(problem, factor)}, problem.has_grid ? fraction : fraction / factor};
 }
 
 std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wishes) {
@@ -151,7 +156,9 @@ std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishe
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes) {
   std::vector<Method> cells;
   for (const int count : wishes.cells) cells.push_back({{"cells", fmt::format("{}", count)}});
+  if (!problem.has_grid && cells.empty()) cells.push_back({});
   for (const double factor : factors) {
+    if (!problem.has_grid) break;
     const bool is_coarse = std::ranges::any_of(
         problem.axes, [&](const model::Axis& axis) { return axis.cells * factor < fewest_cells && factor < 1; });
     if (wishes.cells.empty() && !is_coarse) cells.push_back(cells_of(problem, factor));

@@ -32,8 +32,11 @@ std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishe
 /// On all cells: the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
 
-/// So many times the scene's cells along each axis, as --set has them.
+/// So many times the scene's cells along each axis, as --set has them; {} of a scene without a grid.
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor);
+/// On so many times the cells; without a grid by steps shorter by the factor.
+Entry refined(const model::Problem& problem, const std::map<std::string, std::string>& method, double fraction,
+              double factor);
 /// The most cells of an entry along an axis, in units of the scene's; 1 at least.
 double finest_of(const model::Problem& scene, const std::vector<Entry>& entries);
 

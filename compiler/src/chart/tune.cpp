@@ -17,6 +17,7 @@ constexpr double rung_ratio = 1.4142135623730951;
 constexpr int cells_to_begin_with = 8, rungs_apart = 2;
 constexpr double resolved = 0.1;  // errors above it tell no order
 constexpr double margin = 0.95;   // of the tolerance that predictions aim at
+constexpr double most_steps = 1000;
 constexpr double usual_order = 2, lowest_order = 0.3, doubtful_order = 0.75, highest_order = 10;
 constexpr double longest_fraction = 0.9, short_fraction = 0.3;  // of the largest stable step
 constexpr std::array all_fractions{short_fraction, 0.45, 0.6, 0.75, longest_fraction};
@@ -48,7 +49,7 @@ class Tuner {
     int fewest = std::numeric_limits<int>::max();
     for (const model::Axis& axis : scene.axes) fewest = std::min(fewest, axis.cells);
     lowest_ = std::min(1.0, static_cast<double>(cells_to_begin_with) / fewest);
-    highest_rung_ = static_cast<int>(std::floor(std::log(options.most_cells / lowest_) / std::log(rung_ratio) + 1e-9));
+    highest_rung_ = static_cast<int>(std::floor(std::log(most() / lowest_) / std::log(rung_ratio) + 1e-9));
   }
 
   Choice tune(const Wishes& wishes) {
@@ -73,6 +74,10 @@ class Tuner {
 
  private:
   double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
+  /// Of the largest stable steps, which may be far too long for ordinary equations: they cost little.
+  double most() const { return scene_.has_grid ? options_.most_cells : most_steps; }
+  const char* resolution() const { return scene_.has_grid ? "cells" : "steps"; }
+  int axes() const { return scene_.has_grid ? static_cast<int>(scene_.axes.size()) : 0; }
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
   /// The least of the timings counts: what disturbs them only adds to them.
@@ -110,18 +115,20 @@ class Tuner {
   }
 
   Point run_at(const Candidate& candidate, int rung, const PointOptions& options) {
-    const Entry entry{{candidate.method, cells_of(scene_, factor_of(rung))}, candidate.fraction};
+    const Entry entry = refined(scene_, candidate.method, candidate.fraction, factor_of(rung));
     if (options_.tell)
-      options_.tell(fmt::format("{} on {:.3g} times the cells", method_text(entry.variant), factor_of(rung)));
+      options_.tell(
+          fmt::format("{} on {:.3g} times the {}", method_text(entry.variant), factor_of(rung), resolution()));
     return run(entry, options);
   }
 
   /// However far the reference is off.
-  bool meets(const Point& point) const {
+  bool is_near_enough(const Point& point) const {
     const double uncertainty =
         options_.of_gradient ? references_.gradient.uncertainty() : references_.states.uncertainty();
-    return is_complete(point) && point.error + uncertainty <= options_.tolerance;
+    return point.failure.empty() && point.error + uncertainty <= options_.tolerance;
   }
+  bool meets(const Point& point) const { return is_complete(point) && is_near_enough(point); }
 
   /// Two coarse grids, and finer ones as long as they are unstable or do not resolve what there is.
   void explore(Candidate& candidate) {
@@ -196,16 +203,15 @@ class Tuner {
       order = order > lowest_order ? std::min(order, highest_order) : usual_order;
       const double wanted = std::log(point.error / (margin * options_.tolerance)) / order / std::log(rung_ratio);
       candidate.next = std::max(0, rung + static_cast<int>(std::ceil(wanted)));
-      const double growth = growth_of_steps + static_cast<double>(scene_.axes.size());
+      const double growth = growth_of_steps + axes();
       candidate.seconds = point.seconds * std::pow(factor_of(candidate.next) / factor_of(rung), growth);
     }
     for (const auto& [known, run] : candidate.runs) {  // above all that miss the tolerance
-      if (!run.failure.empty() || !(run.error <= options_.tolerance))
-        candidate.next = std::max(candidate.next, known + 1);
+      if (!is_near_enough(run)) candidate.next = std::max(candidate.next, known + 1);
     }
     if (candidate.next > highest_rung_ && is_doubtful && rung < highest_rung_) candidate.next = highest_rung_;
     if (candidate.next > highest_rung_)
-      candidate.out = fmt::format("it would need more than {:g} times the scene's cells", options_.most_cells);
+      candidate.out = fmt::format("it would need more than {:g} times the scene's {}", most(), resolution());
   }
 
   Candidate* most_promising() {
@@ -244,7 +250,7 @@ class Tuner {
 
   /// Coarser ones than the longest steps need may do with shorter ones, as long as these cost less.
   void try_coarser_cells() {
-    const bool is_known = proven_ && proven_->largest_step > 0;
+    const bool is_known = proven_ && proven_->largest_step > 0 && scene_.has_grid;
     if (!is_known || winner_rung_ == 0 || winner_fraction_ < longest_fraction) return;
     const double saved = std::pow(rung_ratio, static_cast<double>(scene_.axes.size()) + 1);
     const double shortest = longest_fraction / (margin * saved);

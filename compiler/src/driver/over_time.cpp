@@ -10,23 +10,27 @@ namespace {
 struct Spread {
   double states, step;
 
-  model::Expr operator()(const model::Expr& e) const {
-    if (!model::holds_reduction(e)) return model::binary(BinaryOp::divide, e, states);
-    if (const model::Reduce* reduce = std::get_if<model::Reduce>(&e->kind)) {
-      switch (reduce->reduction) {
-        case model::Reduce::Kind::mean: return model::binary(BinaryOp::divide, e, states);
-        case model::Reduce::Kind::integral: return model::binary(BinaryOp::multiply, e, step);
-        case model::Reduce::Kind::sum:
-        case model::Reduce::Kind::max:
-        case model::Reduce::Kind::min: return e;
-      }
-    }
-    if (const model::Neg* neg = std::get_if<model::Neg>(&e->kind)) return model::negate((*this)(neg->operand));
+  /// One state's part of a whole line.
+  model::Expr counted(const model::Expr& e, model::Reduce::Kind kind) const {
+    if (kind == model::Reduce::Kind::mean) return model::binary(BinaryOp::divide, e, states, e->origin);
+    if (kind == model::Reduce::Kind::integral) return model::binary(BinaryOp::multiply, step, e, e->origin);
+    return e;
+  }
+
+  /// As each of its reductions says.
+  model::Expr by_terms(const model::Expr& e) const {
+    if (!model::holds_reduction(e)) return counted(e, model::Reduce::Kind::mean);  // of a task that is made up
+    if (const model::Reduce* reduce = std::get_if<model::Reduce>(&e->kind)) return counted(e, reduce->reduction);
+    if (const model::Neg* neg = std::get_if<model::Neg>(&e->kind)) return model::negate(by_terms(neg->operand));
     const model::Binary* b = std::get_if<model::Binary>(&e->kind);
-    if (b == nullptr) return e;  // not linear in reductions: reported where it is lowered
+    if (b == nullptr) return e;  // not linear in reductions: there is none
     const bool is_sum = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
     const bool left = is_sum || model::holds_reduction(b->left), right = is_sum || model::holds_reduction(b->right);
-    return model::binary(b->op, left ? (*this)(b->left) : b->left, right ? (*this)(b->right) : b->right, e->origin);
+    return model::binary(b->op, left ? by_terms(b->left) : b->left, right ? by_terms(b->right) : b->right, e->origin);
+  }
+
+  void operator()(model::Expr& e, const model::When& when) const {
+    e = when.counted ? counted(e, *when.counted) : by_terms(e);
   }
 };
 
@@ -36,12 +40,12 @@ model::Problem spread_over_time(model::Problem problem) {
   if (!problem.task) return problem;
   const Spread spread{problem.steps + 1.0, problem.step};
   for (model::Loss& loss : problem.task->losses) {
-    if (loss.when.kind == model::When::Kind::over) loss.value = spread(loss.value);
+    if (loss.when.kind == model::When::Kind::over) spread(loss.value, loss.when);
     if (loss.when.kind == model::When::Kind::steps)
-      loss.value = Spread{double(loss.when.count), problem.step}(loss.value);
+      Spread{double(loss.when.count), problem.step}(loss.value, loss.when);
   }
   for (model::Test& test : problem.task->tests) {
-    if (test.when.kind == model::When::Kind::over) test.quantity.value = spread(test.quantity.value);
+    if (test.when.kind == model::When::Kind::over) spread(test.quantity.value, test.when);
   }
   return problem;
 }

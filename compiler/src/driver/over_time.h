@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `over time` means for losses and tests: of all states of a run a mean is also the mean, a sum the sum, an
-// integral that over time (times the step); numbers without a reduction count once.
+// integral that over time (times the step); `, mean over time` and so on say it for a whole line.
 #pragma once
 
 #include "model/model.h"

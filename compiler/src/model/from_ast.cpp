@@ -6,6 +6,7 @@
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
+#include "syntax/arrays.h"
 #include "syntax/blocks.h"
 #include "syntax/repeats.h"
 #include "syntax/whole_scenes.h"
@@ -14,9 +15,10 @@ namespace dpde::model {
 
 namespace {
 
-/// Scenes with all their items, programs without blocks; nullopt after a diagnostic of scenes.
+/// Arrays by their elements, scenes with all their items, programs without blocks; nullopt after a diagnostic of them.
 std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& sink) {
-  std::optional<ast::File> file = ast::with_whole_scenes(ast::resolve_repeats(written, sink).file, sink);
+  std::optional<ast::File> file = ast::with_elements(ast::resolve_repeats(written, sink).file, sink);
+  if (file) file = ast::with_whole_scenes(std::move(*file), sink);
   if (!file) return std::nullopt;
   for (ast::Declaration& declaration : file->declarations) {
     if (auto* program = std::get_if<ast::Program>(&declaration.kind))
@@ -78,6 +80,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_guess(draft);
   if (draft.model) check_smoother(draft);
   check_placements(draft);
+  check_scene_lets(draft);
   check_gridless(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));

@@ -318,8 +318,9 @@ struct Quantity {
 /// Which states of a run a quantity or datum looks at.
 struct When {
   enum class Kind { end, at, over, steps } kind = Kind::end;
-  std::vector<double> times;  // of `at`
-  int count = 0;              // of `steps`: each of so many states behind the first one
+  std::vector<double> times;                 // of `at`
+  int count = 0;                             // of `steps`: each of so many states behind the first one
+  std::optional<Reduce::Kind> counted = {};  // mean, sum or integral over these states; none: as each reduction says
 };
 
 struct Datum {
@@ -438,6 +439,7 @@ struct Problem {
   std::string model;    // name of the model, or
   std::string program;  // name of the hand-written program that is the step
   std::vector<Axis> axes;
+  bool has_grid = true;          // else there is one cell, and nothing varies in space
   std::optional<Metric> metric;  // none: coordinates are lengths
   std::vector<Parameter> params;
   std::vector<State> states;

@@ -141,11 +141,12 @@ std::string text_of(const Side& side) {
 }
 
 std::string text_of(const When& when) {
+  const std::string over = when.counted ? fmt::format(", {} over ", word_for(*when.counted)) : " over ";
   switch (when.kind) {
     case When::Kind::end: return "";
     case When::Kind::at: return fmt::format(" at t = {}", fmt::join(when.times, ", "));
-    case When::Kind::over: return " over time";
-    case When::Kind::steps: return fmt::format(" over {} steps", when.count);
+    case When::Kind::over: return over + "time";
+    case When::Kind::steps: return fmt::format("{}{} steps", over, when.count);
   }
   unreachable("when");
 }

@@ -121,6 +121,27 @@ Identifier Cursor::expect_component(const char* what) {
   return {name.name + "." + part.name, {name.range.begin, part.range.end}};
 }
 
+Identifier Cursor::expect_element(const char* what) {
+  Identifier name = expect_component(what);
+  if (!at(TokenKind::left_bracket)) return name;
+  const std::string indices = expect_indices();
+  return {name.name + indices, {name.range.begin, behind_last().end}};
+}
+
+std::string Cursor::expect_indices() {
+  const Token open = peek();
+  expect(TokenKind::left_bracket);
+  begin_group(open);
+  std::string text;
+  do {
+    text += text.empty() ? "[" : ", ";
+    const bool is_name = at(TokenKind::identifier);
+    text += is_name ? expect_name("an index").name : std::to_string(expect_whole_number());
+  } while (accept(TokenKind::comma));
+  end_group(TokenKind::right_bracket);
+  return text + "]";
+}
+
 int Cursor::expect_whole_number() {
   const int start = position_;
   const bool negative = accept(TokenKind::minus);

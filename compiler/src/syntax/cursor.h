@@ -41,6 +41,10 @@ class Cursor {
   Identifier expect_name(const char* what);
   /// u, or the component u.x of a vector.
   Identifier expect_component(const char* what);
+  /// The same, or an element of an array of them, c[1], c[i], A[i, j]: of the name as it is written.
+  Identifier expect_element(const char* what);
+  /// [i, 2] behind a name as a text, as it is written.
+  std::string expect_indices();
   int expect_whole_number();
   void skip_separators();
 

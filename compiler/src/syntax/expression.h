@@ -70,7 +70,8 @@ struct Tuple {  // (u, v)
 struct Offsets {
   std::string name;
   std::vector<int> offsets;
-  int grow = 0;  // only after inside[...]
+  int grow = 0;           // only after inside[...]
+  bool has_signs = true;  // else it may be an element of an array, c[1]
 };
 struct Component {  // grad(u).x, closure(u, v).flux; of a name alone it is part of the name
   Expr operand;

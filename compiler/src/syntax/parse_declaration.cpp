@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "syntax/parse_parts.h"
 #include "syntax/parser.h"
@@ -24,8 +25,29 @@ std::string understood(const BlockRule& rule) {
   return fmt::format("understood here: {}", fmt::join(words, ", "));
 }
 
+/// What other tools call it, and what is written here; "" where nothing is known.
+std::string_view said_elsewhere(std::string_view word) {
+  constexpr std::pair<std::string_view, std::string_view> words[] = {
+      {"maximise", "a task seeks what is least: minimise -mean(u)"},
+      {"maximize", "a task seeks what is least: minimise -mean(u)"},
+      {"minimize", "write minimise"},
+      {"objective", "write minimise"},
+      {"loss", "write minimise"},
+      {"const", "write param nu = 0.01 in a model, let k = 2 in a scene"},
+      {"var", "write field u"},
+      {"variable", "write field u"},
+      {"domain", "write grid x = 0 .. 1, cells 128"},
+      {"mesh", "write grid x = 0 .. 1, cells 128"},
+      {"bc", "write boundary u: x.low = 0, x.high = 1"},
+      {"ic", "write initial u = 0"}};
+  const auto* found = std::ranges::find(words, word, &std::pair<std::string_view, std::string_view>::first);
+  return found == std::end(words) ? "" : found->second;
+}
+
 /// "did you mean ..." for a slip, "it belongs in ..." for the wrong block; always what is understood.
 std::string hint_for(std::string_view word, const BlockRule& here) {
+  const std::string_view elsewhere = said_elsewhere(word);
+  if (!elsewhere.empty()) return fmt::format("{}; {}", elsewhere, understood(here));
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
   for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(),

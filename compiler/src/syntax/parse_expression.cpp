@@ -136,7 +136,8 @@ class ExpressionParser {
     if (token.kind == TokenKind::identifier) return name();
     if (cursor_.accept(TokenKind::number)) return finish(Number{token.value, std::string(token.spelling)}, begin, 1);
     if (cursor_.accept(TokenKind::text)) return finish(Text{std::string(token.spelling)}, begin, 1);
-    cursor_.fail_expected("an expression");
+    const bool is_power = token.kind == TokenKind::star;  // u**2
+    cursor_.fail_expected("an expression", is_power ? "a power is written u^2, a product u*v" : "");
     return {};
   }
 
@@ -186,15 +187,24 @@ class ExpressionParser {
     cursor_.end_group(kind);
   }
 
-  /// u[+1, 0] and inside[-1] grow 1, from the `[` on.
+  /// u[+1, 0] and inside[-1] grow 1, from the `[` on; A[i, 2] with an index that is a name is an element's name.
   Parsed offsets(const Identifier& name) {
     const Token open = cursor_.take();
-    Offsets offsets{name.name, {}, 0};
+    Offsets offsets{name.name, {}, 0, false};
+    std::string element = name.name;
+    bool has_names = false;
     cursor_.begin_group(open);
     do {
-      offsets.offsets.push_back(cursor_.expect_whole_number());
+      element += element.size() == name.name.size() ? "[" : ", ";
+      offsets.has_signs = offsets.has_signs || cursor_.at(TokenKind::plus) || cursor_.at(TokenKind::minus);
+      const bool is_name = cursor_.at(TokenKind::identifier);
+      has_names = has_names || is_name;
+      if (!is_name) offsets.offsets.push_back(cursor_.expect_whole_number());
+      offsets.has_signs = offsets.has_signs || (!is_name && offsets.offsets.back() < 1);  // no element has index 0
+      element += is_name ? cursor_.expect_name("an index").name : std::to_string(offsets.offsets.back());
     } while (cursor_.accept(TokenKind::comma));
     cursor_.end_group(TokenKind::right_bracket);
+    if (has_names) return finish(Name{element + "]"}, name.range.begin, 1);
     if (name.name == "inside" && cursor_.accept_word("grow")) offsets.grow = cursor_.expect_whole_number();
     return finish(std::move(offsets), name.range.begin, 1);
   }

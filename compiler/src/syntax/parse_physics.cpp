@@ -38,7 +38,7 @@ ItemKind parse_mask(Cursor& cursor) {
 ItemKind parse_param(Cursor& cursor) {
   ParamItem item;
   do {
-    item.names.push_back(cursor.expect_name("the name of a parameter"));
+    item.names.push_back(cursor.expect_element("the name of a parameter"));
     std::optional<Expr>& value = item.values.emplace_back();
     if (cursor.accept(TokenKind::assign)) value = parse_expression(cursor);
   } while (cursor.accept(TokenKind::comma));
@@ -93,7 +93,8 @@ bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
   const bool is_name = cursor.at(TokenKind::identifier);
-  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || second == TokenKind::dot));
+  const bool is_part = second == TokenKind::dot || second == TokenKind::left_bracket;
+  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || is_part));
 }
 
 /// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
@@ -105,9 +106,9 @@ ItemKind parse_no_equation(Cursor& cursor) {
     return ItemKind{};
   };
   const TokenKind second = cursor.peek_second().kind;
-  if (!cursor.at(TokenKind::identifier) || (second != TokenKind::assign && second != TokenKind::dot)) return refuse("");
+  if (!cursor.at(TokenKind::identifier) || second == TokenKind::left_paren) return refuse("");
   HeldItem item;
-  item.field = cursor.expect_component("a field");
+  item.field = cursor.expect_element("a field");
   const std::string name = item.field.name.substr(0, 40);
   if (!cursor.accept(TokenKind::assign)) return refuse("");
   item.value = parse_expression(cursor);
@@ -185,7 +186,7 @@ ItemKind parse_value(Cursor& cursor) {
 ItemKind parse_row(Cursor& cursor) {
   Identifier key = cursor.expect_name("a key of a scheme");
   std::optional<Identifier> of;
-  if (cursor.at(TokenKind::identifier)) of = cursor.expect_component("the name of a field");
+  if (cursor.at(TokenKind::identifier)) of = cursor.expect_element("the name of a field");
   cursor.expect(TokenKind::assign);
   return ValueItem{std::move(key), parse_expression(cursor), {}, std::move(of)};
 }
@@ -225,7 +226,7 @@ ItemKind parse_accuracy(Cursor& cursor) {
 ItemKind parse_output(Cursor& cursor) {
   OutputItem item;
   do {
-    item.fields.push_back(cursor.expect_component("the name of a field"));
+    item.fields.push_back(cursor.expect_element("the name of a field"));
   } while (cursor.accept(TokenKind::comma));
   if (cursor.accept_word("every")) item.every = parse_expression(cursor);
   return item;
@@ -233,7 +234,7 @@ ItemKind parse_output(Cursor& cursor) {
 
 ItemKind parse_boundary(Cursor& cursor) {
   BoundaryItem item;
-  item.field = cursor.expect_component("the name of a field");
+  item.field = cursor.expect_element("the name of a field");
   if (cursor.at(TokenKind::assign)) {
     const SourceRange range = cursor.take().range;
     item.sides.push_back({{"all", range}, parse_expression(cursor)});
@@ -288,7 +289,7 @@ ItemKind parse_step(Cursor& cursor) { return StepItem{parse_expression(cursor)};
 void parse_updates(Cursor& cursor, EventItem& item) {
   cursor.expect(TokenKind::colon);
   do {
-    EventItem::Update update{cursor.expect_component("the name of a field"), false, {}};
+    EventItem::Update update{cursor.expect_element("the name of a field"), false, {}};
     update.accumulate = cursor.accept(TokenKind::plus_assign);
     if (!update.accumulate && !cursor.accept(TokenKind::assign)) cursor.fail_expected("'=' or '+='");
     update.value = parse_expression(cursor);
@@ -329,7 +330,8 @@ ItemKind parse_subcycle(Cursor& cursor) {
 
 bool begins_value(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
-  return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::dot);
+  return cursor.at(TokenKind::identifier) &&
+         (second == TokenKind::assign || second == TokenKind::dot || second == TokenKind::left_bracket);
 }
 
 /// key = value, or key FIELD = value
@@ -339,7 +341,7 @@ bool begins_row(const Cursor& cursor) {
 }
 
 ItemKind parse_let(Cursor& cursor) {
-  auto [name, value] = parse_definition(cursor, "a name");
+  auto [name, value] = parse_component_definition(cursor, "a name");
   return LetItem{std::move(name), std::move(value)};
 }
 
@@ -374,11 +376,11 @@ std::vector<BoundarySide> parse_sides(Cursor& cursor) {
 }
 
 Identifier parse_field_or_rate(Cursor& cursor, const char* what) {
-  if (!cursor.at_word("dt") || cursor.peek_second().kind != TokenKind::left_paren) return cursor.expect_component(what);
+  if (!cursor.at_word("dt") || cursor.peek_second().kind != TokenKind::left_paren) return cursor.expect_element(what);
   const SourceRange dt = cursor.take().range;
   const Token open = cursor.take();
   cursor.begin_group(open);
-  const Identifier field = cursor.expect_component(what);
+  const Identifier field = cursor.expect_element(what);
   const SourceRange close = cursor.peek().range;
   cursor.end_group(TokenKind::right_paren);
   return {"dt(" + field.name + ")", {dt.begin, close.end}};
@@ -392,7 +394,7 @@ std::optional<Identifier> parse_placement(Cursor& cursor) {
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {
   std::vector<Identifier> names;
   do {
-    names.push_back(cursor.expect_name(what));
+    names.push_back(cursor.expect_element(what));
   } while (cursor.accept(TokenKind::comma));
   return names;
 }
@@ -400,7 +402,7 @@ std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {
 std::vector<Identifier> parse_components(Cursor& cursor, const char* what) {
   std::vector<Identifier> names;
   do {
-    names.push_back(cursor.expect_component(what));
+    names.push_back(cursor.expect_element(what));
   } while (cursor.accept(TokenKind::comma));
   return names;
 }
@@ -412,7 +414,7 @@ std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what) {
 }
 
 std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what) {
-  Identifier name = cursor.expect_component(what);
+  Identifier name = cursor.expect_element(what);
   cursor.expect(TokenKind::assign);
   return {std::move(name), parse_expression(cursor)};
 }

@@ -9,15 +9,17 @@
 namespace dpde::ast {
 namespace {
 
+When parse_over(Cursor& cursor, std::optional<Identifier> counted) {
+  if (cursor.accept_word("time")) return WhenOver{std::move(counted)};
+  if (cursor.at_end_of_item()) cursor.fail_expected("'time', or a number of steps");
+  WhenSteps when{parse_expression(cursor), std::move(counted)};
+  cursor.expect_word("steps");
+  return when;
+}
+
 /// at t = 0.5, 1.0, over time, over 4 steps, or nothing.
 When parse_when(Cursor& cursor) {
-  if (cursor.accept_word("over")) {
-    if (cursor.accept_word("time")) return WhenOver{};
-    if (cursor.at_end_of_item()) cursor.fail_expected("'time', or a number of steps");
-    WhenSteps when{parse_expression(cursor)};
-    cursor.expect_word("steps");
-    return when;
-  }
+  if (cursor.accept_word("over")) return parse_over(cursor, {});
   if (!cursor.accept_word("at")) return WhenEnd{};
   WhenAt when;
   cursor.expect_word("t");
@@ -28,9 +30,19 @@ When parse_when(Cursor& cursor) {
   return when;
 }
 
+/// The same, and , mean over time, , sum over 4 steps.
+When parse_when_counted(Cursor& cursor) {
+  if (!cursor.accept(TokenKind::comma)) return parse_when(cursor);
+  const bool is_known = cursor.at_word("mean") || cursor.at_word("sum") || cursor.at_word("integral");
+  if (!is_known) cursor.fail_expected("mean, sum or integral", "as in: minimise (integral(u) - 1)^2, mean over time");
+  Identifier counted = cursor.expect_name("mean, sum or integral");
+  cursor.expect_word("over");
+  return parse_over(cursor, std::move(counted));
+}
+
 ItemKind parse_data(Cursor& cursor) {
   DataItem item;
-  item.name = cursor.expect_name("a name for the data");
+  item.name = cursor.expect_element("a name for the data");
   item.on = parse_placement(cursor);
   cursor.expect(TokenKind::assign);
   item.value = parse_expression(cursor);
@@ -51,7 +63,7 @@ ItemKind parse_unknown(Cursor& cursor) {
     item.initial = true;
   }
   constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
-  item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_component(what);
+  item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_element(what);
   if (cursor.at(TokenKind::comma)) {
     cursor.fail_expected("the end of the line", "each unknown stands on a line of its own: unknown a; unknown b");
     return item;
@@ -68,7 +80,7 @@ ItemKind parse_unknown(Cursor& cursor) {
 ItemKind parse_minimise(Cursor& cursor) {
   MinimiseItem item;
   item.loss = parse_expression(cursor);
-  item.when = parse_when(cursor);
+  item.when = parse_when_counted(cursor);
   return item;
 }
 
@@ -109,7 +121,7 @@ void parse_runs(Cursor& cursor, TestItem& item) {
 ItemKind parse_test(Cursor& cursor) {
   TestItem item;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
-  item.when = parse_when(cursor);
+  item.when = parse_when_counted(cursor);
   if (cursor.accept_word("on")) parse_runs(cursor, item);
   return item;
 }

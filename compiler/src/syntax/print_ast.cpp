@@ -14,21 +14,8 @@ namespace {
 
 constexpr std::size_t max_columns = 120;
 
-std::string print_list(const std::vector<Expr>& values) {
-  std::vector<std::string> texts;
-  for (const Expr& value : values) texts.push_back(print(value));
-  return fmt::format("{}", fmt::join(texts, ", "));
-}
-
 std::string print_definition(std::string_view keyword, const Identifier& name, const Expr& value) {
   return fmt::format("{}{} = {}", keyword, name.name, print(value));
-}
-
-std::string print_when(const When& when) {
-  return match(
-      when, [](const WhenEnd&) { return std::string(); }, [](const WhenOver&) { return std::string(" over time"); },
-      [](const WhenSteps& over) { return fmt::format(" over {} steps", print(over.steps)); },
-      [](const WhenAt& at) { return " at t = " + print_list(at.times); });
 }
 
 // ---- items ---------------------------------------------------------------------------------------------------------

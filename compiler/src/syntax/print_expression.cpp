@@ -108,7 +108,7 @@ class Printer {
     text_ += offsets.name;
     const char* separator = "[";
     for (const int offset : offsets.offsets) {
-      append("{}{}{}", separator, offset > 0 ? "+" : "", offset);
+      append("{}{}{}", separator, offset > 0 && offsets.has_signs ? "+" : "", offset);
       separator = ", ";
     }
     text_ += ']';

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "support/match.h"
 #include "syntax/print_ast.h"
 
 namespace dpde::ast {
@@ -11,6 +12,28 @@ std::string print_names(const std::vector<Identifier>& names) {
   std::vector<std::string_view> texts;
   for (const Identifier& name : names) texts.push_back(name.name);
   return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string print_list(const std::vector<Expr>& values) {
+  std::vector<std::string> texts;
+  for (const Expr& value : values) texts.push_back(print(value));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+namespace {
+
+std::string print_over(const std::optional<Identifier>& counted) {
+  return counted ? fmt::format(", {} over ", counted->name) : " over ";
+}
+
+}  // namespace
+
+std::string print_when(const When& when) {
+  return match(
+      when, [](const WhenEnd&) { return std::string(); },
+      [](const WhenOver& over) { return print_over(over.counted) + "time"; },
+      [](const WhenSteps& over) { return fmt::format("{}{} steps", print_over(over.counted), print(over.steps)); },
+      [](const WhenAt& at) { return " at t = " + print_list(at.times); });
 }
 
 std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }

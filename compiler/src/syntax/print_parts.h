@@ -11,6 +11,9 @@
 namespace dpde::ast {
 
 std::string print_names(const std::vector<Identifier>& names);
+std::string print_list(const std::vector<Expr>& values);
+/// " at t = 1, 2", ", mean over time", or nothing.
+std::string print_when(const When& when);
 /// " on faces", or nothing.
 std::string print_placement(const std::optional<Identifier>& on);
 

@@ -20,6 +20,10 @@ struct Place {
 };
 
 std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
+  if (!draft.problem.has_grid) {
+    report_no_grid(draft, "a boundary", place.range);
+    return std::nullopt;
+  }
   if (place.name == "all") return Place{};
   const std::size_t dot = place.name.find('.');
   const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
@@ -88,6 +89,42 @@ Typed Expressions::rate(const ast::Call& e, SourceRange range) {
   return {};
 }
 
+namespace {
+
+/// What other tools call it, by what is written here; "" where nothing is known.
+std::string_view called_elsewhere(std::string_view function) {
+  constexpr std::pair<std::string_view, std::string_view> names[] = {{"laplace", "lap(u)"},
+                                                                     {"laplacian", "lap(u)"},
+                                                                     {"Laplacian", "lap(u)"},
+                                                                     {"delta", "lap(u)"},
+                                                                     {"nabla", "grad(u)"},
+                                                                     {"gradient", "grad(u)"},
+                                                                     {"divergence", "div(v)"},
+                                                                     {"rot", "curl(v)"},
+                                                                     {"ddx", "dx(u)"},
+                                                                     {"ddy", "dy(u)"},
+                                                                     {"diff", "d(u, x, 1)"},
+                                                                     {"Dx", "dx(u)"},
+                                                                     {"ddt", "dt(u) = ..."},
+                                                                     {"ln", "log(u)"},
+                                                                     {"fabs", "abs(u)"},
+                                                                     {"pow", "u^p"},
+                                                                     {"square", "u^2"},
+                                                                     {"where", "if(u > 0, a, b)"},
+                                                                     {"average", "mean(u)"},
+                                                                     {"avg", "mean(u)"},
+                                                                     {"int", "integral(u)"},
+                                                                     {"integrate", "integral(u)"},
+                                                                     {"dxx", "d(u, x, 2)"},
+                                                                     {"dyy", "d(u, y, 2)"},
+                                                                     {"convect", "advect(v, u)"},
+                                                                     {"inner", "dot(v, w)"}};
+  const auto* found = std::ranges::find(names, function, &std::pair<std::string_view, std::string_view>::first);
+  return found == std::end(names) ? "" : found->second;
+}
+
+}  // namespace
+
 Typed Expressions::unknown_call(const ast::Call& e) {
   if (e.callee == "load") {
     draft_.sink.report("not-allowed-here", e.callee_range, {"load", "a formula"},
@@ -100,6 +137,8 @@ Typed Expressions::unknown_call(const ast::Call& e) {
     return {};
   }
   draft_.sink.report("unknown-function", e.callee_range, {e.callee}, [&] {
+    const std::string_view here = called_elsewhere(e.callee);
+    if (!here.empty()) return fmt::format("write {}", std::string(here));
     std::vector<std::string> known = function_names();
     for (const std::string& name : names_of<ast::Function>(draft_.file)) known.push_back(name);
     for (const std::string& name : names_of<ast::Network>(draft_.file)) known.push_back(name);

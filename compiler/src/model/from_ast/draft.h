@@ -95,7 +95,7 @@ struct Draft {
   Scope scope;
   std::map<std::string, Typed> lets;
   std::map<std::string, const ast::Expr*> scene_lets;
-  bool has_grid = true;                                 // else the scene is one cell
+  bool names_are_too_deep = false;                      // too many formulas of the scene name one another: reported
   std::map<std::string, int> axis_names;                // of coordinates, beside x, y and z: r, theta, lon, lat
   int expansions = 0;                                   // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/build.h"
+#include "model/from_ast/parts.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "syntax/calls.h"
@@ -129,6 +130,17 @@ Expr opposite(const Expr& e) {
   return binary(opposite(b.op), b.left, b.right, e->origin);
 }
 
+/// Of du and d2u, as in du/dx, how a derivative of u is written; "" of other names.
+std::string differentiated_by(const Draft& draft, const std::string& name) {
+  if (name.size() < 2 || name[0] != 'd') return "";
+  const bool has_order = name.size() > 2 && name[1] >= '1' && name[1] <= '9';
+  const std::string field = name.substr(has_order ? 2 : 1);
+  const Meaning* meaning = draft.scope.find(field);
+  if (meaning == nullptr || meaning->role != Role::state) return "";
+  return has_order ? fmt::format("write d({}, x, {}), or lap({}) for the sum over all axes", field, name[1], field)
+                   : fmt::format("write dx({0}), or on the left side dt({0}) = ...", field);
+}
+
 bool is_written_sum(const ast::Expr& e) {
   const auto* b = std::get_if<ast::Binary>(&e->kind);
   return b && is_sum(b->op);
@@ -244,7 +256,10 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
       draft_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
     } else if (!draft_.scope.is_refused(e.name)) {
-      draft_.sink.report("unknown-name", range, {e.name}, [&] { return did_you_mean(e.name, draft_.scope.names()); });
+      draft_.sink.report("unknown-name", range, {e.name}, [&] {
+        const std::string differentiated = differentiated_by(draft_, e.name);
+        return differentiated.empty() ? did_you_mean(e.name, draft_.scope.names()) : differentiated;
+      });
     }
     return {};
   }
@@ -425,6 +440,10 @@ Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Oper
 }
 
 bool Expressions::has_axis(int axis, SourceRange range) {
+  if (!draft_.problem.has_grid) {
+    report_no_grid(draft_, "axis " + axis_name(axis), range);
+    return false;
+  }
   if (axis < axis_count()) return true;
   std::vector<std::string> axes;
   for (const Axis& known : draft_.problem.axes) axes.push_back(known.name);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -171,9 +172,10 @@ class Expressions {
   Draft& draft_;
   Purpose purpose_;
   std::string subject_;
-  const FunctionScope* function_ = nullptr;  // whose body this is
-  std::set<std::string> open_ = {};          // names whose formulas of the scene are being put in
-  bool is_measuring_ = false;                // this body is read for its order only
+  const FunctionScope* function_ = nullptr;   // whose body this is
+  std::set<std::string> open_ = {};           // names whose formulas of the scene are being put in
+  std::map<std::string, Typed> put_in_ = {};  // and those that were
+  bool is_measuring_ = false;                 // this body is read for its order only
 };
 
 /// "an equation", "an initial state", ...
@@ -192,6 +194,9 @@ struct LoadedFile {
 };
 /// load("path") or load("path.nc", u); nullopt when `e` is no call of load. A bad one is reported and gives a file "".
 std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e);
+
+/// Marks a datum as one number a state; false when `field` is no datum.
+bool mark_as_series(Draft& draft, const std::string& field);
 
 /// Terms that hold samples outside of mean, sum and integral, taken once: in the first cell of the grid.
 Expr over_one_cell(Draft& draft, const Expr& e);

@@ -22,8 +22,16 @@ std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
   return std::nullopt;
 }
 
+/// What the line `cells` says of each axis; none without one.
+struct Counts {
+  std::vector<const ast::Expr*> of_axes;
+  bool are_of_other = false;  // the scene that this one is made from says so
+};
+
 /// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
-int cells_of(Draft& draft, const ast::GridItem& item, const ast::Expr* counted, std::optional<double> for_all_axes) {
+int cells_of(Draft& draft, const ast::GridItem& item, const Counts& counts, std::size_t axis,
+             std::optional<double> for_all_axes) {
+  const ast::Expr* counted = counts.of_axes[axis];
   const std::string key = "cells." + axis_name(axis_of(draft, item.axis.name));
   const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
   if (is_set) {
@@ -32,7 +40,7 @@ int cells_of(Draft& draft, const ast::GridItem& item, const ast::Expr* counted, 
     return value ? as_cells(draft, *value, {}).value_or(1) : 1;
   }
   draft.settings.add_known(key);
-  if (item.cells && counted)
+  if (item.cells && counted && !counts.are_of_other)
     report_duplicate(draft, "the cells of " + item.axis.name, counted->range(), item.cells->range());
   if (item.cells) counted = &*item.cells;
   if (!counted) {
@@ -43,9 +51,8 @@ int cells_of(Draft& draft, const ast::GridItem& item, const ast::Expr* counted, 
   return value ? as_cells(draft, *value, counted->range()).value_or(1) : 1;
 }
 
-/// What the line `cells` says of each of so many axes; none without one, and after a diagnostic.
-std::vector<const ast::Expr*> counts_of(Draft& draft, std::size_t axes) {
-  std::vector<const ast::Expr*> counts(axes, nullptr);
+Counts counts_of(Draft& draft, std::size_t axes) {
+  Counts counts{std::vector<const ast::Expr*>(axes, nullptr)};
   const auto lines = items_of<ast::CellsItem>(draft.scene->items);
   for (std::size_t i = 1; i < lines.size(); ++i) report_duplicate(draft, "cells", lines[i].range, lines[0].range);
   if (lines.empty()) return counts;
@@ -54,15 +61,16 @@ std::vector<const ast::Expr*> counts_of(Draft& draft, std::size_t axes) {
     draft.sink.report("wrong-length", lines.front().range,
                       {counted(static_cast<int>(axes), "number"), std::to_string(written.size())},
                       "write one number for all axes, or one for each");
-    return counts;
   }
-  for (std::size_t i = 0; i < axes; ++i) counts[i] = &written[written.size() == 1 ? 0 : i];
+  // after a mistake any of them will do
+  for (std::size_t i = 0; i < axes; ++i) counts.of_axes[i] = &written[written.size() == axes ? i : 0];
+  counts.are_of_other = lines.front().kind.is_of_other;
   return counts;
 }
 
 /// A scene without a grid is one cell: ordinary equations.
 void bind_one_cell(Draft& draft, std::optional<double> cells) {
-  draft.has_grid = false;
+  draft.problem.has_grid = false;
   Axis axis;
   axis.name = axis_name(0);
   axis.topology = Topology::periodic;
@@ -145,7 +153,7 @@ void bind_grid(Draft& draft) {
     draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
                       "write grid x = 0 .. 1, cells 128, periodic");
   }
-  const std::vector<const ast::Expr*> counts = counts_of(draft, lines.size());
+  const Counts counts = counts_of(draft, lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     Axis axis;
     axis.name = axis_name(static_cast<int>(i));
@@ -153,7 +161,7 @@ void bind_grid(Draft& draft) {
       if (lines[i]->periodic) axis.topology = Topology::periodic;
       if (!lines[i]->periodic) axis.topology = Topology::bounded;
       bind_extent(draft, *lines[i], axis);
-      axis.cells = cells_of(draft, *lines[i], counts[i], for_all_axes);
+      axis.cells = cells_of(draft, *lines[i], counts, i, for_all_axes);
       check_precision(draft, *lines[i], axis);
     } else {
       draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},

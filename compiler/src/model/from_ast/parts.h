@@ -104,8 +104,14 @@ void bind_grid(Draft& draft);
 
 // scene_names.cpp
 void declare_scene_lets(Draft& draft);
+/// Those that nobody reads may hold mistakes all the same; after all that may read them.
+void check_scene_lets(Draft& draft);
+
+// gridless.cpp
 /// Whether nothing varies in space where the scene has no grid.
 void check_gridless(Draft& draft);
+/// `what` stands in a scene that has none.
+void report_no_grid(Draft& draft, const std::string& what, SourceRange range);
 
 // networks.cpp
 void bind_networks(Draft& draft);
@@ -197,13 +203,15 @@ struct SidesOfField {
 };
 void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into);
 
-// states.cpp: initial states, exact solutions, coefficients, observables
+// states.cpp: initial states, exact solutions, coefficients
 void bind_states(Draft& draft);
 void bind_coefficients(Draft& draft);
-void bind_observables(Draft& draft);
 void bind_accuracy(Draft& draft);
-/// A number made of reductions: a loss, a test, an observable.
-std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what);
+
+// quantities.cpp
+void bind_observables(Draft& draft);
+/// A number of each state that `when` names: a loss, a test, an observable.
+std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what, const When& when = {});
 /// Whether an observable or test may have this name; `seen` are those before it.
 bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen);
 

@@ -202,6 +202,10 @@ bool is_fixed(const Draft& draft, const Expr& e) {
 }  // namespace
 
 std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
+  if (!draft_.problem.has_grid) {
+    report_no_grid(draft_, e.callee, e.callee_range);
+    return std::nullopt;
+  }
   if (e.arguments.size() != 2 || !e.arguments[0].name.empty() || e.arguments[1].name != "at") {
     draft_.sink.report("wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
                        axis_count() == 1
@@ -268,16 +272,15 @@ bool holds_sample(const Expr& e) {
   return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
 }
 
-/// Marks a datum as one number a state; false when `field` is no datum.
-bool is_series(Draft& draft, const std::string& field) {
+}  // namespace
+
+bool mark_as_series(Draft& draft, const std::string& field) {
   if (!draft.problem.task) return false;
   for (Datum& datum : draft.problem.task->data) {
     if (datum.name == field) return datum.series = true;
   }
   return false;
 }
-
-}  // namespace
 
 Expr over_one_cell(Draft& draft, const Expr& e) {
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(over_one_cell(draft, neg->operand), e->origin);
@@ -289,7 +292,7 @@ Expr over_one_cell(Draft& draft, const Expr& e) {
   if (!holds_sample(e)) return e;
   const bool at_a_point = !any_part(e, [&](const Expr& part) {
     const auto* field = std::get_if<Field>(&part->kind);
-    return std::holds_alternative<Coordinate>(part->kind) || (field && !is_series(draft, field->name));
+    return std::holds_alternative<Coordinate>(part->kind) || (field && !mark_as_series(draft, field->name));
   });
   if (!at_a_point) return e;
   std::optional<Expr> first;

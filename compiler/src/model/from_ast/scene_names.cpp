@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
@@ -12,6 +13,8 @@
 namespace dpde::model {
 
 namespace {
+
+constexpr std::size_t max_names_of_names = 200;  // what the stack holds
 
 bool stands_in_model(const Draft& draft, SourceRange range) {
   return draft.model && std::ranges::any_of(draft.model->items, [&](const ast::Item& item) {
@@ -68,13 +71,22 @@ void declare_scene_lets(Draft& draft) {
 }
 
 Typed Expressions::put_in(const std::string& name, SourceRange range, const std::function<Typed()>& formula) {
+  if (const auto known = put_in_.find(name); known != put_in_.end()) return known->second;
   if (!open_.insert(name).second) {
     draft_.sink.report("used-before-value", range, {name}, "it is made of itself");
     return {};
   }
+  if (open_.size() > max_names_of_names) {
+    if (!std::exchange(draft_.names_are_too_deep, true))
+      draft_.sink.report("too-large", range, {},
+                         fmt::format("more than {} formulas name one another in a row", max_names_of_names));
+    open_.erase(name);
+    return {};
+  }
   Typed value = formula();
   open_.erase(name);
-  return value;
+  if (is_too_large(value, range)) value = {};
+  return put_in_.emplace(name, std::move(value)).first->second;
 }
 
 Typed Expressions::scene_let(const std::string& name, SourceRange range) {
@@ -83,6 +95,7 @@ Typed Expressions::scene_let(const std::string& name, SourceRange range) {
                        fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
     return {};
   }
+  draft_.used.insert(name);
   return put_in(name, range, [&] { return any(*draft_.scene_lets.at(name)); });
 }
 
@@ -113,26 +126,10 @@ Typed Expressions::given(const std::string& name, const Meaning& meaning, Source
   });
 }
 
-void check_gridless(Draft& draft) {
-  if (draft.has_grid) return;
-  const auto varies = [](const Expr& e) {
-    return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
-           std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
-           std::holds_alternative<Noise>(e->kind) || std::holds_alternative<Sample>(e->kind);
-  };
-  const auto refuse_if_any = [&](const std::string& name, std::initializer_list<std::optional<Expr>> formulas) {
-    const bool is_any =
-        std::ranges::any_of(formulas, [&](const auto& formula) { return formula && any_part(*formula, varies); });
-    if (!is_any) return false;
-    draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
-                      fmt::format("{} varies in space: write grid x = 0 .. 1, cells 128, periodic", name));
-    return true;
-  };
-  for (const State& state : draft.problem.states) {
-    if (refuse_if_any(state.name, {state.rhs, state.initial.formula, state.exact})) return;
-  }
-  for (const Coefficient& coefficient : draft.problem.coefficients) {
-    if (refuse_if_any(coefficient.name, {coefficient.value.formula})) return;
+void check_scene_lets(Draft& draft) {
+  Expressions formulas(draft, Purpose::quantity, "a let of the scene");
+  for (const auto& [name, formula] : draft.scene_lets) {
+    if (!draft.used.contains(name)) formulas.any(ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
   }
 }
 

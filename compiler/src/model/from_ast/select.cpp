@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "support/match.h"
@@ -66,14 +68,26 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
   return a;
 }
 
+/// Of what is called so, or nearly, and is for some verbs only; "" where nothing is.
+std::string hint_of_verb(const Draft& draft, const std::string& name) {
+  const auto named = [&](const std::vector<std::string>& names) {
+    return std::ranges::find(names, name) != names.end() ? name : nearest_name(name, names);
+  };
+  const std::string chart = named(names_of<ast::Chart>(draft.file));
+  if (!chart.empty()) return fmt::format("{0} is a chart: dpde chart FILE {0}, or dpde tune FILE {0}", chart);
+  const std::string data_set = named(names_of<ast::DataSet>(draft.file));
+  return data_set.empty() ? "" : fmt::format("{0} is a data set: dpde run FILE {0} --out DIR", data_set);
+}
+
 bool select_named(Draft& draft, const std::string& name) {
   draft.task = find_declaration<ast::Task>(draft.file, name);
   draft.scene = find_declaration<ast::Scene>(draft.file, name);
   if (draft.scene) draft.task = nullptr;
   if (draft.task || draft.scene) return true;
-  const std::vector<std::string> others = joined(names_of<ast::Chart>(draft.file), names_of<ast::DataSet>(draft.file));
-  report_unknown_block(draft, "scene or task", name, {},
-                       joined(joined(task_names(draft.file), scene_names(draft.file)), others));
+  const std::vector<std::string> fitting = joined(task_names(draft.file), scene_names(draft.file));
+  const std::string of_verb = nearest_name(name, fitting).empty() ? hint_of_verb(draft, name) : "";
+  draft.sink.report("unknown-block", {}, {"scene or task", name},
+                    of_verb.empty() ? did_you_mean(name, fitting) : of_verb);
   return false;
 }
 
@@ -180,6 +194,7 @@ bool select(Draft& draft) {
   if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
   if (!select_scene_of_task(draft) || !select_model(draft)) return false;
   draft.problem.scene = draft.scene->name.name;
+  draft.problem.dropped = draft.scene->left_out;
   if (draft.model) draft.problem.model = draft.model->name.name;
   if (draft.program) draft.problem.program = draft.program->name.name;
   return true;

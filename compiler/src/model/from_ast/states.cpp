@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene gives beside numbers: initial states, exact solutions, coefficient fields, observables.
+// What a scene gives beside numbers: initial states, exact solutions, coefficient fields, accuracy.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,31 +43,6 @@ void bind_time_of(Draft& draft, const ast::Expr& at, Source& source) {
     draft.sink.report("not-allowed-here", at.range(), {"a time", "an initial state that is not from a .nc file"},
                       "write load(\"name.nc\", u) at t = 0.5");
   }
-}
-
-/// The part of `e` that keeps it from being a sum of reductions with constant factors, or nullptr.
-const Expr* find_mistake(const Expr& e) {
-  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
-  if (!holds_reduction(e)) return is_uniform(e) ? nullptr : &e;
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return find_mistake(neg->operand);
-  const auto* b = std::get_if<Binary>(&e->kind);
-  if (!b) return &e;
-  const bool in_left = holds_reduction(b->left), in_right = holds_reduction(b->right);
-  const bool is_product = b->op == BinaryOp::multiply && !(in_left && in_right);
-  const bool is_sum = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
-  if (!is_sum && !is_product && !(b->op == BinaryOp::divide && !in_right)) return &e;
-  const Expr* left = find_mistake(b->left);
-  return left ? left : find_mistake(b->right);
-}
-
-/// A max or min over the grid is the mean of itself, which is a sum.
-Expr extremes_as_means(const Expr& e) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(extremes_as_means(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind))
-    return binary(b->op, extremes_as_means(b->left), extremes_as_means(b->right), e->origin);
-  const auto* reduce = std::get_if<Reduce>(&e->kind);
-  const bool is_extreme = reduce && (reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min);
-  return is_extreme && reduce->is_over_all() ? model::reduce(Reduce::Kind::mean, e, e->origin) : e;
 }
 
 }  // namespace
@@ -206,39 +181,6 @@ void bind_coefficients(Draft& draft) {
         {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
         fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
     diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
-  }
-}
-
-std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what) {
-  auto value = Expressions(draft, Purpose::quantity, what).number(e);
-  if (!value) return std::nullopt;
-  value = extremes_as_means(over_one_cell(draft, *value));
-  const Expr* mistake = find_mistake(*value);
-  if (!mistake) return value;
-  const SourceRange range = (*mistake)->origin.range;
-  draft.sink.report(
-      "not-reduced", range.is_known() ? range : e.range(), {what},
-      "write for example mean((u - v)^2) + 0.1*integral(u^2); other functions belong inside the brackets");
-  return std::nullopt;
-}
-
-bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen) {
-  if (is_reserved(name.name)) {
-    draft.sink.report("reserved-name", name.range, {name.name, "number"}, "choose another name");
-    return false;
-  }
-  const Meaning* meaning = draft.scope.find(name.name);
-  const auto [first, is_new] = seen.emplace(name.name, name.range);
-  if (meaning || !is_new) report_duplicate(draft, name.name, name.range, meaning ? meaning->declared : first->second);
-  return !meaning && is_new;
-}
-
-void bind_observables(Draft& draft) {
-  std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ObserveItem>(draft.scene->items)) {
-    const bool fine = can_name_a_quantity(draft, item.name, seen);
-    const auto value = quantity_of(draft, item.value, "the observable");
-    if (fine && value) draft.problem.observables.push_back({item.name.name, *value, {range}});
   }
 }
 

@@ -305,8 +305,8 @@ bool check_loss(Draft& draft, const ast::MinimiseItem& item, const Expr& value) 
 void bind_losses(Draft& draft) {
   const auto lines = items_of<ast::MinimiseItem>(draft.task->items);
   for (const auto& [item, range] : lines) {
-    const auto value = quantity_of(draft, item.loss, "the loss");
     const When when = when_of(draft, item.when, true);
+    const auto value = quantity_of(draft, item.loss, "the loss", when);
     if (value && check_loss(draft, item, *value)) draft.problem.task->losses.push_back({*value, when, {range}});
   }
   if (!lines.empty()) return;
@@ -325,7 +325,7 @@ bool is_asked_here(const Draft& draft, const ast::TestItem& item) {
 /// A number, or the components of a field. False after a diagnostic.
 bool bind_value(Draft& draft, const ast::TestItem& item, Test& test) {
   if (item.kind == ast::TestItem::Kind::test || item.kind == ast::TestItem::Kind::statistic) {
-    const auto value = quantity_of(draft, item.value, "the test");
+    const auto value = quantity_of(draft, item.value, "the test", test.when);
     if (value) test.quantity.value = *value;
     return value.has_value();
   }

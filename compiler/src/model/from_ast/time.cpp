@@ -200,9 +200,18 @@ void bind_time(Draft& draft) {
   draft.problem.steps = static_cast<int>(*steps);
 }
 
+namespace {
+
+std::optional<Reduce::Kind> counted_as(const std::optional<ast::Identifier>& word) {
+  if (!word) return std::nullopt;
+  return word->name == "mean" ? Reduce::Kind::mean : word->name == "sum" ? Reduce::Kind::sum : Reduce::Kind::integral;
+}
+
+}  // namespace
+
 When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   if (std::holds_alternative<ast::WhenEnd>(when)) return {};
-  if (std::holds_alternative<ast::WhenOver>(when)) return {When::Kind::over, {}};
+  if (const auto* over = std::get_if<ast::WhenOver>(&when)) return {When::Kind::over, {}, 0, counted_as(over->counted)};
   if (const auto* steps = std::get_if<ast::WhenSteps>(&when)) {
     if (!learns_from_trajectories(draft)) {
       draft.sink.report("not-allowed-here", steps->steps.range(),
@@ -211,11 +220,12 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
       return {};
     }
     const auto count = evaluate(draft, steps->steps, "a number of steps");
-    if (!count) return {When::Kind::steps, {}, 1};
+    const auto counted = counted_as(steps->counted);
+    if (!count) return {When::Kind::steps, {}, 1, counted};
     if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count))
-      return {When::Kind::steps, {}, static_cast<int>(*count)};
+      return {When::Kind::steps, {}, static_cast<int>(*count), counted};
     draft.sink.report("not-whole", steps->steps.range(), {fmt::format("{}", *count)});
-    return {When::Kind::steps, {}, 1};
+    return {When::Kind::steps, {}, 1, counted};
   }
   When result{When::Kind::at, {}};
   const Problem& problem = draft.problem;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "syntax/array_places.h"
+
+#include "support/match.h"
+
+namespace dpde::ast {
+
+namespace {
+
+void add(std::vector<Expr*>& formulas, Expr& e) { formulas.push_back(&e); }
+void add(std::vector<Expr*>& formulas, std::optional<Expr>& e) {
+  if (e) formulas.push_back(&*e);
+}
+
+}  // namespace
+
+Identifier* target_of(Item& item) {
+  if (auto* let = get_if<LetItem>(&item.kind)) return &let->name;
+  if (auto* equation = get_if<EquationItem>(&item.kind)) return &equation->field;
+  if (auto* held = get_if<HeldItem>(&item.kind)) return &held->field;
+  if (auto* value = get_if<ValueItem>(&item.kind)) return &value->name;
+  if (auto* initial = get_if<InitialItem>(&item.kind)) return &initial->field;
+  if (auto* exact = get_if<ExactItem>(&item.kind)) return &exact->field;
+  if (auto* boundary = get_if<BoundaryItem>(&item.kind)) return &boundary->field;
+  if (auto* unknown = get_if<UnknownItem>(&item.kind)) return &unknown->name;
+  if (auto* data = get_if<DataItem>(&item.kind)) return &data->name;
+  return nullptr;
+}
+
+std::vector<Identifier>* list_of(Item& item) {
+  if (auto* field = get_if<FieldItem>(&item.kind)) return &field->names;
+  if (auto* coefficient = get_if<CoefficientItem>(&item.kind)) return &coefficient->names;
+  if (auto* control = get_if<ControlItem>(&item.kind)) return &control->names;
+  if (auto* output = get_if<OutputItem>(&item.kind)) return &output->fields;
+  if (auto* accuracy = get_if<AccuracyItem>(&item.kind)) return &accuracy->fields;
+  if (auto* subcycle = get_if<SubcycleItem>(&item.kind)) return &subcycle->fields;
+  return nullptr;
+}
+
+Expr* value_of(Item& item) {
+  if (auto* held = get_if<HeldItem>(&item.kind)) return &held->value;
+  if (auto* value = get_if<ValueItem>(&item.kind)) return &value->value;
+  if (auto* initial = get_if<InitialItem>(&item.kind)) return &initial->value;
+  if (auto* exact = get_if<ExactItem>(&item.kind)) return &exact->value;
+  if (auto* unknown = get_if<UnknownItem>(&item.kind)) return unknown->from ? &*unknown->from : nullptr;
+  return nullptr;
+}
+
+std::vector<Expr*> formulas_of(Item& item) {
+  std::vector<Expr*> found;
+  const auto all = [&](auto&... formulas) { (add(found, formulas), ...); };
+  match(
+      item.kind, [&](LetItem& i) { all(i.value); }, [&](EquationItem& i) { all(i.rhs); },
+      [&](SolvedItem& i) { all(i.left, i.right); }, [&](ConstraintItem& i) { all(i.zero, i.value); },
+      [&](HeldItem& i) { all(i.value); }, [&](ValueItem& i) { all(i.value, i.every); },
+      [&](InitialItem& i) { all(i.value, i.at); }, [&](ExactItem& i) { all(i.value); },
+      [&](BoundaryItem& i) {
+        for (BoundarySide& side : i.sides) all(side.value);
+      },
+      [&](ParamItem& i) {
+        for (std::optional<Expr>& value : i.values) all(value);
+      },
+      [&](GridItem& i) { all(i.low, i.high, i.cells, i.stretched); },
+      [&](TimeItem& i) { all(i.from, i.to, i.step, i.courant, i.speed, i.tolerance, i.absolute, i.first, i.steady); },
+      [&](EventItem& i) {
+        for (EventItem::Update& update : i.updates) all(update.value);
+      },
+      [&](ObserveItem& i) { all(i.value); }, [&](UnknownItem& i) { all(i.from, i.low, i.high); },
+      [&](DataItem& i) { all(i.value); }, [&](MinimiseItem& i) { all(i.loss); }, [&](TestItem& i) { all(i.value); },
+      [](auto&) {});
+  return found;
+}
+
+}  // namespace dpde::ast

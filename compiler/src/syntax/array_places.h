@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where names of arrays stand in a line of a model, a scene or a task.
+#pragma once
+
+#include <vector>
+
+#include "syntax/ast.h"
+
+namespace dpde::ast {
+
+/// What the line is about, nullptr where nothing: the line stands for each element of it.
+Identifier* target_of(Item& item);
+/// Names in lists, those that are declared and those that are only listed: each element stands there by itself.
+std::vector<Identifier>* list_of(Item& item);
+/// The formula that gives the target its value, nullptr where there is none; of a tuple each element gets its own.
+Expr* value_of(Item& item);
+/// All formulas, that one too.
+std::vector<Expr*> formulas_of(Item& item);
+
+}  // namespace dpde::ast

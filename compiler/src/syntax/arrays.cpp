@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "syntax/arrays.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <map>
+
+#include "syntax/array_places.h"
+#include "syntax/calls.h"
+
+namespace dpde::ast {
+
+namespace {
+
+constexpr int most_elements = 1000;
+constexpr int most_terms = 100000;  // of the sums of a block
+
+using Arrays = std::map<std::string, std::vector<int>>;  // how many elements along each index
+using Values = std::map<std::string, int>;               // of indices
+
+/// dt(A[i, 2]) in parts.
+struct Element {
+  std::string before, array;
+  std::vector<std::string> indices;  // none: no element
+  std::string behind;
+};
+
+Element element_of(const std::string& name) {
+  Element element;
+  const std::size_t begin = name.rfind('(') + 1, open = name.find('['), close = name.find(']');
+  const std::size_t end = open != std::string::npos ? open : std::min(name.size(), name.find(')'));
+  element.before = name.substr(0, begin);
+  element.array = name.substr(begin, end - begin);
+  element.behind = name.substr(open != std::string::npos ? close + 1 : end);
+  for (std::size_t at = open; open != std::string::npos && at < close;) {
+    const std::size_t comma = std::min(name.find(", ", at + 1), close);
+    element.indices.push_back(name.substr(at + 1, comma - at - 1));
+    at = comma == close ? close : comma + 1;
+  }
+  return element;
+}
+
+std::optional<int> number_in(const std::string& index) {
+  int value = 0;
+  const auto result = std::from_chars(index.data(), index.data() + index.size(), value);
+  return result.ec == std::errc() ? std::optional(value) : std::nullopt;
+}
+
+std::string text_of(const std::string& array, const std::vector<int>& extents) {
+  return fmt::format("{}[{}]", array, fmt::join(extents, ", "));
+}
+
+/// All values of indices, the last one running first.
+void for_each_value(const std::vector<int>& extents, const std::function<void(const std::vector<int>&)>& f) {
+  std::vector<int> at(extents.size(), 1);
+  while (true) {
+    f(at);
+    std::size_t k = extents.size();
+    while (k > 0 && at[k - 1] == extents[k - 1]) at[--k] = 1;
+    if (k == 0) return;
+    ++at[k - 1];
+  }
+}
+
+/// One block of the file: its lines with the arrays that are known in it.
+class ArrayBlock {
+ public:
+  ArrayBlock(Arrays arrays, DiagnosticSink& sink) : arrays_(std::move(arrays)), sink_(sink) {}
+
+  /// The arrays that the lines declare are known from now on.
+  void declare(std::vector<Item>& items) {
+    for (Item& item : items) {
+      if (auto* param = get_if<ParamItem>(&item.kind)) declare(param->names);
+      if (declares_fields(item)) declare(*list_of(item));
+    }
+    for (Item& item : items) {
+      const bool is_name = get_if<LetItem>(&item.kind) || get_if<DataItem>(&item.kind);
+      if (is_name) declare_by_formula(item);
+    }
+  }
+
+  const Arrays& arrays() const { return arrays_; }
+
+  std::vector<Item> written_out(std::vector<Item> items) {
+    if (arrays_.empty() && std::ranges::none_of(items, [&](Item& item) { return has_index(item); })) return items;
+    std::vector<Item> all;
+    for (Item& item : items) add(item, all);
+    return all;
+  }
+
+ private:
+  static bool declares_fields(const Item& item) {
+    return get_if<FieldItem>(&item.kind) || get_if<CoefficientItem>(&item.kind) || get_if<ControlItem>(&item.kind);
+  }
+
+  static bool has_index(Item& item) {
+    const Identifier* target = target_of(item);
+    bool found = target != nullptr && !element_of(target->name).indices.empty();
+    for (const Expr* formula : formulas_of(item))
+      for_each_name(*formula, [&](const std::string& name) { found = found || !element_of(name).indices.empty(); });
+    return found;
+  }
+
+  void refuse_index(const Element& element, const std::string& index, SourceRange range) {
+    const auto array = arrays_.find(element.array);
+    const std::string hint =
+        array == arrays_.end()
+            ? fmt::format("declare it, as in field {0}[3], or with let: let {0}[i] = 2*c[i] has as many as c",
+                          element.array)
+            : fmt::format(
+                  "it is {}: indices are numbers from 1 on, those of the left side, or of a sum, as in "
+                  "sum({}[j], j)",
+                  text_of(element.array, array->second), element.array);
+    sink_.report("bad-index", range, {index}, hint);
+  }
+
+  void declare(const std::vector<Identifier>& names) {
+    for (const Identifier& name : names) {
+      const Element element = element_of(name.name);
+      if (element.indices.empty()) continue;
+      std::vector<int> extents;
+      for (const std::string& index : element.indices) extents.push_back(number_in(index).value_or(0));
+      if (fits(extents)) arrays_[element.array] = extents;
+      if (!fits(extents)) refuse_size(name);
+    }
+  }
+
+  static bool fits(const std::vector<int>& extents) {
+    double count = 1;
+    for (const int extent : extents) count *= extent;
+    return std::ranges::all_of(extents, [](int n) { return n >= 1; }) && count <= most_elements;
+  }
+  void refuse_size(const Identifier& name) {
+    sink_.report("bad-index", name.range, {name.name},
+                 fmt::format("an array is declared with its number of elements, 1 to {}: c[3]", most_elements));
+  }
+
+  /// let r[i] = k[i]*c[i]: as many as the formula has.
+  void declare_by_formula(Item& item) {
+    const Element element = element_of(target_of(item)->name);
+    std::vector<int> extents;
+    for (const std::string& index : element.indices) {
+      const int extent = number_in(index) ? 0 : extent_of(index, item);
+      if (extent == 0) return;  // reported where the line is written out
+      extents.push_back(extent);
+    }
+    if (!extents.empty() && fits(extents)) arrays_[element.array] = extents;
+  }
+
+  /// From the arrays that it is an index of in this name; 0: it is none.
+  int extent_in(const std::string& index, const std::string& name) const {
+    const Element element = element_of(name);
+    const auto array = arrays_.find(element.array);
+    for (std::size_t k = 0; array != arrays_.end() && k < element.indices.size(); ++k) {
+      if (element.indices[k] == index && k < array->second.size()) return array->second[k];
+    }
+    return 0;
+  }
+  int extent_of(const std::string& index, const Expr& e) const {
+    int extent = 0;
+    for_each_name(e, [&](const std::string& name) { extent = std::max(extent, extent_in(index, name)); });
+    return extent;
+  }
+  int extent_of(const std::string& index, Item& item) const {
+    const Identifier* target = target_of(item);
+    int extent = target == nullptr ? 0 : extent_in(index, target->name);
+    for (const Expr* formula : formulas_of(item)) extent = std::max(extent, extent_of(index, *formula));
+    return extent;
+  }
+
+  /// c_2 of c[i] where i is 2; the name itself where it is that of no element.
+  std::string named(const std::string& name, const Values& values, SourceRange range) {
+    const Element element = element_of(name);
+    if (element.indices.empty()) return name;
+    const auto array = arrays_.find(element.array);
+    if (array == arrays_.end() || array->second.size() != element.indices.size()) {
+      refuse_index(element, name, range);
+      return name;
+    }
+    std::string text = element.before + element.array;
+    for (std::size_t k = 0; k < element.indices.size(); ++k) {
+      const auto known = values.find(element.indices[k]);
+      const auto index = known != values.end() ? std::optional(known->second) : number_in(element.indices[k]);
+      const bool is_there = index && *index >= 1 && *index <= array->second[k];
+      if (!is_there) refuse_index(element, element.indices[k], range);
+      text += fmt::format("_{}", index.value_or(1));
+    }
+    return text + element.behind;
+  }
+
+  Expr with(const Expr& e, const Values& values) {
+    const SourceRange range = e.range();
+    const auto at = [&](Kind kind) { return Expr(Node{std::move(kind), range}); };
+    if (const auto* name = std::get_if<Name>(&e->kind)) {
+      const auto index = values.find(name->name);
+      if (index != values.end()) return at(Number{double(index->second), std::to_string(index->second)});
+      if (arrays_.contains(name->name)) refuse_index({"", name->name, {}, ""}, name->name, range);
+      return at(Name{named(name->name, values, range)});
+    }
+    if (const auto* offsets = std::get_if<Offsets>(&e->kind)) {
+      const bool is_shift = offsets->has_signs && std::ranges::all_of(offsets->offsets, [](int n) { return n >= 1; });
+      if (is_shift || !arrays_.contains(offsets->name)) return e;
+      return at(Name{named(text_of(offsets->name, offsets->offsets), values, range)});
+    }
+    if (const auto* call = std::get_if<Call>(&e->kind)) return with_call(*call, values, range);
+    if (const auto* unary = std::get_if<Unary>(&e->kind)) return at(Unary{unary->op, with(unary->operand, values)});
+    if (const auto* b = std::get_if<Binary>(&e->kind))
+      return at(Binary{b->op, with(b->left, values), with(b->right, values)});
+    if (const auto* component = std::get_if<Component>(&e->kind))
+      return at(Component{with(component->operand, values), component->name});
+    if (const auto* tuple = std::get_if<Tuple>(&e->kind)) {
+      Tuple all = *tuple;
+      for (Expr& element : all.elements) element = with(element, values);
+      return at(std::move(all));
+    }
+    return e;
+  }
+
+  Expr with_call(Call call, const Values& values, SourceRange range) {
+    const bool is_sum = call.callee == "sum" && call.arguments.size() == 2;
+    const auto* over = is_sum ? std::get_if<Name>(&call.arguments[1].value->kind) : nullptr;
+    const int extent = over == nullptr ? 0 : extent_of(over->name, call.arguments[0].value);
+    if (extent == 0) {
+      for (Argument& argument : call.arguments) argument.value = with(argument.value, values);
+      return Expr(Node{std::move(call), range});
+    }
+    std::optional<Expr> sum;
+    Values inside = values;
+    for (int k = 1; k <= extent; ++k) {
+      if (++terms_ > most_terms) {
+        if (terms_ == most_terms + 1)
+          sink_.report("too-large", range, {}, "sums inside one another multiply their terms");
+        return sum.value_or(Expr());
+      }
+      inside[over->name] = k;
+      const Expr term = with(call.arguments[0].value, inside);
+      sum = sum ? Expr(Node{Binary{BinaryOp::add, *sum, term}, range}) : term;
+    }
+    return *sum;
+  }
+
+  void set_formulas(Item& item, const Values& values) {
+    for (Expr* formula : formulas_of(item)) *formula = with(*formula, values);
+  }
+
+  /// The indices that the target leaves open, or of a whole array those of its elements: 0, 1, ... as names.
+  std::vector<std::string> open_indices(Identifier& target) const {
+    const Element element = element_of(target.name);
+    if (!element.indices.empty()) {
+      std::vector<std::string> open = element.indices;
+      std::erase_if(open, [](const std::string& index) { return number_in(index).has_value(); });
+      return open;
+    }
+    const auto array = arrays_.find(element.array);
+    if (array == arrays_.end()) return {};
+    std::vector<std::string> open;
+    for (std::size_t k = 0; k < array->second.size(); ++k) open.push_back(fmt::format("#{}", k));
+    target.name = fmt::format("{}{}[{}]{}", element.before, element.array, fmt::join(open, ", "), element.behind);
+    return open;
+  }
+
+  void add(Item& item, std::vector<Item>& all) {
+    add_declared(item);
+    if (auto* event = get_if<EventItem>(&item.kind)) event->updates = of_event(event->updates);
+    Identifier* target = target_of(item);
+    const std::vector<std::string> open = target == nullptr ? std::vector<std::string>{} : open_indices(*target);
+    std::vector<int> extents;
+    for (const std::string& index : open) extents.push_back(std::max(1, extent_of(index, item)));
+    if (!fits(extents)) return refuse_size(*target);
+    for_each_value(extents, [&](const std::vector<int>& at) {
+      Values values;
+      for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
+      Item& one = all.emplace_back(item);
+      Identifier* name = target_of(one);
+      if (name != nullptr) name->name = named(name->name, values, name->range);
+      Expr* value = !open.empty() && open.front().starts_with("#") ? value_of(one) : nullptr;
+      for (std::size_t k = 0; value != nullptr && k < at.size(); ++k) take_part(*value, at[k], extents[k]);
+      set_formulas(one, values);
+    });
+  }
+
+  /// D = (1, 2, 3): each element its own.
+  static void take_part(Expr& value, int index, int extent) {
+    const auto* tuple = std::get_if<Tuple>(&value->kind);
+    if (tuple == nullptr || std::ssize(tuple->elements) != extent) return;
+    value = Expr(tuple->elements[static_cast<std::size_t>(index - 1)]);
+  }
+
+  /// Each element by itself.
+  void add_declared(Item& item) {
+    if (auto* param = get_if<ParamItem>(&item.kind)) {
+      ParamItem all;
+      for (std::size_t i = 0; i < param->names.size(); ++i) {
+        for (const Identifier& name : elements_of(param->names[i], true, [&](const std::vector<int>& at) {
+               all.values.push_back(param->values[i]);
+               const auto array = arrays_.find(element_of(param->names[i].name).array);
+               for (std::size_t k = 0; all.values.back() && k < at.size(); ++k)
+                 take_part(*all.values.back(), at[k], array->second[k]);
+             }))
+          all.names.push_back(name);
+      }
+      *param = std::move(all);
+    }
+    std::vector<Identifier>* list = list_of(item);
+    if (list == nullptr) return;
+    const bool declares = declares_fields(item);
+    std::vector<Identifier> all;
+    for (const Identifier& name : *list)
+      std::ranges::copy(elements_of(name, declares, [](const auto&) {}), std::back_inserter(all));
+    *list = std::move(all);
+  }
+
+  /// Of a declaration, or of a whole array; of others the name itself.
+  std::vector<Identifier> elements_of(const Identifier& name, bool declares,
+                                      const std::function<void(const std::vector<int>&)>& tell) {
+    const Element element = element_of(name.name);
+    const auto array = arrays_.find(element.array);
+    const bool is_whole = array != arrays_.end() && declares != element.indices.empty();
+    std::vector<Identifier> all;
+    for_each_value(is_whole ? array->second : std::vector<int>{}, [&](const std::vector<int>& at) {
+      tell(at);
+      all.push_back({is_whole ? named(text_of(element.array, at), {}, name.range) : named(name.name, {}, name.range),
+                     name.range});
+    });
+    return all;
+  }
+
+  std::vector<EventItem::Update> of_event(const std::vector<EventItem::Update>& updates) {
+    std::vector<EventItem::Update> all;
+    for (const EventItem::Update& update : updates) {
+      EventItem::Update one = update;
+      const std::vector<std::string> open = open_indices(one.field);
+      std::vector<int> extents;
+      for (const std::string& index : open)
+        extents.push_back(std::max({1, extent_in(index, one.field.name), extent_of(index, one.value)}));
+      if (!fits(extents)) {
+        refuse_size(update.field);
+        continue;
+      }
+      for_each_value(extents, [&](const std::vector<int>& at) {
+        Values values;
+        for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
+        all.push_back({{named(one.field.name, values, one.field.range), one.field.range},
+                       one.accumulate,
+                       with(one.value, values)});
+      });
+    }
+    return all;
+  }
+
+  Arrays arrays_;
+  DiagnosticSink& sink_;
+  int terms_ = 0;
+};
+
+class ArrayWriter {
+ public:
+  ArrayWriter(File& file, DiagnosticSink& sink) : file_(file), sink_(sink) {
+    for (Declaration& declaration : file.declarations) {
+      if (auto* scene = std::get_if<Scene>(&declaration.kind)) scenes_.emplace(scene->name.name, scene);
+    }
+  }
+
+  void write() {
+    for (Declaration& declaration : file_.declarations) {
+      auto* model = std::get_if<Model>(&declaration.kind);
+      if (model != nullptr) models_[model->name.name] = write(model->items, {});
+    }
+    std::map<std::string, Arrays> of_scenes;
+    for (auto& [name, scene] : scenes_) of_scenes[name] = write(scene->items, arrays_of_models(*scene));
+    for (Declaration& declaration : file_.declarations) {
+      auto* task = std::get_if<Task>(&declaration.kind);
+      if (task != nullptr) write(task->items, of_scenes[task->of.name]);
+    }
+  }
+
+ private:
+  /// The arrays that are known in the block.
+  Arrays write(std::vector<Item>& items, Arrays known) {
+    ArrayBlock block(std::move(known), sink_);
+    block.declare(items);
+    items = block.written_out(std::move(items));
+    return block.arrays();
+  }
+
+  /// The scene that this one is made from in the end: chains may be long.
+  const Scene& first_of(const Scene& scene) {
+    std::vector<const Scene*> chain{&scene};
+    while (chain.back()->like && scenes_.contains(chain.back()->like->name) && chain.size() <= scenes_.size()) {
+      const Scene* next = scenes_.at(chain.back()->like->name);
+      const auto known = first_.find(next);
+      chain.push_back(known == first_.end() ? next : known->second);
+      if (known != first_.end()) break;
+    }
+    for (const Scene* made : chain) first_[made] = chain.back();
+    return *chain.back();
+  }
+
+  Arrays arrays_of_models(const Scene& scene) {
+    const Scene* from = &first_of(scene);
+    Arrays arrays = models_.contains(from->of.name) ? models_.at(from->of.name) : Arrays{};
+    for (const Identifier& model : from->also) {
+      if (models_.contains(model.name)) arrays.insert(models_.at(model.name).begin(), models_.at(model.name).end());
+    }
+    return arrays;
+  }
+
+  File& file_;
+  DiagnosticSink& sink_;
+  std::map<std::string, Scene*> scenes_;
+  std::map<const Scene*, const Scene*> first_;
+  std::map<std::string, Arrays> models_;
+};
+
+}  // namespace
+
+std::optional<File> with_elements(File file, DiagnosticSink& sink) {
+  const bool had_errors = sink.has_errors();
+  ArrayWriter(file, sink).write();
+  if (sink.has_errors() && !had_errors) return std::nullopt;
+  return file;
+}
+
+}  // namespace dpde::ast

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines of kernels, programs and networks, as written.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "syntax/layout.h"
+#include "syntax/physics_items.h"
+
+namespace dpde::ast {
+
+// ---- items inside a kernel or program ------------------------------------------------------------------------------
+enum class KernelRole { in, out, inout, param, sum };
+struct KernelParameter {  // u: field halo 1    out v: field    sum nu_bar: param    nu: param
+  Identifier name;
+  KernelRole role;
+  std::optional<int> halo;
+};
+struct AssignItem {  // v = expr     v += expr   (field or sum)
+  Identifier target;
+  bool accumulate;
+  Expr value;
+};
+struct ScatterItem {  // interp(u_bar, d) += expr
+  Expr target;        // the Call interp(...)
+  Expr value;
+};
+/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel: what stands in place of the derived formula;
+/// below an operator)
+struct AdjointItem {
+  Identifier target;
+  bool accumulate = false;
+  Expr value;
+};
+struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
+  Identifier field;
+  bool fold = false;                // fold u grow 1 ...: the transpose of the fill of 1 halo cell
+  int grow = 0;                     // only of fold
+  std::vector<BoundarySide> sides;  // place "all" when no axis is written
+  std::string written = {};         // the field, where a pass of a repeat fills another in its place
+};
+struct ReduceItem {  // reduce m = mean u      reduce m = max u over x, y
+  Identifier result;
+  Reduction kind = Reduction::mean;
+  Identifier field;
+  std::vector<Identifier> axes;  // none: all
+};
+/// transform u by nu*ikx^2, n by phi1(dt*nu*ikx^2)*dt within two_thirds to v
+struct TransformItem {
+  struct Term {
+    Identifier field;
+    Expr by;
+    bool within_two_thirds = false;
+  };
+  std::vector<Term> terms;
+  Identifier result;
+};
+struct RunItem {  // run burgers_step      run k grow 1
+  Identifier kernel;
+  int grow = 0;
+};
+struct SwapItem {  // swap u, v             (v becomes u for the next step)
+  Identifier state, next;
+};
+struct StackItem {  // save u in passes      load u from passes      (of a repeat)
+  Identifier field, stack;
+  bool is_save = true;
+};
+struct Item;
+/// repeat 8 { fill u ...; run ...; swap u, v } to w      What a swap in it says holds from the next pass on.
+/// repeat k in 0 .. 8 { ... }, repeat k in 8 .. 0 { ... }      k is the number of the pass.
+/// In a network: its layers so many times, each with weights of its own.
+struct RepeatItem {
+  int count = 1;
+  bool shared = false;  // repeat 3 shared { ... } of a network: the same weights in each pass
+  SourceRange count_range;
+  std::vector<Item> items;
+  BlockLayout layout;
+  std::vector<Identifier> to = {};  // what the swaps' fields are called behind it; none: as before it
+  std::optional<Identifier> counter = {};
+  bool is_backwards = false;  // it counts down
+};
+/// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { ... y of x ... }
+struct SolveItem {
+  bool is_linear = true;  // newton y = b for x { ... } where not
+  std::vector<Identifier> images, rights, unknowns;
+  std::optional<Identifier> guess, method, smoother;
+  std::optional<Expr> tolerance, iterations;
+  bool warns = false;
+  std::vector<Item> items;
+  BlockLayout layout;
+};
+struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
+  std::vector<Identifier> names;
+};
+struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of which tells)
+  struct Axis {
+    Identifier name;
+    Topology topology;
+  };
+  std::vector<Axis> axes;
+};
+
+/// apply corrector(a, b) to c, d
+/// tangent corrector(a, b) by a_dot, b_dot to c_dot, d_dot weights
+/// adjoint corrector(a, b) by c_bar, d_bar to a_bar, b_bar weights
+struct ApplyItem {
+  enum class Mode { value, tangent, adjoint };
+  Identifier network;
+  Mode mode = Mode::value;
+  std::vector<Identifier> inputs;
+  std::vector<Identifier> by, to;  // fields; one called "_" is none: its rate is 0, or nobody wants it
+  bool weights = false;            // with the rates of the weights, or what they get
+};
+
+// ---- items inside a network ----------------------------------------------------------------------------------------
+struct LayerItem {  // conv 32, 5, gain = 0.1     relu     leaky_relu(0.2)
+  Identifier layer;
+  std::vector<Argument> arguments;
+  bool parentheses = false;
+};
+struct BranchItem {  // residual { conv 32, 5; relu }     skip { mean_pool 2; conv 32, 3; upsample 2 }
+  enum class Join { add, concat } join = Join::add;
+  SourceRange word_range;
+  std::vector<Item> items;
+  BlockLayout layout;
+};
+struct PaddingItem {  // padding replicate     padding x periodic, y zero
+  struct Axis {
+    Identifier name;  // "" where one word holds for all
+    Identifier padding;
+  };
+  std::vector<Axis> axes;
+};
+struct StartItem {  // initial he, seed 7     (the weights that training begins with)
+  std::optional<Identifier> method;
+  std::optional<Expr> seed;
+};
+struct SymmetryItem {  // symmetric flips, rotations about z, galilean(u)
+  struct Part {
+    Identifier word;                 // flip, flips, rotations or galilean
+    std::optional<Identifier> axis;  // of flip, and of rotations about one
+    std::vector<Identifier> inputs;  // of galilean; none: all vectors
+  };
+  std::vector<Part> parts;
+};
+struct RealItem {  // real f64
+  Identifier precision;
+};
+struct HostItem {  // host weights 120     (in place of layers)
+  Expr weights;
+};
+
+}  // namespace dpde::ast

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines of tasks, data sets and charts, as written.
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "syntax/expression.h"
+
+namespace dpde::ast {
+
+// ---- items inside a task -------------------------------------------------------------------------------------------
+struct WhenAt {  // at t = 0.5, 1.0
+  std::vector<Expr> times;
+};
+struct WhenOver {                     // over time: every state from the first to the last
+  std::optional<Identifier> counted;  // , mean over time   , sum over time   , integral over time
+};
+struct WhenSteps {  // over 4 steps: each of the states behind so many steps from wherever a run begins
+  Expr steps;
+  std::optional<Identifier> counted;
+};
+struct WhenEnd {};  // nothing said: the last state
+using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
+
+// data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data r = u from scene fine at t = 0.5
+struct DataItem {
+  Identifier name;
+  std::optional<Identifier> on;
+  Expr value;                       // load("...") or the field's name
+  std::optional<Identifier> scene;  // after `from scene`
+  When when;
+};
+struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01 in 0 .. 1
+  bool initial = false;
+  Identifier name;
+  std::optional<Expr> from, low, high;
+};
+struct MinimiseItem {  // minimise mean((u - u_ref)^2) at t = 0.5
+  Expr loss;
+  When when;
+};
+struct LearnItem {  // learn corrector from "start.safetensors"
+  Identifier network;
+  std::optional<Expr> from;  // a Text
+};
+struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), iterations 50
+  Expr optimiser;
+  std::vector<Argument> options;  // batch 4 has the name batch and the value 4
+};
+/// test mae = mean(abs(u - u_true)) over time        growth rate on trajectories("test.nc") for 250 steps
+/// test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
+/// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
+struct TestItem {  // a number reported after optimising
+  enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
+  struct Beside {  // another scene, from a file of its own where it has one
+    Identifier scene;
+    std::optional<Expr> on;
+  };
+  Identifier name;
+  Expr value;  // of growth none
+  When when;
+  std::optional<Expr> above;  // of a correlation
+  std::optional<Expr> on, steps;
+  std::vector<Beside> beside;
+};
+
+// ---- items inside a data set ---------------------------------------------------------------------------------------
+struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ...)
+  Identifier name;
+  std::optional<Expr> low, high, from;
+};
+struct FramesItem {  // frames every 0.1 from 3 to 23
+  Expr every;
+  std::optional<Expr> from, to;
+};
+struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
+  Identifier name;
+  Expr value;
+};
+
+// ---- items inside a chart ------------------------------------------------------------------------------------------
+struct ReferenceItem {  // reference exact      reference manufactured      reference self(cells = 4096)
+  Expr value;
+};
+struct ChoicesItem {  // vary advect in central(2), upwind(3)
+  Identifier key;
+  std::vector<Expr> values;
+};
+struct ErrorItem {  // error l2(u), linf(v) at t = 1
+  std::vector<Expr> norms;
+  std::optional<Expr> at;
+};
+
+}  // namespace dpde::ast

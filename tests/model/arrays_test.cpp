@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arrays of species: written by hand they are the same model.
+#include <fstream>
+#include <sstream>
+
+#include "model/model_support.h"
+#include "model/print_model.h"
+
+namespace dpde::model {
+namespace {
+
+const std::string by_index = R"(
+model food {
+  field c[3], s
+  param D[3] = (1, 2, 3), A[3, 3], g
+  coefficient k[3]
+  let r[i] = g*(1 - c[i])
+  dt(c[i]) = D[i]*lap(c[i]) + k[i]*r[i]*sum(A[i, j]*c[j], j)
+  dt(s) = c[1] - s*c[3]
+}
+scene pond : food {
+  grid x = 0 .. 1, cells 8
+  g = 4
+  A = ((7, -1, 5), (2, 9, -3), (-4, 6, 8))
+  k = x; initial s = 0
+  boundary c = 0; boundary c[3]: x.high = 5
+  boundary s = 0
+  initial c[i] = sin(i*x)
+  time 0 .. 1, step 1/8
+  observe total = sum(integral(c[i]), over = i)
+  every 1/4: c[i] += 2*i
+  output c, s every 1/2
+}
+)";
+
+const std::string by_hand = R"(
+model food {
+  field c_1, c_2, c_3, s
+  param D_1 = 1, D_2 = 2, D_3 = 3, A_1_1, A_1_2, A_1_3, A_2_1, A_2_2, A_2_3, A_3_1, A_3_2, A_3_3, g
+  coefficient k_1, k_2, k_3
+  dt(c_1) = D_1*lap(c_1) + k_1*(g*(1 - c_1))*(A_1_1*c_1 + A_1_2*c_2 + A_1_3*c_3)
+  dt(c_2) = D_2*lap(c_2) + k_2*(g*(1 - c_2))*(A_2_1*c_1 + A_2_2*c_2 + A_2_3*c_3)
+  dt(c_3) = D_3*lap(c_3) + k_3*(g*(1 - c_3))*(A_3_1*c_1 + A_3_2*c_2 + A_3_3*c_3)
+  dt(s) = c_1 - s*c_3
+}
+scene pond : food {
+  grid x = 0 .. 1, cells 8
+  g = 4
+  A_1_1 = 7; A_1_2 = -1; A_1_3 = 5; A_2_1 = 2; A_2_2 = 9; A_2_3 = -3; A_3_1 = -4; A_3_2 = 6; A_3_3 = 8
+  k_1 = x; k_2 = x; k_3 = x; initial s = 0
+  boundary c_1 = 0; boundary c_2 = 0; boundary c_3: x.low = 0, x.high = 5
+  boundary s = 0
+  initial c_1 = sin(1*x); initial c_2 = sin(2*x); initial c_3 = sin(3*x)
+  time 0 .. 1, step 1/8
+  observe total = integral(c_1) + integral(c_2) + integral(c_3)
+  every 1/4: c_1 += 2*1, c_2 += 2*2, c_3 += 2*3
+  output c_1, c_2, c_3, s every 1/2
+}
+)";
+
+TEST(Arrays, AreTheirElements) {
+  std::string one_by_one = by_index;
+  const std::string both = "boundary c = 0; boundary c[3]: x.high = 5";
+  one_by_one.replace(one_by_one.find(both), both.size(),
+                     "boundary c[1] = 0; boundary c[2] = 0; boundary c[3]: x.low = 0, x.high = 5");
+  EXPECT_EQ(print(problem_of(one_by_one)), print(problem_of(by_hand)));
+}
+
+TEST(Arrays, StandInDerivedScenesAndTasks) {
+  const std::string more = R"(
+scene other = pond { initial c[2] = 3; D[1] = 9; A = 0; boundary c[3]: x.high = 5 }
+task find : pond {
+  data d[i] = c[i] from scene other at t = 1
+  unknown D
+  unknown A[1, 2] from 1/2
+  unknown initial c[i]
+  minimise mean(sum((c[i] - d[i])^2, i))
+}
+)";
+  const auto changed = [&](std::string text) {
+    const std::string both = "boundary c = 0; boundary c[3]: x.high = 5";
+    text.replace(text.find(both), both.size(), "boundary c = 0");
+    return text + more;
+  };
+  const Problem other = problem_of(changed(by_index), {"other", {}, ""});
+  EXPECT_EQ(other.find_param("D_1")->value, 9);
+  EXPECT_EQ(other.find_param("D_2")->value, 2);
+  EXPECT_EQ(other.find_param("A_3_2")->value, 0);
+  EXPECT_EQ(print(*other.find_state("c_2")->initial.formula), "3");
+  EXPECT_EQ(print(*other.find_state("c_3")->initial.formula), "sin(3*x)");
+  EXPECT_EQ(print(other.find_state("c_3")->boundary[0].high.value), "5");
+  const Problem find = problem_of(changed(by_index), {"find", {}, ""});
+  EXPECT_EQ(find.task->unknowns.size(), 7U);
+  EXPECT_EQ(print(find.task->losses[0].value), "mean((c_1 - d_1)^2 + (c_2 - d_2)^2 + (c_3 - d_3)^2)");
+}
+
+TEST(Arrays, WithMistakesAreReported) {
+  const auto said = [](const std::string& line) {
+    const Outcome outcome = outcome_of("model m { field c[3]; param k; " + line +
+                                       "\ndt(c[i]) = -c[i] }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n"
+                                       "k = 1; initial c = 0; time 0 .. 1, step 1/8 }\n");
+    return outcome.problem ? "" : outcome.diagnostics.front().message + ": " + outcome.diagnostics.front().hint;
+  };
+  const std::string of_three =
+      ": it is c[3]: indices are numbers from 1 on, those of the left side, or of a sum, as in sum(c[j], j)";
+  EXPECT_EQ(said("let a = c[4]"), "4 is no element of an array" + of_three);
+  EXPECT_EQ(said("let a = c[0]"), "0 is no element of an array" + of_three);
+  EXPECT_EQ(said("let a = c[j]"), "j is no element of an array" + of_three);
+  EXPECT_EQ(said("let a = c"), "c is no element of an array" + of_three);
+  EXPECT_EQ(said("let a = c[1, 1]"), "c[1, 1] is no element of an array" + of_three);
+  EXPECT_EQ(said("let a = k[i]"),
+            "k[i] is no element of an array: declare it, as in field k[3], or with let: let k[i] = 2*c[i] has as many "
+            "as c");
+  EXPECT_EQ(said("let a[i] = 1").substr(0, 4), "a[i]");
+  EXPECT_EQ(said("param b[0]"),
+            "b[0] is no element of an array: an array is declared with its number of elements, 1 to 1000: c[3]");
+  EXPECT_EQ(said("param b[100, 100]").substr(0, 11), "b[100, 100]");
+  EXPECT_EQ(said("param p[1000]; let a = sum(sum(sum(p[i]*p[j]*p[k], i), j), k)").substr(0, 14), "the expression");
+  EXPECT_EQ(said("param p[1000]; let a[i, j, k] = p[i]*p[j]*p[k]").substr(0, 10), "a[i, j, k]");
+  EXPECT_EQ(said("field c_1"), "c_1 is given twice: ");
+  EXPECT_EQ(said("let a[i] = i*c[i]; let b = sum(a[j], j) + sum(sum(c[i]*c[j], i), j)"), "");
+}
+
+}  // namespace
+}  // namespace dpde::model
