@@ -26,16 +26,15 @@ namespace {
 /// Numer. Anal. 10 (1973), 413). Adjoints of solves have the first part: all of it where A reaches b, and where A is
 /// symmetric and constants are what it takes to 0.
 void refuse_least_squares(const Rollout& rollout) {
-  for (const SolveNote& note : rollout.solve_notes()) {
-    if (note.of_least_squares == 0) continue;
-    NoSolution error(
-        fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out of "
-                    "its reach: what is solved in the sense of least squares has no gradient; take what cannot be "
-                    "reached off the right side, or give {} a value at a wall",
-                    note.unknown, note.of_least_squares, note.unknown));
-    error.set_solve_for(note.unknown);
-    throw error;
-  }
+  const SolveNote* note = rollout.without_derivative();
+  if (note == nullptr) return;
+  NoSolution error(
+      fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out of its "
+                  "reach: what is solved in the sense of least squares has no gradient; take what cannot be reached "
+                  "off the right side, or give {} a value at a wall",
+                  note->unknown, note->of_least_squares, note->unknown));
+  error.set_solve_for(note->unknown);
+  throw error;
 }
 
 }  // namespace

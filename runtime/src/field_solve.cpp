@@ -53,6 +53,8 @@ std::string what_helps(const SolveReport& report, double tolerance) {
   constexpr double too_many = 20;  // times those that were made
   const auto made = static_cast<double>(report.iterations);
   const double enough = report.residual < 1 ? std::ceil(made * std::log(report.bound) / std::log(report.residual)) : 0;
+  if (report.iterations == 0)
+    return "it is nearly singular, as where the right side asks for a mean that no equation gives; take bicgstab";
   const bool is_multigrid = report.method == SolverMethod::multigrid;
   const bool stalls = report.residual >= 1 || enough > too_many * made;
   const char* instead = is_multigrid ? "take cg, which goes around jumps of coefficients and long cells by such cycles"

@@ -342,6 +342,18 @@ std::deque<SolveNote> Rollout::solve_notes() const {
   }
   return notes;
 }
+const SolveNote* Rollout::without_derivative() const {
+  const auto find = [](BoundProgram& program) -> const SolveNote* {
+    const std::deque<SolveNote>& notes = program.executor.solve_notes();
+    const auto found = std::ranges::find_if(notes, [](const SolveNote& note) { return note.of_least_squares > 0; });
+    return found == notes.end() ? nullptr : &*found;
+  };
+  if (const SolveNote* found = find(impl_->forward->program)) return found;
+  for (BoundTerm& term : impl_->terms) {
+    if (const SolveNote* found = find(term.loss.program)) return found;
+  }
+  return nullptr;
+}
 const std::deque<SolveNote>& Rollout::adjoint_solve_notes() const {
   static const std::deque<SolveNote> none;
   return impl_->backward ? impl_->backward->program.executor.solve_notes() : none;

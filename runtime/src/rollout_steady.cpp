@@ -150,6 +150,10 @@ SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<c
   solve_fixed_point(step_back, x_bar, lambda, report);
   adds_bars = true;
   for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
+  std::vector<double>& values = x_bar;
+  for (size_t s = 0; s < state.size(); ++s)
+    copy_out(setup.layout, state[s], std::span(values).subspan(s * cells, cells));
+  for (size_t i = 0; i < size; ++i) report.scale += std::abs(lambda[i] * values[i]);
   write(lambda);
   return report;
 }

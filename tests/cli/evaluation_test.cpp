@@ -443,7 +443,7 @@ TEST_F(Statistics, WhatTheyCannotSay) {
   refused("statistic e = mean(u)", "E0201",
           "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
   refused("growth rate on trajectories(\"truth.nc\")", "E0703", "write on trajectories(\"test.nc\") for 100 steps");
-  refused("statistic e = u on trajectories(\"truth.nc\") for 4 steps", "E0705", "is not a sum of mean");
+  refused("statistic e = u on trajectories(\"truth.nc\") for 4 steps", "E0705", "is no number");
   refused(
       "growth e on trajectories(\"truth.nc\") for 4 steps; test e = mean(u) on trajectories(\"truth.nc\") for 4 steps",
       "E0303", "e is given twice");

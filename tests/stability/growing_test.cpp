@@ -140,8 +140,47 @@ TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {
                  w = 1.5625 * std::stod(step);
     const double of_u = 0.5 * std::log(1 + (w - 0.0125) * std::stod(step));
     const double grown = 1000 * std::max({a, of_u, 0.0});
-    EXPECT_NEAR(std::max(verdict.end_growth, 0.0), grown, 1e-3 * grown + 1e-9) << step;
+    EXPECT_NEAR(std::max(verdict.grown_most().end_growth, 0.0), grown, 1e-3 * grown + 1e-9) << step;
   }
+}
+
+/// u is a coefficient to T, which does not act on it: in all stages it counts as it is at the step's start. The factor
+/// of the explicit half of ARS(4,4,3) is that of U. M. Ascher, S. J. Ruuth and R. J. Spiteri, Appl. Numer. Math. 25
+/// (1997), section 2.8.
+TEST(Growing, StatesOfOtherGroupsAreFrozenAsCoefficientsAre) {
+  const StepLimit limit =
+      verdict_of(
+          *open_scene("model m { field u, T; dt(u) = 0.05*lap(u); dt(T) = u*lap(T) }\nscheme e { time = ars443 }\n"
+                      "scene s : m with e {\n  grid x = 0 .. 1, cells 64, periodic\n  initial u = 1\n"
+                      "  initial T = cos(2*pi*x)\n  time 0 .. 0.5, step 1/500\n}\n"))
+          .limit;
+  const auto factor = [](double z) {
+    const double y2 = 1 + z / 2, y3 = 1 + z * (11.0 / 18 + y2 / 18), y4 = 1 + z * (5 - 5 * y2 + 3 * y3) / 6;
+    return 1 + z * (1 + 7 * y2 + 3 * y3 - 7 * y4) / 4;
+  };
+  const double exact = root([&](double z) { return std::abs(factor(-z)) - 1; }, 1, 4) / (4 * 64 * 64);
+  EXPECT_NEAR(limit.step, exact, 1e-3 * exact);
+}
+
+/// About the solution 1 of Schroedinger's cubic equation waves below sqrt(2) grow: a ring of 2*pi has none of them, and
+/// on it what steps of second order let grow is their own. On a longer ring waves that do not grow by right may do so
+/// no faster than the fastest, 1.
+TEST(Growing, IsThatOfWavesThatARingHas) {
+  const auto limit = [](const std::string& length, int cells) {
+    return verdict_of(
+               *open_scene(
+                   "model m { field a, b; dt(a) = -lap(b) - b; dt(b) = lap(a) + 3*a }\nscheme e { lap = spectral; "
+                   "time = rk2 }\nscene s : m with e {\n  grid x = 0 .. " +
+                   fmt::format("{}, cells {}", length, cells) +
+                   ", periodic\n  initial a = 0\n  initial b = 0\n  time 0 .. 5, step 1e-4\n}\n"))
+        .limit;
+  };
+  for (const int cells : {32, 64, 128}) EXPECT_EQ(limit("2*pi", cells).kind, StepLimit::Kind::never) << cells;
+  const StepLimit longer = limit("20*pi", 160);
+  ASSERT_EQ(longer.kind, StepLimit::Kind::limit);
+  const double w = std::sqrt((64.0 - 1) * (64 - 3));  // of the wave of two cells: |g|^2 = 1 + (w dt)^4/4
+  const double exact = root([&](double dt) { return 0.5 * std::log1p(std::pow(w * dt, 4) / 4) - dt; }, 1e-5, 0.1);
+  EXPECT_NEAR(longer.step, exact, 0.02 * exact);
 }
 
 /// An event behind the last step ties no fields of the steps.

@@ -59,9 +59,8 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   json[part.name] = std::move(entry);
 }
 
-void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, double loss, Json& result) {
+void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, Json& result) {
   const Steady& state = adjoint.state;
-  const double unrest = std::abs(adjoint.unsteady) / std::abs(loss);
   job.say(
       fmt::format("steady at t = {:.6g} (step {}); its adjoint after {} products with that of a step: {:.2g} of "
                   "the right side is left, at most {:.2g}\n",
@@ -72,9 +71,10 @@ void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, d
                       {"products", adjoint.products},
                       {"residual", json_number(adjoint.residual)},
                       {"tolerance", adjoint.bound},
-                      {"unrest", json_number(unrest)},
+                      {"unrest", json_number(adjoint.unrest())},
+                      {"loss_change", json_number(adjoint.unsteady)},
                       {"bytes", adjoint.bytes}};
-  warn_of_unrest(job, run.session->problem(), unrest);
+  warn_of_unrest(job, run.session->problem(), adjoint);
 }
 
 /// There and back.
@@ -137,7 +137,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       "loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
-  if (last.steady) report_steady(job, run, *last.steady, loss, result);
+  if (last.steady) report_steady(job, run, *last.steady, result);
   report_solves(job, run, solves, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);

@@ -113,7 +113,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
       if (is_finite && run.inverse->last().steady)
-        warn_of_unrest(job, run.session->problem(), std::abs(run.inverse->last().steady->unsteady / loss));
+        warn_of_unrest(job, run.session->problem(), *run.inverse->last().steady);
       if (is_finite) outcome.growth = report_growth(job, run, looks, x, gradient);
       if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(run, looks);
     }

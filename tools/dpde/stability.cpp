@@ -111,7 +111,8 @@ stability::TrialOptions Stability::trial_options(driver::Session& session, const
   stability::TrialOptions trial{options_.steps, options_.seed};
   trial.growth_rate = verdict.group_growth_rate;
   trial.group = verdict.group;
-  trial.growth_by_events = verdict.growth_by_events;
+  trial.growth_by_events = verdict.group_growth_by_events;
+  trial.largest_rate = verdict.growth_rate;
   trial.stop = &interrupt_flag();
   if (stability::varies_in_time(session)) trial.most_time = session.steps() * session.problem().step;
   return trial;

@@ -112,6 +112,9 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
       break;
     }
   }
+  for (const stability::Verdict& other : verdict.worse)
+    text += fmt::format("  at the scene's step {} of {} grows faster, by a factor of {:.6g} a step\n",
+                        stability::wave_text(other, problem), other.field, other.growth);
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);

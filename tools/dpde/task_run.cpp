@@ -140,11 +140,12 @@ std::string certificate_text(const TaskRun& run) {
   return text + "\n";
 }
 
-void warn_of_unrest(Job& job, const model::Problem& problem, double unrest) {
+void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {
   constexpr double told = 1e-4;
+  const double unrest = adjoint.unrest();
   if (unrest > told)
     job.sink().report(
-        "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", unrest)},
+        "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", std::abs(adjoint.unsteady))},
         fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * told / unrest));
 }
 

@@ -42,9 +42,8 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 Json certificate_json(const TaskRun& run);
 /// The same as text; "" where there is none.
 std::string certificate_text(const TaskRun& run);
-/// A warning where a run until steady ends too far from rest for its gradient; `unrest`: see SteadyAdjoint, over the
-/// loss.
-void warn_of_unrest(Job& job, const model::Problem& problem, double unrest);
+/// A warning where a run until steady ends too far from rest for its gradient.
+void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
 /// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open
 /// ends, constraints that are missed at the end.
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);

@@ -209,7 +209,7 @@ Json verify_one(Job& job) {
   const std::string target = target_of(*shared, *options);
   show(job, target, *certificate);
   result = to_json(*certificate);
-  if (shared->problem) warn_of_unrest(job, *shared->problem, certificate->unrest);
+  if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
   if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
   return result;

@@ -273,7 +273,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
       std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  if (inverse->last().steady) certificate.unrest = std::abs(inverse->last().steady->unsteady / loss);
+  certificate.steady = inverse->last().steady;
   inverse->hold_steps(true);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const bool has_hessian = inverse->has_products(Curvature::full);

@@ -66,7 +66,7 @@ struct Certificate {
   std::optional<QuotientEvidence> quotients;   // where the slope does not tell: see taylor.h
   std::optional<SecondOrderCheck> second;      // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
-  double unrest = 0;                           // of runs until steady: see SteadyAdjoint, over the loss
+  std::optional<SteadyAdjoint> steady = {};    // of runs until steady
   bool start_is_finite =
       true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
   std::vector<KinkAtStart> kinks;  // where it begins, the loss has more than one slope

@@ -170,6 +170,18 @@ std::optional<std::vector<DotCase>> cases_of(const driver::Compiled& compiled, c
   return cases;
 }
 
+/// Solves that end early differ on the way there and back.
+std::string help_for(const driver::Compiled& compiled) {
+  constexpr double loose = 1e-6;
+  const double tolerance = compiled.problem ? compiled.problem->scheme.solve.tolerance : 0;
+  return tolerance > loose
+             ? fmt::format(
+                   "solves to {:g} of their right sides leave as much: take a smaller tolerance. dpde verify "
+                   "measures it",
+                   tolerance)
+             : "this is a bug of dpde: the gradient would be wrong. dpde verify shows more";
+}
+
 /// Adds the errors of one program, or that it was not compared; false and an error where they are too large.
 bool certify_program(const driver::Compiled& compiled, const std::string& name, QuickCertificate& worst,
                      DiagnosticSink& sink) {
@@ -186,7 +198,7 @@ bool certify_program(const driver::Compiled& compiled, const std::string& name, 
       sink.report(
           "verification-failed", {},
           {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
-          "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+          help_for(compiled));
       return false;
     }
     is_compared = true;
@@ -274,7 +286,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
   result.run = check_run(source, compiled, affordable - seconds());
   if (!result.run.wrong.empty()) {
     sink.report("verification-failed", {}, {"task " + compiled->problem->task->name, result.run.wrong},
-                "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+                help_for(*compiled));
     return std::nullopt;
   }
   result.left_out.insert(result.left_out.end(), result.run.left_out.begin(), result.run.left_out.end());

@@ -231,9 +231,9 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0813", "back-flow", Severity::warning,
      "flow comes in through the open end {} (t = {}): up to {}, on {} of {} faces; the largest speed is {}"},
     {"W0814", "not-at-rest", Severity::warning,
-     "the state still moves: where it comes to rest the loss would be another one by {} of it, and the gradient is "
-     "that "
-     "of a state at rest"},
+     "the state still moves: the loss would change by {} to where it comes to rest, and the gradient is that of a "
+     "state "
+     "at rest"},
     {"W0806", "gradient-lost-digits", Severity::warning,
      "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
      "and rounding becomes {} of the {}"},

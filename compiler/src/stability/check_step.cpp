@@ -64,14 +64,17 @@ std::string growth_text(double growth) {
   return fmt::format("{:.{}g}", growth, std::min(4 + digits, 17));
 }
 
-void report_above(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
+/// `lowest`: of all groups, where it has a limit.
+void report_above(driver::Session& session, const Verdict& verdict, const Verdict& lowest, bool ruins,
+                  DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
-  const std::string hint = verdict.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
-                                             : fmt::format("--set step={} is stable", verdict.largest_step);
+  const Verdict& limited = lowest.limit.kind == StepLimit::Kind::limit ? lowest : verdict;
+  const std::string hint = limited.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
+                                             : fmt::format("--set step={} is stable", limited.largest_step);
   const std::string pole = pole_text(problem, verdict);
   const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
   sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
-              {problem.scene, fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
+              {problem.scene, fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", limited.limit.step),
                wave_text(verdict, problem), growth_text(verdict.growth)},
               with_force(pole.empty() ? hint : hint + "; " + pole, verdict, ruins));
 }
@@ -101,12 +104,12 @@ bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
   if (session.problem().step_control) return true;
   const std::optional<Verdict> grown = verdict_where_it_grows(session);
   if (!grown || !grown->is_above()) return true;
-  const Verdict& verdict = *grown;
-  const bool ruins = verdict.ruins_run() && !force;
+  const Verdict& verdict = grown->grown_most();
+  const bool ruins = grown->ruins_run() && !force;
   if (verdict.limit.kind == StepLimit::Kind::never) {
     if (verdict.end_growth > 0.1) report_never(session, verdict, ruins, sink);
   } else if (verdict.end_growth > unseen_growth) {
-    report_above(session, verdict, ruins, sink);
+    report_above(session, verdict, *grown, ruins, sink);
   }
   return !ruins;
 }

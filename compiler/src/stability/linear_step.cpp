@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "adjoint/plan.h"
 #include "stability/coupled_means.h"
 #include "stability/frozen_evaluation.h"
 #include "stability/survey.h"
@@ -52,6 +53,9 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     result.varied_.insert(link.primal);
     result.rates_.insert(link.derived);
   }
+  adjoint::Activity all;  // what the step changes is known at its start alone, whoever is perturbed
+  for (const Swap& swap : program->swaps) all.fields.insert(swap.state);
+  result.varied_.merge(adjoint::find_varied(module, *program, all).fields);
   result.module_ = remove_dead_code(tangent.module);
   Module uncoupled = without_coupled_means(result.module_, result.rates_);
   if (!(uncoupled == result.module_))

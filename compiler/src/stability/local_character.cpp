@@ -162,17 +162,17 @@ Positivity positivity_of(driver::Session& session, const LinearStep& linear, dou
 ///   1 - dt/dt_1 - L/2*c*dt >= 0
 /// up to 1/(1/dt_1 + L/2*c), with the largest step dt_1 of upwind(1) and c dt the Courant number. ssp_rk3 is made of
 /// such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
-Positivity positivity_with_limiter(driver::Session& session, double step) {
+Positivity positivity_with_limiter(driver::Session& session, double step, const StateGroup& group) {
   const model::Problem& problem = session.problem();
   const model::TimeScheme time = problem.scheme.time;
   Positivity found;
   found.why = "its limiter is not linear";
   const bool is_of_euler = time == model::TimeScheme::euler || time == model::TimeScheme::ssp_rk3;
-  const std::optional<LinearStep> euler = linear_step(by_euler(problem));
+  const std::optional<LinearStep> euler = linear_step(by_euler(problem), group);
   if (!is_of_euler || problem.scheme.is_split() || !euler) return found;
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, *euler)) {
-    const std::optional<double> courant = courant_number(problem, at.point, 1);
+    const std::optional<double> courant = courant_number(problem, at.point, 1, group);
     if (!courant) return found;
     rate = std::max(rate, *courant);
   }
@@ -185,10 +185,10 @@ Positivity positivity_with_limiter(driver::Session& session, double step) {
 
 }  // namespace
 
-Positivity positivity_of(driver::Session& session, double step) {
-  if (session.problem().scheme.has_limiter()) return positivity_with_limiter(session, step);
+Positivity positivity_of(driver::Session& session, double step, const StateGroup& group) {
+  if (session.problem().scheme.has_limiter()) return positivity_with_limiter(session, step, group);
   Positivity found;
-  const std::optional<LinearStep> linear = linear_step(session, found.why);
+  const std::optional<LinearStep> linear = linear_step(session, found.why, group);
   if (!linear) return found;
   if (session.problem().scheme.has_clamp() && linear->follows_flow()) {
     found.why = "its clamp is not linear";

@@ -38,7 +38,7 @@ struct Positivity {
   double largest_step = 0;  // that keeps it; infinite: each; 0: none
 };
 /// Of a step (or the first part of one) from the initial state.
-Positivity positivity_of(driver::Session& session, double step);
+Positivity positivity_of(driver::Session& session, double step, const StateGroup& group = {});
 
 /// What a step makes of a wave beside what the equations do, at a frozen point.
 struct Wave {

@@ -15,6 +15,7 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
 constexpr double last_of_scene = 256;  // of its steps: those that solve for what is fast may have a limit far off
+constexpr double many_growths = 20;    // by a factor of e: nobody takes longer steps
 constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
 constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
 constexpr double farthest_windows = 8;                        // cells
@@ -262,8 +263,41 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
     const auto rate_of_both = [&](const Angles& a) { return std::min(rate_of(a), symbol->growth_rate(a)); };
     if (symbol) growth_ = std::max(growth_, over_waves(rate_of_both).value);
   }
+  if (growth_ > 0) growth_ = std::min(growth_, growth_on_ring());
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
   if (growth_ > 0 && short_step_ && !linear_->follows_flow() && is_growth_of_steps()) growth_ = 0;
+}
+
+/// Of the waves that a ring has next to the one that grows most of all, of its longest ones and of its mean; of other
+/// grids all may.
+double FrozenAnalysis::growth_on_ring() const {
+  constexpr int longest = 3;
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis) {
+    if (!(point_.cells[axis] > 1) || point_.longest_wave[axis] != point_.cells[axis]) return infinite;
+  }
+  const Angles most = over_waves([&](const Angles& a) { return growth_rate_of(a); }).angles;
+  double growth = std::max(0.0, growth_rate_of({}));
+  const auto look = [&](const std::array<int, 3>& waves) {
+    Angles angles{};
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis)
+      angles[axis] = std::remainder(2 * std::numbers::pi * waves[axis] / point_.cells[axis], 2 * std::numbers::pi);
+    growth = std::max(growth, growth_rate_of(angles));
+  };
+  std::array<int, 3> nearest{};
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis)
+    nearest[axis] = static_cast<int>(std::lround(most[axis] * point_.cells[axis] / (2 * std::numbers::pi)));
+  const int along_z = rank_ > 2 ? 1 : 0, along_y = rank_ > 1 ? 1 : 0;
+  for (int z = -along_z; z <= along_z; ++z) {
+    for (int y = -along_y; y <= along_y; ++y) {
+      for (int x = -1; x <= 1; ++x) look({nearest[0] + x, nearest[1] + y, nearest[2] + z});
+    }
+  }
+  for (int z = 0; z <= longest * along_z; ++z) {
+    for (int y = 0; y <= longest * along_y; ++y) {
+      for (int x = 0; x <= longest; ++x) look({x, y, z});
+    }
+  }
+  return growth;
 }
 
 /// Of a scheme with a memory, which no derivative about dt = 0 is known of: in half the step it grows at a fraction of
@@ -276,15 +310,17 @@ bool FrozenAnalysis::is_growth_of_steps() const {
   return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
 
-/// Resolved waves as much as the fastest of them: errors that grow slower than the solution are none. So may all of
-/// Fourier series but those that decay. Others as much as they do by right; those that nearly grow, a tenth of that.
-/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+/// Twice what a wave does by right, as a scheme may err in growth that is real. Resolved waves, and those of Fourier
+/// series that do not decay, as much as the fastest of all: errors that grow no faster than the solution are none.
+/// Others that nearly grow, a fifth of that. Interpolation damps in each step, short ones too: of waves by themselves
+/// no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
-  const bool is_all = growth_ == 0 || linear_->follows_flow() || is_resolved(wave);
-  if (is_all) return growth_;
-  const double own = growth_rate_of(wave), near = nearly * growth_;
-  if (own < -near) return 0;
-  return are_all_resolved_ ? growth_ : std::clamp(own, near, growth_);
+  if (growth_ == 0) return 0;
+  if (linear_->follows_flow()) return 2 * growth_;
+  const double own = growth_rate_of(wave), by_right = 2 * std::clamp(own, 0.0, growth_);
+  const bool decays = own < -nearly * growth_;
+  if (is_resolved(wave) || (are_all_resolved_ && !decays)) return std::max(by_right, growth_);
+  return decays ? 0 : std::max(by_right, 2 * nearly * growth_);
 }
 
 double FrozenAnalysis::rate_of_decay() const {
@@ -348,6 +384,7 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
   if (!result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
+  if (result.growth_ > 0) result.longest_ = std::max(result.longest_, many_growths / result.growth_);
   return result;
 }
 
@@ -357,7 +394,7 @@ Largest FrozenAnalysis::excess(double step) const {
   return over_waves([&](const Angles& a) {
     const Eigen::VectorXcd factors = g->eigenvalues(a);
     const double growth = std::log(factors.cwiseAbs().maxCoeff());
-    const double beyond = growth - 2 * allowed_rate(a) * step - allowed_to_events(a);
+    const double beyond = growth - allowed_rate(a) * step - allowed_to_events(a);
     return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(factors, a));
   });
 }

@@ -5,13 +5,13 @@
 // space, let it grow by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0, at most that
 // of waves of eight cells and more (is_resolved), or what the equations do to some wave without a grid (Symbol). The
 // step is stable where
-//   ln |g| <= 2 max(s, 0) dt  for all a :
+//   ln |g| <= r dt  for all a,  r = 2 max(s(a), 0) :
 // von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
-// that are resolved may grow as fast as the fastest of them, so may all of Fourier series but those that decay: errors
-// that grow slower than the solution are none. Where something grows by right, no more of a wave's factors may be above
-// 1 than it has rates that do not decay. All states of the step count as one: those that do not depend on one another
-// are judged apart (see state_groups.h). Events that end each step may multiply a wave besides by what they do in a
-// step of length 0.
+// that are resolved, and those of Fourier series that do not decay, have r = max(s) at least: errors that grow no
+// faster than the solution are none. Where something grows by right, no more of a wave's factors may be above 1 than it
+// has rates that do not decay. All states of the step count as one: those that do not depend on one another are judged
+// apart (see state_groups.h). Events that end each step may multiply a wave besides by what they do in a step of length
+// 0.
 #pragma once
 
 #include <limits>
@@ -85,6 +85,7 @@ class FrozenAnalysis {
   bool measure_rates(double step);
   void measure_growth(const Equations* equations);
   bool is_growth_of_steps() const;
+  double growth_on_ring() const;
   double allowed_rate(const Angles& wave) const;
   double allowed_to_events(const Angles& wave) const;
   /// Slower decay may be growth in a step.

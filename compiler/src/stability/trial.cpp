@@ -21,6 +21,7 @@ constexpr int fewest_steps = 500, most_steps = 100'000, most_steps_with_solves =
 constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
 constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
 constexpr double most_growth = 60;     // ln of what the equations may do in a run
+constexpr double most_of_others = 12;  // and other groups of states, whose rounding is in the differences
 constexpr double tolerated = 1.25;     // growth over half a run
 
 double largest_difference(const dpde_layout& layout, const std::vector<void*>& a, const std::vector<void*>& b,
@@ -133,6 +134,9 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
   const double by_right = options.growth_rate * step + options.growth_by_events;
   if (by_right > 0)  // or what may grow would leave the range of numbers
     wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / by_right))));
+  if (options.largest_rate > options.growth_rate)
+    wanted =
+        std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_of_others / (options.largest_rate * step)))));
   wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, options.most_time / step))));
   Pair pair(session, step, options);
   const double begin = pair.difference();

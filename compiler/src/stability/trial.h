@@ -22,6 +22,7 @@ struct TrialOptions {
   double growth_rate = 0;       // that the equations have of their own, 1/time: twice that is allowed
   double growth_by_events = 0;  // ln a step
   StateGroup group = {};        // that are disturbed and looked at
+  double largest_rate = 0;      // of all states: what the others grow to drowns differences in its rounding
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -56,9 +56,10 @@ Verdict verdict_on(driver::Session& session, const StateGroup& group) {
   const model::Problem& problem = session.problem();
   const model::Scheme& scheme = problem.scheme;
   if (verdict.limit.kind == StepLimit::Kind::never && scheme.has_limiter() && scheme.time == model::TimeScheme::euler)
-    verdict.limiter_step = stability::positivity_of(session, verdict.step).largest_step;
+    verdict.limiter_step = stability::positivity_of(session, verdict.step, group).largest_step;
   verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;
   verdict.group_growth_rate = verdict.growth_rate;
+  verdict.group_growth_by_events = verdict.growth_by_events;
   if (verdict.limit.kind != StepLimit::Kind::limit) return verdict;
   verdict.courant = courant_number(problem, verdict.worst, verdict.limit.step, group);
   if (verdict.parts == 1) verdict.largest_step = whole_step(problem, verdict.limit.step);
@@ -70,7 +71,7 @@ double size_of_limit(const Verdict& v) {
   return v.limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : v.limit.step;
 }
 
-/// Of all groups together: the lowest limit, and what has grown most by the end of the run.
+/// Of all groups together: the one with the lowest limit, and beside it what grows most in the scene's step.
 Verdict merged(const Verdict& a, const Verdict& b) {
   const bool is_first = size_of_limit(a) <= size_of_limit(b);
   Verdict lower = is_first ? a : b;
@@ -79,12 +80,11 @@ Verdict merged(const Verdict& a, const Verdict& b) {
   lower.places = std::max(lower.places, other.places);
   lower.growth_rate = std::max(lower.growth_rate, other.growth_rate);
   lower.growth_by_events = std::max(lower.growth_by_events, other.growth_by_events);
-  if (!other.is_above() || (lower.is_above() && lower.end_growth >= other.end_growth)) return lower;
-  lower.end_growth = other.end_growth;
-  lower.growth = other.growth;
-  lower.beyond = other.beyond;
-  lower.wave = other.wave;
-  lower.field = other.field;
+  Verdict most = lower.grown_most(), candidate = other.grown_most();
+  if (candidate.is_above() && (!most.is_above() || candidate.end_growth > most.end_growth)) {
+    candidate.worse.clear();
+    lower.worse = {std::move(candidate)};
+  }
   return lower;
 }
 
@@ -112,6 +112,7 @@ bool Verdict::ruins_run() const {
       std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });
   const double sure = is_of_walls && !is_of_grid ? 2 : has_wind ? 1.5 : 1;
   const bool is_sure = limit.kind != StepLimit::Kind::limit || step > sure * limit.step;
+  if (!worse.empty() && worse.front().ruins_run()) return true;
   return is_above() && is_sure && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
 }
 

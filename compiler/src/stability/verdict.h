@@ -31,7 +31,8 @@ struct Verdict {
   double beyond = 0;       // ln |g| less what the equations may do
   double growth_rate = 0;  // largest of the equations' own, 1/time
   StateGroup group;        // that it is of, see state_groups.h
-  double group_growth_rate = 0;
+  double group_growth_rate = 0, group_growth_by_events = 0;
+  std::vector<Verdict> worse;   // at most one: of a group with a higher limit that grows more in the scene's step
   double growth_by_events = 0;  // ln of what those that end each step multiply at most
   double end_growth = 0;        // ln of the growth beyond the equations' over the run
   std::string place;            // where coefficients are frozen; "" where all places are alike
@@ -42,6 +43,7 @@ struct Verdict {
   double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none
 
   bool is_analysed() const { return why.empty(); }
+  const Verdict& grown_most() const { return worse.empty() ? *this : worse.front(); }
   bool is_above() const;
   /// Growth ends where a limiter keeps values between their neighbours'.
   bool is_held_by_limiter() const { return step <= limiter_step; }

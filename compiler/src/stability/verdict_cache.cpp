@@ -109,7 +109,9 @@ std::string text_of(const FrozenPoint& point) {
 
 }  // namespace
 
-std::string text_of(const Verdict& v) {
+namespace {
+
+std::string lines_of(const Verdict& v) {
   std::string text = fmt::format("{}\n{}\n{}\n", v.why, v.place, v.field);
   text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
@@ -118,12 +120,14 @@ std::string text_of(const Verdict& v) {
                       v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
-  text += fmt::format("{} {} {}\n", v.group_growth_rate, v.group.size(), fmt::join(v.group, " "));
-  return text + text_of(v.worst) + last_line;
+  text += fmt::format("{} {} {} {}\n", v.group_growth_rate, v.group_growth_by_events, v.group.size(),
+                      fmt::join(v.group, " "));
+  text += text_of(v.worst) + fmt::format("{}\n", v.worse.size());
+  for (const Verdict& other : v.worse) text += lines_of(other);
+  return text;
 }
 
-std::optional<Verdict> verdict_from(const std::string& text) {
-  Reader reader(text);
+Verdict read_verdict(Reader& reader) {
   Verdict v;
   v.why = reader.line(), v.place = reader.line(), v.field = reader.line();
   const double kind = reader.number();
@@ -142,10 +146,22 @@ std::optional<Verdict> verdict_from(const std::string& text) {
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
   if (const double courant = reader.number(); courant >= 0) v.courant = courant;
   v.largest_step = reader.number();
-  v.group_growth_rate = reader.number();
+  v.group_growth_rate = reader.number(), v.group_growth_by_events = reader.number();
   for (double left = reader.number(); left > 0 && reader.is_good(); --left) v.group.insert(reader.word());
   v.worst = read_point(reader);
+  const bool has_worse = reader.number() > 0;
   reader.end_line();
+  if (has_worse && reader.is_good()) v.worse.push_back(read_verdict(reader));
+  return v;
+}
+
+}  // namespace
+
+std::string text_of(const Verdict& v) { return lines_of(v) + last_line; }
+
+std::optional<Verdict> verdict_from(const std::string& text) {
+  Reader reader(text);
+  Verdict v = read_verdict(reader);
   const bool is_whole = reader.line() == last_line;
   return is_whole && reader.is_good() ? std::optional(std::move(v)) : std::nullopt;
 }

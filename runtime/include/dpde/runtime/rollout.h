@@ -222,6 +222,8 @@ struct SteadyAdjoint {
   double bound = 0;     // to which it came: the tolerance, or rounding
   int64_t bytes = 0;    // of the vectors of the solve
   double unsteady = 0;  // by how much the loss would change to where the state comes to rest, to first order
+  double scale = 0;     // by how much it would where each value changed as much as it is
+  double unrest() const { return unsteady == 0 ? 0 : std::abs(unsteady) / scale; }
 };
 
 struct GradientResult {
@@ -283,6 +285,8 @@ class Rollout {
 
   /// What the solves of the steps and of the losses have met, and those of the steps' adjoints.
   std::deque<SolveNote> solve_notes() const;
+  /// The first of them whose solution has no derivative that is known; null where there is none.
+  const SolveNote* without_derivative() const;
   const std::deque<SolveNote>& adjoint_solve_notes() const;
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
