@@ -56,6 +56,8 @@ class Equations {
   explicit Equations(model::Problem problem, StateGroup group = {});
   /// nullopt where they cannot be taken so.
   std::optional<Symbol> about(const FrozenPoint& point) const;
+  /// What is stiff has no limit by these schemes, what is not may have one far off.
+  bool are_stepped_exponentially() const { return model::is_exponential(problem_.scheme.time); }
   double length_of_run() const { return problem_.steps * problem_.step; }
   /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
   bool are_spectral() const;

@@ -108,15 +108,16 @@ class Networks {
   std::map<std::string, double> params_;
 };
 
-/// The largest step up to which nothing grows beyond what is allowed.
-StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Networks::Allowed& allowed, double own) {
+/// The largest step up to which nothing grows beyond what is allowed; none where that is above `most`.
+StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Networks::Allowed& allowed, double own,
+                   double most) {
   const auto is_stable = [&](double step) {
     return networks.growth(point, step) - allowed.in(step) <= network_tolerance;
   };
-  double low = own, high = own;
-  if (is_stable(own)) {
+  double low = std::min(own, most), high = low;
+  if (is_stable(low)) {
     while (is_stable(high)) {
-      if (high > most_own_steps * own) return {};
+      if (high > most_own_steps * own || high >= most) return {};
       low = high;
       high *= 2;
     }
@@ -134,7 +135,7 @@ double size_of_limit(const StepLimit& limit) {
 
 }  // namespace
 
-void examine_networks(driver::Session& session, const StateGroup& group, Verdict& verdict) {
+void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict) {
   const std::optional<LinearStep> linear = compiled_step(session, verdict.why, group);
   if (!linear || !linear->has_networks()) return;
   const Networks networks(session, *linear);
@@ -150,7 +151,7 @@ void examine_networks(driver::Session& session, const StateGroup& group, Verdict
     verdict.growth_rate = verdict.group_growth_rate = std::max(verdict.growth_rate, allowed.rate);
     verdict.growth = std::max(verdict.growth, std::exp(now));
     verdict.beyond = std::max(verdict.beyond, beyond);
-    const StepLimit limit = limit_at(networks, point, allowed, verdict.step);
+    const StepLimit limit = limit_at(networks, point, allowed, verdict.step, most);
     if (size_of_limit(limit) < size_of_limit(verdict.limit)) verdict.limit = limit, verdict.worst = point;
   }
   verdict.end_growth = verdict.beyond * session.steps();

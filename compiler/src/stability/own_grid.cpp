@@ -17,9 +17,9 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double most_unknowns = 256;
-constexpr int first_doublings = 9, all_doublings = 18;  // of steps: 512, and a quarter of a million
-constexpr int doublings_of_parts = 3;                   // of a step: eighths
+constexpr double most_unknowns = 256, most_with_solves = 128;  // which reach all cells: a run each
+constexpr int first_doublings = 9, all_doublings = 18;         // of steps: 512, and a quarter of a million
+constexpr int doublings_of_parts = 3;                          // of a step: eighths
 constexpr double tenfold = 10, hundredfold = 100;
 constexpr double slow = 1e-3;                // rates of decay, of the largest
 constexpr double surely_above = 1e-4;        // 1, of eigenvalues
@@ -86,7 +86,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
                               std::ranges::any_of(linear.inputs(), is_control);
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
-  if (unknowns > most_unknowns || linear.has_networks() || varies_in_time ||
+  if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || linear.has_networks() || varies_in_time ||
       std::ranges::any_of(linear.inputs(), is_state))
     return std::nullopt;
   OwnGrid result(session, linear, point);

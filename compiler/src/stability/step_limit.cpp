@@ -384,7 +384,8 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
   if (!result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
-  if (result.growth_ > 0) result.longest_ = std::max(result.longest_, many_growths / result.growth_);
+  const bool is_exponential = equations != nullptr && equations->are_stepped_exponentially();
+  if (result.growth_ > 0 && is_exponential) result.longest_ = std::max(result.longest_, many_growths / result.growth_);
   return result;
 }
 

@@ -22,6 +22,7 @@ namespace dpde::stability {
 namespace {
 
 constexpr double hundred = 4.605170185988092;  // ln 100
+constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 /// The largest step not above the limit that the run is a whole number of.
 double whole_step(const model::Problem& problem, double limit) {
@@ -31,21 +32,21 @@ double whole_step(const model::Problem& problem, double limit) {
   return length / std::max(1.0, steps);
 }
 
-Verdict verdict_on_networks(driver::Session& session, const StateGroup& group, std::string why) {
+Verdict verdict_on_networks(driver::Session& session, const StateGroup& group, double most, std::string why) {
   Verdict verdict;
   verdict.why = std::move(why);
   verdict.group = group;
-  examine_networks(session, group, verdict);
+  examine_networks(session, group, most, verdict);
   if (verdict.limit.kind == StepLimit::Kind::limit)
     verdict.largest_step = whole_step(session.problem(), verdict.limit.step);
   return verdict;
 }
 
-/// The verdict on a group alone.
-Verdict verdict_on(driver::Session& session, const StateGroup& group) {
+/// The verdict on a group alone; of what takes long no limit above `most`.
+Verdict verdict_on(driver::Session& session, const StateGroup& group, double most) {
   std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why, group);
-  if (!linear) return verdict_on_networks(session, group, std::move(why));
+  if (!linear) return verdict_on_networks(session, group, most, std::move(why));
   Verdict verdict;
   verdict.group = group;
   if (!examine_group(session, *linear, verdict)) {
@@ -67,9 +68,7 @@ Verdict verdict_on(driver::Session& session, const StateGroup& group) {
 }
 
 /// 0 where every step is unstable.
-double size_of_limit(const Verdict& v) {
-  return v.limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : v.limit.step;
-}
+double size_of_limit(const Verdict& v) { return v.limit.kind == StepLimit::Kind::none ? no_limit : v.limit.step; }
 
 /// Of all groups together: the one with the lowest limit, and beside it what grows most in the scene's step.
 Verdict merged(const Verdict& a, const Verdict& b) {
@@ -132,8 +131,14 @@ Verdict examine(driver::Session& session) {
     return verdict;
   }
   std::optional<Verdict> all, unknown;
-  for (const StateGroup& group : state_groups(session)) {
-    const Verdict found = verdict_on(session, group);
+  std::vector<StateGroup> groups = state_groups(session);
+  const auto has_no_network = [&](const StateGroup& group) {
+    std::string why;
+    return linear_step(session, why, group).has_value();
+  };
+  if (groups.size() > 1) std::ranges::stable_partition(groups, has_no_network);
+  for (const StateGroup& group : groups) {
+    const Verdict found = verdict_on(session, group, all ? size_of_limit(*all) : no_limit);
     if (!found.is_analysed())
       unknown = found;
     else

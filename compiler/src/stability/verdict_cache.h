@@ -10,8 +10,8 @@ namespace dpde::stability {
 /// What verdict_of() and grows_nothing() do where nothing is kept.
 Verdict examine(driver::Session& session);
 bool look_for_growth(driver::Session& session);
-/// The same of a group whose step has networks.
-void examine_networks(driver::Session& session, const StateGroup& group, Verdict& verdict);
+/// The same of a group whose step has networks; no limit is looked for above `most`.
+void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict);
 bool networks_grow_nothing(driver::Session& session, const StateGroup& group);
 
 /// What a verdict is kept by.
