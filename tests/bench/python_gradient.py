@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What Python adds: a gradient of 512 x 512 cells by NumPy, PyTorch and JAX beside the same calls of the library alone
-(dpde_c.h by ctypes), in turn, and what single calls cost. PYTHONPATH=build/python python3 tests/bench/python_gradient.py
+(dpde_c.h by ctypes), in turn, and what single calls cost.
+
+PYTHONPATH=build/python python3 tests/bench/python_gradient.py
 """
 import ctypes
 import statistics
@@ -120,7 +122,8 @@ def gradients():
 
 def single_calls():
     scene = dpde.compile("model decay { field u; param k\n dt(u) = -k*u }\nscene s : decay {\n"
-                         " grid x = 0 .. 1, cells 8, periodic\n k = 1\n initial u = 1\n time 0 .. 1e6, step 1/8 }").scene()
+                         " grid x = 0 .. 1, cells 8, periodic\n k = 1\n initial u = 1\n"
+                         " time 0 .. 1e6, step 1/8 }").scene()
     values, out = np.ones(8), np.empty(8)
     calls = {"set a parameter": lambda: scene.set("k", 1.0), "set a field": lambda: scene.set("u", values),
              "state into an array": lambda: scene.state("u", out), "step of 8 cells": lambda: scene.step()}

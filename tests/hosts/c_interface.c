@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * dpde_c.h compiled as C99 without extensions: values against closed forms, and what is refused, by code, text and JSON.
+ * dpde_c.h compiled as C99 without extensions: values against closed forms; what is refused, by code, text and JSON.
  * A step of explicit Euler on a periodic rod scales sin(x) by g = 1 - 4 k dt/h^2 sin(h/2)^2. */
 #include "dpde/dpde_c.h"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes as operators of JAX: gradients against differences, jit and vmap, and a network that is trained through one."""
+"""Scenes as operators of JAX: gradients against differences, jit, vmap, and a network that is trained through one."""
 import unittest
 
 import numpy as np

@@ -13,8 +13,7 @@
 namespace dpde::stability {
 
 /// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
-/// end on walls it is the step as it is away from these, on rings.
-/// Of the states of `group` alone, in each of these.
+/// end on walls it is the step as it is away from these, on rings. Here and below: of the states of `group` alone.
 std::optional<LinearStep> linear_step(const model::Problem& problem, const StateGroup& group = {});
 /// Those in the step that was compiled, without events that only some steps have; `why` as of LinearStep::make, and
 /// where a network is in it.

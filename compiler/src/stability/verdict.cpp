@@ -42,11 +42,28 @@ Verdict verdict_on_networks(driver::Session& session, const StateGroup& group, d
   return verdict;
 }
 
+/// A group and its step; why there is none, as of networks.
+struct GroupStep {
+  StateGroup group;
+  std::string why = {};
+  std::optional<LinearStep> linear = {};
+};
+
+/// Those with a network last: they take long.
+std::vector<GroupStep> steps_of_groups(driver::Session& session) {
+  std::vector<GroupStep> steps;
+  for (StateGroup& group : state_groups(session)) {
+    steps.push_back({std::move(group)});
+    steps.back().linear = linear_step(session, steps.back().why, steps.back().group);
+  }
+  std::ranges::stable_partition(steps, [](const GroupStep& step) { return step.linear.has_value(); });
+  return steps;
+}
+
 /// The verdict on a group alone; of what takes long no limit above `most`.
-Verdict verdict_on(driver::Session& session, const StateGroup& group, double most) {
-  std::string why;
-  const std::optional<LinearStep> linear = linear_step(session, why, group);
-  if (!linear) return verdict_on_networks(session, group, most, std::move(why));
+Verdict verdict_on(driver::Session& session, const GroupStep& step, double most) {
+  const auto& [group, why, linear] = step;
+  if (!linear) return verdict_on_networks(session, group, most, why);
   Verdict verdict;
   verdict.group = group;
   if (!examine_group(session, *linear, verdict)) {
@@ -90,10 +107,8 @@ Verdict merged(const Verdict& a, const Verdict& b) {
 }  // namespace
 
 bool look_for_growth(driver::Session& session) {
-  return std::ranges::all_of(state_groups(session), [&](const StateGroup& group) {
-    std::string why;
-    const std::optional<LinearStep> linear = linear_step(session, why, group);
-    return linear ? grows_nothing_in(session, *linear) : networks_grow_nothing(session, group);
+  return std::ranges::all_of(steps_of_groups(session), [&](const GroupStep& step) {
+    return step.linear ? grows_nothing_in(session, *step.linear) : networks_grow_nothing(session, step.group);
   });
 }
 
@@ -131,14 +146,8 @@ Verdict examine(driver::Session& session) {
     return verdict;
   }
   std::optional<Verdict> all, unknown;
-  std::vector<StateGroup> groups = state_groups(session);
-  const auto has_no_network = [&](const StateGroup& group) {
-    std::string why;
-    return linear_step(session, why, group).has_value();
-  };
-  if (groups.size() > 1) std::ranges::stable_partition(groups, has_no_network);
-  for (const StateGroup& group : groups) {
-    const Verdict found = verdict_on(session, group, all ? size_of_limit(*all) : no_limit);
+  for (const GroupStep& step : steps_of_groups(session)) {
+    const Verdict found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit);
     if (!found.is_analysed())
       unknown = found;
     else

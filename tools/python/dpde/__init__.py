@@ -46,7 +46,8 @@ class Model:
         chosen.set = {key: _text(value) for key, value in {**(settings or {}), **more}.items()}
         chosen.threads, chosen.slots, chosen.force, chosen.certify = threads, slots, force, certify
         chosen.second_order, chosen.checkpoint_bytes = second_order, checkpoint_bytes
-        return Scene(_core.Sim(self._core, chosen), name or (self.scenes if chosen.inputs else self.tasks or self.scenes)[0])
+        opened = _core.Sim(self._core, chosen)
+        return Scene(opened, name or (self.scenes if chosen.inputs else self.tasks or self.scenes)[0])
 
     def __repr__(self):
         return f"dpde.Model(scenes={self.scenes}, tasks={self.tasks})"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Values that a person gives, as arrays that the library reads.
 
-An array of float64 in C order is read where it lies, whether NumPy's or, by DLPack, another library's. Copies are made of
-lists and numbers, and of views that do not lie in one piece. Other types of numbers are refused: a silent conversion
+An array of float64 in C order is read where it lies, whether NumPy's or, by DLPack, another library's. Copies are made
+of lists and numbers, and of views that do not lie in one piece. Other types of numbers are refused: a silent conversion
 would hide that half of the digits are gone.
 """
 import numpy as np

@@ -8,8 +8,8 @@
 
 A callback costs some tens of microseconds and a copy of what goes in and out. Without jax_enable_x64 arrays of JAX are
 float32: they are converted, and what comes back is float32. loss() computes the gradient with the value when it is
-differentiated; end() runs the scene, and its derivative runs it again, with the adjoint. There are no second derivatives
-and no forward mode.
+differentiated; end() runs the scene, and its derivative runs it again, with the adjoint. There are no second
+derivatives and no forward mode.
 """
 import inspect
 

@@ -7,8 +7,8 @@
     end(u=network(x))["u"]
 
 Tensors of float64 on the processor are read where they lie; others of float32 are converted, and so is their gradient.
-loss() computes the gradient with the value, and keeps it; end() runs the scene, and its backward runs it again, with the
-adjoint. There are no second derivatives.
+loss() computes the gradient with the value, and keeps it; end() runs the scene, and its backward runs it again, with
+the adjoint. There are no second derivatives.
 """
 import torch
 from torch.autograd.function import once_differentiable
@@ -29,7 +29,8 @@ def _tensor(values, like):
 def _require_unknowns(scene, names, tensors):
     for name, tensor in zip(names, tensors):
         if tensor.requires_grad and name not in scene.unknowns and name not in scene._vectors:
-            raise ValueError(f"{name} requires a gradient and is no unknown of {scene.name}: these are {scene.unknowns}")
+            known = f"these are {scene.unknowns}"
+            raise ValueError(f"{name} requires a gradient and is no unknown of {scene.name}: {known}")
 
 
 def _by_input(scene, names, tensors, gradients, scale):
@@ -94,7 +95,7 @@ def loss(scene):
 
 
 def end(scene):
-    """The states at the end of a scene opened with inputs, a dictionary of tensors, as a function of tensors by name."""
+    """The states at the end of a scene opened with inputs, a dictionary of tensors: a function of tensors by name."""
     if not scene.has_seeds:
         raise ValueError("end() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
 
