@@ -263,5 +263,57 @@ TEST(Coordinates, SolvesDoNotReadAcrossPoles) {
   EXPECT_TRUE(fails("lap(u) - dy(u)", "time = ars222; implicit = all"));
 }
 
+/// Shallow water on faces: depth and energy of flow over both poles are kept but for what steps in time lose.
+TEST(Coordinates, TurningTakesNoEnergy) {
+  const std::string text = R"(model m {
+  vector u on faces
+  field h
+  let flux = interpolate(h)*u
+  dt(u) = -cross((curl(u) + 2*sin(lat))/interpolate(h), flux) - grad(h + 0.5*dot(u, u))
+  dt(h) = -div(flux)
+}
+)" + scheme + on_sphere + R"(  boundary u.x: lat = pole
+  boundary u.y: lat = 0
+  boundary h: lat = pole
+  initial u = (0.3*sin(lat)*cos(lon) + 0.1*cos(lat), 0.2*cos(lat)^2 - 0.3*sin(lon))
+  initial h = 1 + 0.1*cos(lat)*sin(lon + lat)
+  time 0 .. 1, step 1/512
+}
+)";
+  const auto cosine = [](double row) { return std::cos(-M_PI / 2 + row * M_PI / 8); };
+  const auto sums = [&](const Overrides& over) {
+    const auto state = run_scene(text, "s", over).state;
+    const std::vector<double>&h = state.at("h"), &x = state.at("u.x"), &y = state.at("u.y");
+    double depth = 0, energy = 0;
+    for (std::size_t j = 0; j < 8; ++j) {
+      const double row = static_cast<double>(j), here = cosine(row + 0.5);
+      for (std::size_t i = 0; i < 16; ++i) {
+        const std::size_t cell = 16 * j + i, west = 16 * j + (i + 15) % 16;
+        const double south = j == 0 ? 0 : y[cell - 16] * y[cell - 16] * cosine(row);
+        const double north = j == 7 ? 0 : y[cell] * y[cell] * cosine(row + 1);
+        const double moved = 0.25 * ((x[cell] * x[cell] + x[west] * x[west]) * here + south + north);
+        depth += here * h[cell];
+        energy += h[cell] * moved + 0.5 * here * h[cell] * h[cell];
+      }
+    }
+    return std::array{depth, energy};
+  };
+  const auto begin = sums({{"end", "1/512"}}), end = sums({});
+  EXPECT_NEAR(begin[0], end[0], 1e-13 * end[0]);
+  EXPECT_NEAR(begin[1], end[1], 1e-10 * end[1]);
+}
+
+/// Solid rotation in balance across both poles (Williamson et al. 1992, case 2) is one of order 2, and its error after
+/// five days is not five times that of a day.
+TEST(Coordinates, BalancedRotationStays) {
+  const std::string text = testing::read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/sphere/sphere.dpde");
+  const auto error = [&](const char* x, const char* y, const char* step, const char* end) {
+    return run_scene(text, "rotation", {{"cells.x", x}, {"cells.y", y}, {"step", step}, {"end", end}}).l2.at("h");
+  };
+  const double coarse = error("16", "8", "600", "86400"), fine = error("32", "16", "300", "86400");
+  EXPECT_NEAR(std::log2(coarse / fine), 2, 0.25);
+  EXPECT_LT(error("32", "16", "300", "432000"), 2.6 * fine);
+}
+
 }  // namespace
 }  // namespace dpde

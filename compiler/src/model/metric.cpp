@@ -119,6 +119,13 @@ bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low) {
   return false;
 }
 
+double length_of_poles(const Problem& problem, std::size_t axis, std::size_t around) {
+  Place middle{};
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) middle[a] = problem.axes[a].centre(0);
+  middle[axis] = 0.5 * (problem.axes[axis].low + problem.axes[axis].high);
+  return smallest_length * std::abs(value_at(problem.metric->scales[around], middle));
+}
+
 bool reads_across_pole(const Problem& problem, const Expr& e) {
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     const bool low = is_pole_at(problem, axis, true), high = is_pole_at(problem, axis, false);

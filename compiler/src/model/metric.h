@@ -18,6 +18,9 @@ Expr size_of(const Metric& metric, const std::array<bool, 3>& over, std::size_t 
 /// there.
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low);
 
+/// Of a unit of coordinate `around`: what is shorter lies on a pole at an end of `axis`.
+double length_of_poles(const Problem& problem, std::size_t axis, std::size_t around);
+
 /// Whether a value depends on what lies beyond a pole: not where that is only in fluxes through faces of no size. A
 /// solve knows no cell that is half a turn away.
 bool reads_across_pole(const Problem& problem, const Expr& e);

@@ -17,10 +17,10 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx",     "dy",       "dz",       "d",      "lap",         "grad",         "div",
-    "advect", "bracket",  "dot",      "curl",   "norm",        "if",           "mean",
-    "sum",    "integral", "inject",   "sample", "interpolate", "random_field", "random_signal",
-    "noise",  "force_on", "torque_on"};
+    "dx",     "dy",       "dz",        "d",      "lap",         "grad",         "div",
+    "advect", "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
+    "sum",    "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
+    "noise",  "force_on", "torque_on", "cross"};
 
 /// Applies `f` to each component.
 template <class F>
@@ -62,6 +62,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "advect") return advection(e, range);
   if (name == "bracket") return poisson_bracket(e, range);
   if (name == "dot") return dot_product(e, range);
+  if (name == "cross") return cross_product(e, range);
   if (name == "curl") return curl(e, range);
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
   if (name == "interpolate") return interpolation(e, range);

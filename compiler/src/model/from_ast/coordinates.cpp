@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/from_ast/coordinates.h"
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/metric.h"
@@ -67,13 +69,64 @@ Expr Coordinates::divergence(const std::vector<Expr>& v) const {
   return sum;
 }
 
+Expr Coordinates::turn_of(const Expr& component, int a, int b) const {
+  const Expr h = scale(a);
+  if (!depends_on_axis(h, b)) return over(d(component, b), scale(b));
+  return over(d(times(h, on_faces(component, b)), b), times(h, scale(b)));
+}
+
+/// At a pole the turning is that of the flow around it, which grows with the way from there: twice its slope.
 Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
-  const auto part = [&](int by, int of) {
-    const Expr h = scale(of), &along = v[static_cast<std::size_t>(of)];
-    if (!depends_on_axis(h, by)) return over(d(along, by), scale(by));
-    return over(d(times(h, on_faces(along, by)), by), times(h, scale(by)));
+  const auto part = [&](int by, int of) { return turn_of(v[static_cast<std::size_t>(of)], of, by); };
+  const auto difference = [&](const Expr& x, const Expr& y) { return binary(BinaryOp::subtract, x, y, origin_); };
+  Expr turn = difference(part(a, b), part(b, a));
+  for (const auto& [across, around] : {std::array{a, b}, std::array{b, a}}) {
+    const auto to = static_cast<std::size_t>(across), along = static_cast<std::size_t>(around);
+    const std::optional<Placement> place = placements_.natural(v[to]);
+    const bool is_on_pole = place && (*place)[to] &&
+                            (is_pole_at(problem_, to, true) || is_pole_at(problem_, to, false)) &&
+                            depends_on_axis(scale(around), across);
+    if (!is_on_pole) continue;
+    Reduce mean{Reduce::Kind::mean, v[along], {}};
+    mean.over[along] = true;
+    const Expr slope = times(2.0, over(d(model::reduce(mean, origin_), across), scale(across)));
+    const Expr is_inside = binary(BinaryOp::greater, scale(around), length_of_poles(problem_, to, along), origin_);
+    turn = model::select(is_inside, turn, across == b ? negate(slope, origin_) : slope, origin_);
+  }
+  return turn;
+}
+
+Expr Coordinates::dot(const std::vector<Expr>& a, const std::vector<Expr>& b) const {
+  std::vector<Expr> products;
+  for (std::size_t i = 0; i < a.size(); ++i) products.push_back(times(a[i], b[i]));
+  const auto is_elsewhere = [&](const Expr& product) {
+    const auto own = placements_.natural(product), first = placements_.natural(products.front());
+    return own && first && *own != *first;
   };
-  return binary(BinaryOp::subtract, part(a, b), part(b, a), origin_);
+  const bool is_staggered = std::ranges::any_of(products, is_elsewhere);
+  Expr sum = 0.0;
+  for (const Expr& product : products) {
+    const Expr part = is_staggered ? per_volume(interpolate(times_volume(product), origin_)) : product;
+    sum = binary(BinaryOp::add, sum, part, origin_);
+  }
+  return sum;
+}
+
+Expr Coordinates::carried(const Expr& s, const Expr& across, bool has_s_inside) const {
+  const auto there = [&](const Expr& e) { return interpolate(e, origin_); };
+  const auto own = placements_.natural(s), of_flux = placements_.natural(across);
+  if (own == of_flux || !of_flux) return times(s, across);
+  if (!own) return has_s_inside ? there(times(s, across)) : times(s, there(across));
+  const Expr apart = times(there(s), there(across)), at_flux = there(times(across, there(s))),
+             at_nodes = there(times(s, there(across)));
+  const Expr both = times(2.0, binary(BinaryOp::add, apart, at_flux, origin_));
+  return over(binary(BinaryOp::subtract, both, at_nodes, origin_), 3.0);
+}
+
+std::vector<Expr> Coordinates::turned(const Expr& s, const std::vector<Expr>& v) const {
+  const Expr first = over(carried(s, times(scale(0), v[1]), true), scale(0));
+  const Expr second = over(carried(s, times(scale(1), v[0]), false), scale(1));
+  return {negate(first, origin_), second};
 }
 
 std::vector<Expr> Coordinates::speeds(std::vector<Expr> v) const {

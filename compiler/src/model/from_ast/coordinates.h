@@ -11,6 +11,8 @@
 //   (v . grad f)_i of a vector    + sum over j of f_j (v_i d_j h_i - v_j d_i h_j) / (h_i h_j)
 //   lap f of a vector        D_j = d_j + (e_i turn by kappa_j a unit of coordinate j): sum of D_j(A_j/h_j D_j f) / V
 //
+//   s k x v                  (-s A_j v_j / h_i, s A_i v_i / h_j)
+//
 // (G. Batchelor, An introduction to fluid dynamics, appendix 2.) What does not depend on coordinate i is taken out of
 // d_i. A d_i that is left holds a flux on the faces, whose size is exact there: 0 at poles. So sums of V times it
 // telescope.
@@ -35,6 +37,12 @@ class Coordinates {
   Expr divergence(const std::vector<Expr>& v) const;
   /// Along the axis that a and b have no part in: d_a v_b - d_b v_a with lengths.
   Expr rotation(const std::vector<Expr>& v, int a, int b) const;
+  /// Products of components on faces are taken to the cell, weighed by volumes.
+  Expr dot(const std::vector<Expr>& a, const std::vector<Expr>& b) const;
+  /// s k x v on two axes. Of v on faces and s on nodes its sum with v is 0 over all faces, so that it takes no energy,
+  /// and s that v does not spread keeps its square: A. Arakawa, Y.-J. G. Hsu, Mon. Wea. Rev. 118 (1990) 1960, the terms
+  /// of flow without divergence.
+  std::vector<Expr> turned(const Expr& s, const std::vector<Expr>& v) const;
   std::vector<Expr> speeds(std::vector<Expr> v) const;
   /// The components of v . grad f.
   std::vector<Expr> advection(const std::vector<Expr>& v, const std::vector<Expr>& f) const;
@@ -55,6 +63,10 @@ class Coordinates {
   /// d_i(A_i flux) / V.
   Expr outflow(const Expr& flux, int axis) const;
   Expr diffusion(const Expr& f, int axis) const;
+  /// How axis b turns the component along axis a, d_b(h_a v_a)/(h_a h_b).
+  Expr turn_of(const Expr& component, int a, int b) const;
+  /// s times v across an axis, where `turned` wants it.
+  Expr carried(const Expr& s, const Expr& across, bool has_s_inside) const;
   /// The component as it is on faces across the axis.
   Expr on_faces(const Expr& component, int axis) const;
   Expr times(const Expr& a, const Expr& b) const;

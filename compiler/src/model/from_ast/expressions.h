@@ -106,6 +106,7 @@ class Expressions {
   Typed divergence(const ast::Call& e, SourceRange range);
   Typed advection(const ast::Call& e, SourceRange range);
   Typed dot_product(const ast::Call& e, SourceRange range);
+  Typed cross_product(const ast::Call& e, SourceRange range);
   Typed poisson_bracket(const ast::Call& e, SourceRange range);
   Typed curl(const ast::Call& e, SourceRange range);
   Typed magnitude(const ast::Expr& operand, SourceRange range);

@@ -180,7 +180,7 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
   if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
   const std::size_t count = left.parts.size();
-  if (right.parts.size() == count) return number_of(dot(left.parts, right.parts, {range}));
+  if (right.parts.size() == count) return number_of(Coordinates(draft_.problem, {range}).dot(left.parts, right.parts));
   draft_.sink.report("wrong-length", e.arguments[1].value.range(),
                      {counted(static_cast<int>(count), "component"), std::to_string(right.parts.size())});
   return {};
@@ -241,6 +241,23 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   const auto turn = [&](int a, int b) { return coordinates.rotation(*v, a, b); };
   if (axis_count() == 2) return number_of(turn(0, 1));
   return {Typed::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
+}
+
+/// s k x v, k across both axes.
+Typed Expressions::cross_product(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const auto s = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed v = numeric(e.arguments[1].value);
+  if (!s || v.type == Typed::Type::none) return {};
+  const bool is_flat = axis_count() == 2 && (!draft_.problem.metric || is_constant(draft_.problem.metric->around, 1));
+  if (!is_flat) {
+    draft_.sink.report("vector-operation", e.callee_range, {"cross", counted(axis_count(), "axis")},
+                       "cross(s, v) is (-s*v.y, s*v.x), on two axes");
+    return {};
+  }
+  const auto parts = as_vector(v, e.arguments[1].value.range());
+  if (!parts) return {};
+  return {Typed::Type::vector, Coordinates(draft_.problem, {range}).turned(*s, *parts)};
 }
 
 /// |v| of a number is abs(v).
