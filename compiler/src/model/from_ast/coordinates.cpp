@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/from_ast/coordinates.h"
 
-#include <algorithm>
-
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/metric.h"
@@ -97,19 +95,15 @@ Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
 }
 
 Expr Coordinates::dot(const std::vector<Expr>& a, const std::vector<Expr>& b) const {
-  std::vector<Expr> products;
-  for (std::size_t i = 0; i < a.size(); ++i) products.push_back(times(a[i], b[i]));
-  const auto is_elsewhere = [&](const Expr& product) {
-    const auto own = placements_.natural(product), first = placements_.natural(products.front());
-    return own && first && *own != *first;
-  };
-  const bool is_staggered = std::ranges::any_of(products, is_elsewhere);
-  Expr sum = 0.0;
-  for (const Expr& product : products) {
-    const Expr part = is_staggered ? per_volume(interpolate(times_volume(product), origin_)) : product;
-    sum = binary(BinaryOp::add, sum, part, origin_);
+  Expr sum = 0.0, at_centres = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Expr product = times(a[i], b[i]);
+    sum = binary(BinaryOp::add, sum, product, origin_);
+    const Expr spread = per_volume(interpolate(times_volume(product), origin_));
+    at_centres = binary(BinaryOp::add, at_centres, spread, origin_);
   }
-  return sum;
+  const bool is_apart = placements_.is_staggered() && placements_.find_mistake(sum);
+  return is_apart ? at_centres : sum;
 }
 
 Expr Coordinates::carried(const Expr& s, const Expr& across, bool has_s_inside) const {
