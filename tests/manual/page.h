@@ -24,7 +24,7 @@ struct Snippet {
   std::string as, quick;
   std::string change, file, beside;  // insert, replace or append; of which file; the line
   int status = 0;
-  int line = 0;  // of its ```
+  int line = 0;        // of its ```
   bool leads = false;  // stands before the first rules, the headings of the second level
 };
 
@@ -102,14 +102,14 @@ inline std::vector<Command> commands_of(const Snippet& snippet) {
 /// Whether a line is what the page shows, but for times, speeds and dates, rounding, and what stands as `...` there.
 /// Numbers agree to 2 %, or are both below 1e-6.
 inline bool is_shown(const std::string& shown, const std::string& printed) {
-  static const std::regex part(
-      R"((\.\.\.)|([-+]?\d+(\.\d+)?(e[-+]?\d+)? (ns|us|ms|s|[kMG]? ?points/s)(?![a-z]))|)"
-      R"((\d{4}-\d\d-\d\d( \d\d:\d\d)?)|([-+]?\d+(\.\d+)?(e[-+]?\d+)?)|(\s+))");
+  static const std::regex part(R"((\.\.\.)|([-+]?\d+(\.\d+)?(e[-+]?\d+)? (ns|us|ms|s|[kMG]? ?points/s)(?![a-z]))|)"
+                               R"((\d{4}-\d\d-\d\d( \d\d:\d\d)?)|([-+]?\d+(\.\d+)?(e[-+]?\d+)?)|(\s+))");
   std::string pattern;
   std::vector<double> numbers;
   auto from = shown.begin();
   const auto literally = [&](auto to) {
-    for (; from != to; ++from) pattern += std::string(std::ispunct(static_cast<unsigned char>(*from)) ? "\\" : "") + *from;
+    for (; from != to; ++from)
+      pattern += std::string(std::ispunct(static_cast<unsigned char>(*from)) ? "\\" : "") + *from;
   };
   for (auto match = std::sregex_iterator(shown.begin(), shown.end(), part); match != std::sregex_iterator(); ++match) {
     literally((*match)[0].first);
