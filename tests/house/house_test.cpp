@@ -300,7 +300,7 @@ std::set<std::string> anchors(const fs::path& page) {
 }
 
 TEST(House, LinksOfPagesLeadSomewhere) {
-  const std::regex link(R"(\]\(([^)\s#]*)(#[^)\s]*)?\))");
+  const std::regex link(R"re((?:\]\(|<img src=")([^)"\s#]*)(#[^)\s]*)?[)"])re");
   int followed = 0;
   for (const fs::path& page : pages()) {
     for (const std::string& line : prose(page)) {

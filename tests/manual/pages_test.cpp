@@ -146,8 +146,12 @@ class Manual : public ::testing::TestWithParam<fs::path> {
   }
 
  private:
-  fs::path folder_ = fs::path(::testing::TempDir()) /
-                     ("dpde_manual_" + GetParam().parent_path().filename().string() + "_" + GetParam().stem().string());
+  static std::string own_name() {
+    std::string name = fs::relative(GetParam(), root).string();
+    std::ranges::replace(name, '/', '_');
+    return "dpde_page_" + name;
+  }
+  fs::path folder_ = fs::path(::testing::TempDir()) / own_name();
 };
 
 TEST_P(Manual, SnippetsAreWhatTheySay) {
@@ -169,7 +173,7 @@ TEST_P(Manual, SnippetsAreWhatTheySay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Pages, Manual, ::testing::ValuesIn(manual()), [](const auto& info) {
-  std::string name = info.param.parent_path().filename().string() + "_" + info.param.stem().string();
+  std::string name = fs::relative(info.param, root).replace_extension().string();
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   }
@@ -201,6 +205,18 @@ TEST(ManualPages, ExamplesNameWhatThereIs) {
     }
   }
   EXPECT_GT(found, 50);
+}
+
+/// Those of other languages have none.
+TEST(ManualPages, GalleryShowsEachExample) {
+  const std::set<std::string> without_picture{"hosts", "python", "manual"};
+  std::string gallery;
+  for (const std::string& line : lines_of(root / "dsl-examples/README.md")) gallery += line + "\n";
+  for (const auto& entry : fs::directory_iterator(root / "dsl-examples")) {
+    const std::string name = entry.path().filename();
+    if (!entry.is_directory() || without_picture.contains(name)) continue;
+    EXPECT_NE(gallery.find("<img src=\"" + name + "/"), std::string::npos) << name;
+  }
 }
 
 TEST(ManualPages, ShownAndPrintedAreCompared) {
