@@ -3,9 +3,12 @@
 // not see.
 #pragma once
 
+#include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,12 +20,14 @@ namespace dpde::testing {
 ///   <!-- replace: FILE line: LINE --> in the place of that line
 ///   <!-- append: FILE -->             at its end
 ///   <!-- quick: OPTIONS -->           commands get these too but in thorough tests; what they say is then not compared
+///   <!-- shown: once -->              what commands print is that of one run, and not compared: choices by timings
 ///   <!-- status: 2 -->                what the commands of the snippet end with
 struct Snippet {
   std::string language, name;  // ```dpde rod.dpde
   std::string text;
   std::string as, quick;
   std::string change, file, beside;  // insert, replace or append; of which file; the line
+  bool is_compared = true;
   int status = 0;
   int line = 0;        // of its ```
   bool leads = false;  // stands before the first rules, the headings of the second level
@@ -51,6 +56,7 @@ inline void read_comment(const std::string& comment, Snippet& next) {
     next.beside = found[5];
   }
   if (comment.starts_with("quick:")) next.quick = rest("quick:");
+  if (comment == "shown: once") next.is_compared = false;
   if (comment.starts_with("status:")) next.status = std::stoi(rest("status:"));
 }
 

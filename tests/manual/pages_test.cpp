@@ -113,7 +113,7 @@ class Manual : public ::testing::TestWithParam<fs::path> {
       const std::string line = command.line.substr(0, comment) + (is_quick ? " " + snippet.quick : "");
       const auto [status, printed] = shell(line);
       EXPECT_EQ(status, snippet.status) << place(snippet) << ": " << line << "\n" << joined(printed);
-      if (is_quick || command.prints.empty()) continue;
+      if (is_quick || !snippet.is_compared || command.prints.empty()) continue;
       EXPECT_EQ(missing_line(command.prints, printed), "") << place(snippet) << ": " << line << "\n" << joined(printed);
     }
   }
