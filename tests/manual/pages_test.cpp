@@ -18,6 +18,12 @@ namespace fs = std::filesystem;
 
 const fs::path root = DPDE_SOURCE_DIR;
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool is_sanitized = true;
+#else
+constexpr bool is_sanitized = false;
+#endif
+
 std::vector<fs::path> manual() {
   std::vector<fs::path> pages{root / "README.md", root / "dsl-examples/README.md"};
   for (const auto& entry : fs::directory_iterator(root / "dsl-examples/manual")) {
@@ -118,12 +124,19 @@ class Manual : public ::testing::TestWithParam<fs::path> {
     }
   }
 
+  /// Programs are run, parts of programs compiled.
   void check_cpp(const Snippet& snippet) const {
-    std::ofstream(folder_ / "snippet.cpp") << whole(snippet);
+    const std::string text = whole(snippet);
+    std::ofstream(folder_ / "snippet.cpp") << text;
     const std::string source = root.string();
-    const auto [status, printed] =
-        shell("${CXX:-c++} -std=c++20 -fsyntax-only -I '" + source + "/compiler/include' -I '" + source +
-              "/runtime/include' -I '" + source + "/runtime/abi' -I . snippet.cpp");
+    std::string command = "${CXX:-c++} -std=c++20 -I '" + source + "/compiler/include' -I '" + source +
+                          "/runtime/include' -I '" + source + "/runtime/abi' snippet.cpp";
+    if (text.find("int main(") == std::string::npos || is_sanitized)
+      command += " -fsyntax-only";
+    else
+      command += " -o snippet '" DPDE_BINARY_DIR "/compiler/libdpde.so' '" DPDE_BINARY_DIR
+                 "/runtime/libdpde_runtime.a' -Wl,-rpath,'" DPDE_BINARY_DIR "/compiler' && ./snippet";
+    const auto [status, printed] = shell(command);
     EXPECT_EQ(status, 0) << place(snippet) << "\n" << joined(printed);
   }
 
