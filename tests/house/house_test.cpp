@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -249,19 +250,72 @@ TEST(House, CodeHas120Columns) {
   }
 }
 
-/// Tables and texts between lines of ``` aside.
-TEST(House, ProseHas120Columns) {
-  int checked = 0;
+/// All that is written for people.
+std::vector<fs::path> pages() {
+  std::vector<fs::path> result;
   for (const auto& entry : fs::recursive_directory_iterator(root)) {
-    if (entry.path().filename() != "README.md" || entry.path().string().find("/build") != std::string::npos) continue;
-    ++checked;
-    bool is_text = false;
-    for (const std::string& line : read_lines(entry.path())) {
-      if (line.starts_with("```")) is_text = !is_text;
-      EXPECT_TRUE(is_text || line.starts_with("|") || columns(line) <= 120) << entry.path() << ": " << line;
+    if (entry.path().extension() == ".md" && entry.path().string().find("/build") == std::string::npos)
+      result.push_back(entry.path());
+  }
+  return result;
+}
+
+/// The lines of a page, without texts between lines of ```.
+std::vector<std::string> prose(const fs::path& page) {
+  std::vector<std::string> result;
+  bool is_text = false;
+  for (const std::string& line : read_lines(page)) {
+    if (line.starts_with("```")) is_text = !is_text;
+    if (!is_text && !line.starts_with("```")) result.push_back(line);
+  }
+  return result;
+}
+
+/// Tables aside.
+TEST(House, ProseHas120Columns) {
+  for (const fs::path& page : pages()) {
+    for (const std::string& line : prose(page))
+      EXPECT_TRUE(line.starts_with("|") || columns(line) <= 120) << page << ": " << line;
+  }
+  EXPECT_GT(pages().size(), 10u);
+}
+
+/// What stands behind # in a link to a heading.
+std::string anchor(const std::string& heading) {
+  std::string result;
+  for (const char c : heading.substr(heading.find(' ') + 1)) {
+    if (c == ' ') result += '-';
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return result;
+}
+
+std::set<std::string> anchors(const fs::path& page) {
+  std::set<std::string> result;
+  for (const std::string& line : prose(page)) {
+    if (line.starts_with("#")) result.insert(anchor(line));
+  }
+  return result;
+}
+
+TEST(House, LinksOfPagesLeadSomewhere) {
+  const std::regex link(R"re((?:\]\(|<img src=")([^)"\s#]*)(#[^)\s]*)?[)"])re");
+  int followed = 0;
+  for (const fs::path& page : pages()) {
+    for (const std::string& line : prose(page)) {
+      for (auto match = std::sregex_iterator(line.begin(), line.end(), link); match != std::sregex_iterator();
+           ++match) {
+        const std::string file = (*match)[1], place = (*match)[2];
+        if (file.starts_with("http")) continue;
+        ++followed;
+        const fs::path target = file.empty() ? page : page.parent_path() / file;
+        EXPECT_TRUE(fs::exists(target)) << page << ": " << match->str();
+        if (!place.empty()) EXPECT_TRUE(anchors(target).contains(place.substr(1))) << page << ": " << match->str();
+      }
     }
   }
-  EXPECT_GT(checked, 10);
+  EXPECT_GT(followed, 100);
 }
 
 /// The line that the head of a function begins in which ends in line `last`, `) ... {`: what goes on is indented more.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The manual's snippets and the notebooks run as they stand, in the folder that their paths are of."""
+"""The manual's page and the notebooks run as they stand, in the folder that their paths are of."""
 import contextlib
 import importlib.util
 import io
@@ -10,7 +10,8 @@ import re
 import unittest
 
 root = pathlib.Path(__file__).resolve().parents[2]
-pages = root / "dsl-examples" / "python"
+manual = root / "dsl-examples" / "manual" / "python.md"
+notebooks = root / "dsl-examples" / "python"
 
 
 def run(cells, where):
@@ -28,13 +29,13 @@ def run(cells, where):
 
 class Pages(unittest.TestCase):
     def test_manual(self):
-        blocks = re.findall(r"^```python ?(\w*)\n(.*?)^```", (pages / "README.md").read_text(), re.M | re.S)
+        blocks = re.findall(r"^```python ?(\w*)\n(.*?)^```", manual.read_text(), re.M | re.S)
         self.assertGreater(len(blocks), 4)
-        names = run([code for needs, code in blocks if not needs or importlib.util.find_spec(needs)], "README.md")
+        names = run([code for needs, code in blocks if not needs or importlib.util.find_spec(needs)], "python.md")
         self.assertAlmostEqual(names["task"].unknown("kappa"), 0.1, places=2)
 
     def test_notebooks(self):
-        books = sorted(pages.glob("*.ipynb"))
+        books = sorted(notebooks.glob("*.ipynb"))
         self.assertEqual(len(books), 2)
         for book in books:
             with self.subTest(book.name):

@@ -170,7 +170,7 @@ TEST(LinearSolvers, ConjugateGradientsGoAroundDiscsOfOtherCoefficients) {
   }
 }
 
-/// The table in dsl-examples/README.md.
+/// The table in dsl-examples/manual/solves.md.
 TEST(LinearSolvers, JumpsAndLongCellsTakeMoreIterations) {
   struct Case {
     double jump, aspect;
@@ -216,7 +216,7 @@ TEST(LinearSolvers, MultigridNeedsFewCycles) {
   }
 }
 
-/// The table of smoothers in dsl-examples/README.md: cycles alone, and iterations of cg with them.
+/// The table of smoothers in dsl-examples/manual/solves.md: cycles alone, and iterations of cg with them.
 TEST(LinearSolvers, SmoothersNeedAsManyCyclesAsTheManualSays) {
   struct Case {
     GridCells cells;
