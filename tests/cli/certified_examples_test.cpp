@@ -62,6 +62,8 @@ const std::map<std::string, std::string> smaller = {
     {"plasma turbulence", "--set cells=8 --set end=0.1 --set time=euler"},
     {"plasma whirls", "--set cells=16 --set end=0.1"},
     {"plasma zonal", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"species spirals", "--set cells=16 --set end=10"},
+    {"species who", "--set cells=8"},
     {"sphere bell", "--set cells=8 --set end=0.1*pi --set step=0.02*pi"},
     {"sphere footprint", "--set cells=8 --set end=1200 --set step=300 --set time=euler"},
     {"sphere harmonic", "--set cells=8 --set end=1/128"},

@@ -28,6 +28,7 @@ scene pond : food {
   initial c[i] = sin(i*x)
   time 0 .. 1, step 1/8
   observe total = sum(integral(c[i]), over = i)
+  observe gauge[i] = sample(c[i], at = i/4)
   every 1/4: c[i] += 2*i
   output c, s every 1/2
 }
@@ -53,6 +54,9 @@ scene pond : food {
   initial c_1 = sin(1*x); initial c_2 = sin(2*x); initial c_3 = sin(3*x)
   time 0 .. 1, step 1/8
   observe total = integral(c_1) + integral(c_2) + integral(c_3)
+  observe gauge_1 = sample(c_1, at = 1/4)
+  observe gauge_2 = sample(c_2, at = 2/4)
+  observe gauge_3 = sample(c_3, at = 3/4)
   every 1/4: c_1 += 2*1, c_2 += 2*2, c_3 += 2*3
   output c_1, c_2, c_3, s every 1/2
 }

@@ -232,8 +232,10 @@ TEST(Diagnostics, OfBoundaries) {
   };
   EXPECT_EQ(boundary("x.low = t, x.high = 0"), "0 diagnostics:");
   EXPECT_EQ(boundary("all = sin(y)*x"), "0 diagnostics:");
-  EXPECT_EQ(boundary("x = u"),
-            "E0311 a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres");
+  EXPECT_EQ(boundary("x = gradient(-u^4)"), "0 diagnostics:");
+  EXPECT_EQ(boundary("x = dx(u)"),
+            "E0311 a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell "
+            "centres");
   EXPECT_EQ(boundary("x.low = gradient(y*t), x.high = mixed(a, t, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = mixed(a, 1, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = gradient(1, 2)"), "E0305 write gradient(g), the derivative along the outward normal");

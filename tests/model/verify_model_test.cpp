@@ -68,7 +68,6 @@ TEST(VerifyModel, FindsEachBreakage) {
       {"initial state of u: a field cannot stand here", [&](Problem& p) { p.states[0].initial.formula = u; }},
       {"initial state of u: neither a formula nor a file, or both",
        [](Problem& p) { p.states[0].initial.file = "u.npy"; }},
-      {"the boundary of u reads state u", [&](Problem& p) { p.states[0].boundary[0].low.value = u; }},
       {"boundary of u: a coordinate cannot stand here",
        [](Problem& p) { p.states[0].boundary[0].low.a = coordinate(0); }},
       {"exact solution of u: a derivative cannot stand here",

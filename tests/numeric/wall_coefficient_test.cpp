@@ -51,8 +51,8 @@ TEST(WallCoefficient, HoldsOnStaggeredWalls) {
       false);
 }
 
-TEST(WallCoefficient, MayNotBeStaggeredNorAState) {
-  const SourceFile source("test.dpde", heated_plate("  boundary u: x = u"));
+TEST(WallCoefficient, MayNotBeADerivative) {
+  const SourceFile source("test.dpde", heated_plate("  boundary u: x = dx(u)"));
   DiagnosticSink sink;
   EXPECT_FALSE(driver::compile(source, {}, sink));
   ASSERT_FALSE(sink.all().empty());

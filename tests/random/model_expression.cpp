@@ -191,7 +191,7 @@ Part ModelExpressions::vector(const Quantity& like, int depth) {
   ++derived_;
   Part inner = vector(like, depth - 1);
   --derived_;
-  return expression("lap(@)", {inner});
+  return expression(random_.percent(50) ? "lap(@)" : "div(2*sym(grad(@)))", {inner});
 }
 
 Part ModelExpressions::formula() {

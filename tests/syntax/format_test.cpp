@@ -53,6 +53,11 @@ TEST(Format, KeepsTheFormOfABoundary) {
                    "scene s : m { boundary u: all = 0; boundary v = 0; boundary w: all = zero_gradient }\n");
 }
 
+TEST(Format, KeepsIndicesOfObservables) {
+  expect_formatted("scene s : m { observe g[ i ]=sample(c[i],at=(X[i],1)); observe a[i,2] = 1 }",
+                   "scene s : m { observe g[i] = sample(c[i], at = (X[i], 1)); observe a[i, 2] = 1 }\n");
+}
+
 TEST(Format, KeepsComments) {
   expect_formatted(
       "# title  \n"

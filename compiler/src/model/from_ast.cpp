@@ -69,6 +69,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_steady(draft);
   check_wall_weights(draft);
   check_radiating(draft);
+  if (draft.model) check_wall_formulas(draft);
   check_open_places(draft);
   check_data_times(draft);
   check_wall_derivatives(draft);

@@ -45,6 +45,9 @@ std::string describe(const Placement& placement, int axes) {
     ++count;
   }
   if (count == 0) return "cell centres";
+  for (int axis = 0; axis < axes && axes == 3 && count == 2; ++axis) {
+    if (!placement[static_cast<std::size_t>(axis)]) return fmt::format("edges along {}", "xyz"[axis]);
+  }
   return count == axes && axes > 1 ? "nodes" : fmt::format("faces across {}", across);
 }
 

@@ -20,7 +20,7 @@
 
 namespace dpde::model {
 
-/// "cell centres", "faces across x", "nodes", ...
+/// "cell centres", "faces across x", "edges along x", "nodes", ...
 std::string describe(const Placement& placement, int axes);
 Placement toggled(Placement placement, int axis);
 /// The axes with a placement's points in the part of the cell centres.

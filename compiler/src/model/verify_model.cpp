@@ -119,10 +119,6 @@ class Verifier {
       for (const AxisSides& sides : state.boundary) {
         for (const Side* side : {&sides.low, &sides.high}) {
           check(side->value, "boundary of " + state.name, at_wall);
-          for (const State& read : problem_.states) {
-            demand(!reads(side->value, read.name),
-                   fmt::format("the boundary of {} reads state {}", state.name, read.name));
-          }
           for (const Expr* part : {&side->a, &side->b}) check(*part, "boundary of " + state.name, weight);
         }
       }

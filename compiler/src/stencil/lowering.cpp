@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/wall_coefficient.h"
+#include "model/wall_formula.h"
 #include "stencil/build.h"
 #include "stencil/own_names.h"
 #include "stencil/passes/place_fills.h"
@@ -311,7 +312,9 @@ const model::State* Lowering::state_beyond_walls(const std::string& field) const
   const auto datum = std::ranges::find(problem_.task->data, field, &model::Datum::name);
   if (datum == problem_.task->data.end() || datum->series) return nullptr;
   const model::State* state = problem_.find_state(datum->field);
-  return state != nullptr && model::radiates(*state) ? nullptr : state;  // nothing says what its rate is
+  const bool needs_others = state != nullptr && (model::radiates(*state) ||  // nothing says what its rate is
+                                                 model::has_wall_formula(problem_, state->boundary));
+  return needs_others ? nullptr : state;
 }
 
 /// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.

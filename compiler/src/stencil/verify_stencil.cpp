@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -252,19 +253,22 @@ class ProgramCheck {
     walls_of_[fill.field].clear();
     for (const std::string& wall : wall_fields(fill.axes)) {
       if (!written_.contains(wall)) violation("fills {} from {} before that is written", fill.field, wall);
-      walls_of_[fill.field][wall] = grown_of(wall);
+      walls_of_[fill.field][wall] = known_of(wall);
       // What was computed farther out is gone, and nothing has taken its place.
-      grown_[fill.field] = std::min(grown_of(fill.field), grown_of(wall));
+      grown_[fill.field] = std::min(grown_of(fill.field), known_of(wall));
     }
   }
 
-  /// Values so far outside: computed there, or set by a fill.
-  bool has_halo(const std::string& field, int grow) {
-    if (grown_of(field) >= grow) return true;
-    const auto& walls = walls_of_[field];
-    return filled_.contains(field) &&
-           std::all_of(walls.begin(), walls.end(), [&](const auto& wall) { return wall.second >= grow; });
+  /// How far out a field that stands in a condition is known: as far as it was computed, or everywhere by a fill.
+  int known_of(const std::string& field) {
+    if (!filled_.contains(field)) return grown_of(field);
+    int known = std::numeric_limits<int>::max();
+    for (const auto& [wall, of_wall] : walls_of_[field]) known = std::min(known, of_wall);
+    return known;
   }
+
+  /// Values so far outside: computed there, or set by a fill.
+  bool has_halo(const std::string& field, int grow) { return std::max(grown_of(field), known_of(field)) >= grow; }
 
   void check_fold(const Fold& fold) {
     check_axes(fold.field, fold.axes);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "model/build.h"
+#include "model/wall_formula.h"
 #include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
 
@@ -95,6 +96,42 @@ std::string Walls::filled_rate(const model::State& state, const Expr& time, Modu
   return field;
 }
 
+/// Of a formula in the cell beside the side: states at cell centres as the line through that cell and the next one has
+/// them on the wall, (3u - w)/2, and w as u where there is one cell. What lies on the wall is there.
+Expr Walls::on_wall(const Expr& e, int axis, bool is_low, const FieldsOfStates& at) const {
+  const Access* read = std::get_if<Access>(&e->kind);
+  const auto is_read = [&](const model::State& state) {
+    const auto found = at.find(state.name);
+    const bool lies_on_it = state.placement[static_cast<std::size_t>(axis)];
+    return read && !lies_on_it && read->field == (found == at.end() ? state.name : found->second);
+  };
+  if (std::ranges::none_of(problem_.states, is_read))
+    return map_children(e, [&](const Expr& part) { return on_wall(part, axis, is_low, at); });
+  Offset inwards{};
+  inwards[axis] = is_low ? 1 : -1;
+  return select(inside(inwards, 0), 1.5 * e - 0.5 * access(read->field, inwards), e);
+}
+
+/// The line whose slope is 0 times that of the first cells is what the nearest cell has, at all halo cells.
+Expr Walls::from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module,
+                        Program& program, const FieldsOfStates& at) {
+  const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
+  const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
+  Reading reading;
+  reading.time = time;
+  reading.fields = at;
+  const Expr here = Discretiser(model::Scheme{}, NameSupply(), 1, reading)(from.value, {});
+  const Expr value = on_wall(at_wall(here, axis_letter(axis), wall), axis, is_low, at);
+  const std::string field = stored(state.name, value, from.value->origin, 0, module, program);
+  std::vector<AxisBoundary> nearest;
+  for (const model::Axis& along : problem_.axes) {
+    const Side side{SideKind::line, 0.0, 0.0};
+    nearest.push_back({along.topology, side, side});
+  }
+  if (!has_rule(program.halos, field)) program.halos.push_back(rule_of_fill({field, std::move(nearest)}));
+  return access(field);
+}
+
 std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr& time, Module& module, Program& program,
                                           const FieldsOfStates& at) {
   std::vector<AxisBoundary> boundary;
@@ -107,16 +144,21 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
     for (const bool is_low : {true, false}) {
       const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
       const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
-      const bool on_wall = is_on_walls(state, problem_, axis);
+      const bool on_walls = is_on_walls(state, problem_, axis);
+      Side& side = is_low ? boundary.back().low : boundary.back().high;
+      if (model::is_of_states(problem_, from)) {
+        const Expr c = from_beside(state, axis, is_low, time, module, program, at);
+        side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {})};
+        continue;
+      }
       Expr c = side_value(state, problem_, axis, is_low, time);
       const bool takes_rate = condition_of(from.kind).takes_rate();
       if (takes_rate) c = -access(filled_rate(state, time, module, program, at)) / c;
       const SideKind kind = takes_rate ? SideKind::gradient_at_cell : from.kind;
-      Side& side = is_low ? boundary.back().low : boundary.back().high;
-      side = {kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_wall};
+      side = {kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
       if (!takes_rate && !varies(from.value)) continue;
       // the points on the high wall belong to the last cells
-      const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
+      const Expr last = on_walls && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
       const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), last);
       value = value ? select(beyond, c, *value) : c;
       origin = around(origin, from.value->origin.range);
@@ -124,13 +166,13 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
     }
   }
   if (!value) return boundary;
-  const std::string field = stored(state.name, *value, {origin}, module, program);
+  const std::string field = stored(state.name, *value, {origin}, width_, module, program);
   for (const auto& [axis, is_low] : varying) (is_low ? boundary[axis].low : boundary[axis].high).value = access(field);
   return boundary;
 }
 
 /// The field that holds `value` on the halo, stored once where several fills need the same.
-std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, Module& module,
+std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, int grow, Module& module,
                           Program& program) {
   const auto same = [&](const auto& known) { return known.first == value; };
   const auto found = std::find_if(stored_.begin(), stored_.end(), same);
@@ -142,10 +184,10 @@ std::string Walls::stored(const std::string& state, const Expr& value, const Ori
   kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {
     const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
-    if (is_coefficient && !has_rule(program.halos, read.field))
+    if (grow > 0 && is_coefficient && !has_rule(program.halos, read.field))
       program.halos.push_back(rule_of_fill({read.field, mirrored_}));
   }
-  program.body.push_back(Run{add_kernel(module, std::move(kernel)), width_});
+  program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   stored_.emplace_back(value, field);
   return field;
 }

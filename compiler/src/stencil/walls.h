@@ -44,8 +44,12 @@ class Walls {
                                      const FieldsOfStates& at = {});
 
  private:
-  std::string stored(const std::string& state, const Expr& value, const Origin& origin, Module& module,
+  std::string stored(const std::string& state, const Expr& value, const Origin& origin, int grow, Module& module,
                      Program& program);
+  /// A field that has at halo cells what a formula of states gives in the cell beside the side.
+  Expr from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module, Program& program,
+                   const FieldsOfStates& at);
+  Expr on_wall(const Expr& e, int axis, bool is_low, const FieldsOfStates& at) const;
   std::string filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
                           const FieldsOfStates& at);
   bool varies(const model::Expr& value) const;

@@ -24,6 +24,7 @@ Identifier* target_of(Item& item) {
   if (auto* boundary = get_if<BoundaryItem>(&item.kind)) return &boundary->field;
   if (auto* unknown = get_if<UnknownItem>(&item.kind)) return &unknown->name;
   if (auto* data = get_if<DataItem>(&item.kind)) return &data->name;
+  if (auto* observed = get_if<ObserveItem>(&item.kind)) return &observed->name;
   return nullptr;
 }
 

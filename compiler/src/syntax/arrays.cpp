@@ -78,8 +78,8 @@ class ArrayBlock {
       if (declares_fields(item)) declare(*list_of(item));
     }
     for (Item& item : items) {
-      const bool is_name = get_if<LetItem>(&item.kind) || get_if<DataItem>(&item.kind);
-      if (is_name) declare_by_formula(item);
+      if (get_if<LetItem>(&item.kind) || get_if<DataItem>(&item.kind) || get_if<ObserveItem>(&item.kind))
+        declare_by_formula(item);
     }
   }
 

@@ -212,7 +212,10 @@ ItemKind parse_exact(Cursor& cursor) {
 }
 
 ItemKind parse_observe(Cursor& cursor) {
-  auto [name, value] = parse_definition(cursor, "a name for what is observed");
+  Identifier name = cursor.expect_name("a name for what is observed");
+  if (cursor.at(TokenKind::left_bracket)) name.name += cursor.expect_indices();
+  cursor.expect(TokenKind::assign);
+  Expr value = parse_expression(cursor);
   return ObserveItem{std::move(name), std::move(value)};
 }
 

@@ -8,6 +8,7 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/wall_formula.h"
 
 namespace dpde::model {
 
@@ -152,7 +153,9 @@ void check_complete(Draft& draft, const State& state, const std::vector<std::arr
                                 state.name, fmt::join(missing, " = 0, ")));
 }
 
-bool holds_time(const std::vector<AxisSides>& boundary) {
+/// With t or with fields in it.
+bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) {
+  if (has_wall_formula(problem, boundary)) return true;
   const auto is_time = [](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
     return param && param->name == "t";
@@ -228,9 +231,9 @@ void derive_velocity_boundaries(Draft& draft) {
     const State* moved = problem.find_state(state.velocity_of);
     if (!moved) continue;
     const bool is_open = radiates(*moved);
-    if ((is_open || holds_time(moved->boundary)) && reads_around(problem, state.name)) {
+    if ((is_open || holds_time(problem, moved->boundary)) && reads_around(problem, state.name)) {
       draft.sink.report("not-allowed-here", state.origin.range,
-                        {is_open ? "radiating" : "a boundary with t",
+                        {is_open ? "radiating" : "a boundary with t or fields",
                          fmt::format("a scene that differentiates dt({}) in space", moved->name)},
                         "boundary values of dt(u) are not derived from those of u that vary in time");
     }

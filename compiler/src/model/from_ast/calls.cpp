@@ -20,7 +20,8 @@ constexpr const char* operator_names[] = {
     "dx",     "dy",       "dz",        "d",      "lap",         "grad",         "div",
     "advect", "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
     "sum",    "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
-    "noise",  "force_on", "torque_on", "cross"};
+    "noise",  "force_on", "torque_on", "cross",  "outer",       "inner",        "sym",
+    "transpose", "trace"};
 
 /// Applies `f` to each component.
 template <class F>
@@ -64,6 +65,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "dot") return dot_product(e, range);
   if (name == "cross") return cross_product(e, range);
   if (name == "curl") return curl(e, range);
+  if (const auto value = tensor_call(e, range)) return *value;
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
   if (name == "interpolate") return interpolation(e, range);
   if (name == "if") return choice(e, range);
@@ -94,32 +96,20 @@ namespace {
 
 /// What other tools call it, by what is written here; "" where nothing is known.
 std::string_view called_elsewhere(std::string_view function) {
-  constexpr std::pair<std::string_view, std::string_view> names[] = {{"laplace", "lap(u)"},
-                                                                     {"laplacian", "lap(u)"},
-                                                                     {"Laplacian", "lap(u)"},
-                                                                     {"delta", "lap(u)"},
-                                                                     {"nabla", "grad(u)"},
-                                                                     {"gradient", "grad(u)"},
-                                                                     {"divergence", "div(v)"},
-                                                                     {"rot", "curl(v)"},
-                                                                     {"ddx", "dx(u)"},
-                                                                     {"ddy", "dy(u)"},
-                                                                     {"diff", "d(u, x, 1)"},
-                                                                     {"Dx", "dx(u)"},
-                                                                     {"ddt", "dt(u) = ..."},
-                                                                     {"ln", "log(u)"},
-                                                                     {"fabs", "abs(u)"},
-                                                                     {"pow", "u^p"},
-                                                                     {"square", "u^2"},
-                                                                     {"where", "if(u > 0, a, b)"},
-                                                                     {"average", "mean(u)"},
-                                                                     {"avg", "mean(u)"},
-                                                                     {"int", "integral(u)"},
-                                                                     {"integrate", "integral(u)"},
-                                                                     {"dxx", "d(u, x, 2)"},
-                                                                     {"dyy", "d(u, y, 2)"},
-                                                                     {"convect", "advect(v, u)"},
-                                                                     {"inner", "dot(v, w)"}};
+  constexpr std::pair<std::string_view, std::string_view> names[] = {
+      {"laplace", "lap(u)"},      {"laplacian", "lap(u)"},
+      {"Laplacian", "lap(u)"},    {"delta", "lap(u)"},
+      {"nabla", "grad(u)"},       {"gradient", "grad(u)"},
+      {"divergence", "div(v)"},   {"rot", "curl(v)"},
+      {"ddx", "dx(u)"},           {"ddy", "dy(u)"},
+      {"diff", "d(u, x, 1)"},     {"Dx", "dx(u)"},
+      {"ddt", "dt(u) = ..."},     {"ln", "log(u)"},
+      {"fabs", "abs(u)"},         {"pow", "u^p"},
+      {"square", "u^2"},          {"where", "if(u > 0, a, b)"},
+      {"average", "mean(u)"},     {"avg", "mean(u)"},
+      {"int", "integral(u)"},     {"integrate", "integral(u)"},
+      {"dxx", "d(u, x, 2)"},      {"dyy", "d(u, y, 2)"},
+      {"convect", "advect(v, u)"}};
   const auto* found = std::ranges::find(names, function, &std::pair<std::string_view, std::string_view>::first);
   return found == std::end(names) ? "" : found->second;
 }

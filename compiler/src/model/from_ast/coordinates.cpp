@@ -139,7 +139,7 @@ std::vector<Expr> Coordinates::advection(const std::vector<Expr>& v, const std::
       continue;
     }
     const auto home = placements_.natural(along);
-    const auto there = [&](const Expr& e) { return placements_.natural(e) == home ? e : interpolate(e, origin_); };
+    const auto there = [&](const Expr& e) { return beside(e, home); };
     const auto part = [&](int of) { return there(v[static_cast<std::size_t>(of)]); };
     for (int j = 0; j < axes(); ++j) {
       if (j == i) continue;
@@ -151,6 +151,49 @@ std::vector<Expr> Coordinates::advection(const std::vector<Expr>& v, const std::
     result.push_back(sum);
   }
   return result;
+}
+
+Expr Coordinates::beside(const Expr& e, const std::optional<Placement>& home) const {
+  return placements_.natural(e) == home ? e : interpolate(e, origin_);
+}
+
+Expr Coordinates::turned(const Expr& f, int of, int by) const {
+  return over(times(f, slope_of(scale(of), {by})), times(scale(of), scale(by)));
+}
+
+std::vector<Expr> Coordinates::vector_gradient(const std::vector<Expr>& v) const {
+  std::vector<Expr> parts;
+  for (int i = 0; i < axes(); ++i) {
+    for (int j = 0; j < axes(); ++j) {
+      const auto along = [&](int of) { return v[static_cast<std::size_t>(of)]; };
+      Expr part = slope(along(i), j);
+      const auto home = placements_.natural(part);
+      if (problem_.metric && i != j)
+        part = binary(BinaryOp::subtract, part, turned(beside(along(j), home), j, i), origin_);
+      for (int k = 0; problem_.metric && i == j && k < axes(); ++k) {
+        if (k != i) part = binary(BinaryOp::add, part, turned(beside(along(k), home), i, k), origin_);
+      }
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
+std::vector<Expr> Coordinates::tensor_divergence(const std::vector<Expr>& s) const {
+  std::vector<Expr> parts;
+  const auto entry = [&](int i, int j) { return s[static_cast<std::size_t>(i * axes() + j)]; };
+  for (int i = 0; i < axes(); ++i) {
+    const auto begin = s.begin() + i * axes();
+    Expr part = divergence({begin, begin + axes()});
+    const auto home = placements_.natural(part);
+    for (int j = 0; problem_.metric && j < axes(); ++j) {
+      if (j == i) continue;
+      part = binary(BinaryOp::add, part, turned(beside(entry(j, i), home), i, j), origin_);
+      part = binary(BinaryOp::subtract, part, turned(beside(entry(j, j), home), j, i), origin_);
+    }
+    parts.push_back(part);
+  }
+  return parts;
 }
 
 std::vector<Expr> Coordinates::vector_laplacian(const std::vector<Expr>& f) const {

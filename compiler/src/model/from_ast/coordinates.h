@@ -9,6 +9,8 @@
 //   curl v, along k          (d_i(h_j v_j) - d_j(h_i v_i)) / (h_i h_j)
 //   v . grad f               components v_i/h_i
 //   (v . grad f)_i of a vector    + sum over j of f_j (v_i d_j h_i - v_j d_i h_j) / (h_i h_j)
+//   grad f of a vector       (i, j): d_j f_i/h_j - f_j d_i h_j / (h_i h_j); (i, i): + sum of f_j d_j h_i / (h_i h_j)
+//   div S of a tensor        sum of d_j(A_j S_ij) / V + sum over j of (S_ji d_j h_i - S_jj d_i h_j) / (h_i h_j)
 //   lap f of a vector        D_j = d_j + (e_i turn by kappa_j a unit of coordinate j): sum of D_j(A_j/h_j D_j f) / V
 //
 //   s k x v                  (-s A_j v_j / h_i, s A_i v_i / h_j)
@@ -19,6 +21,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "model/model.h"
@@ -48,6 +51,10 @@ class Coordinates {
   std::vector<Expr> advection(const std::vector<Expr>& v, const std::vector<Expr>& f) const;
   /// Of the components of a vector on two axes, all at one place.
   std::vector<Expr> vector_laplacian(const std::vector<Expr>& f) const;
+  /// Without an axis of symmetry, row by row: of v the slope of component i along direction j, and the divergence of
+  /// each row.
+  std::vector<Expr> vector_gradient(const std::vector<Expr>& v) const;
+  std::vector<Expr> tensor_divergence(const std::vector<Expr>& s) const;
   /// d_x a d_y b - d_y a d_x b as a rate of turning on lengths, of that by the coordinates.
   Expr per_area(const Expr& bracket) const;
   Expr per_volume(const Expr& e) const;
@@ -69,6 +76,10 @@ class Coordinates {
   Expr carried(const Expr& s, const Expr& across, bool has_s_inside) const;
   /// The component as it is on faces across the axis.
   Expr on_faces(const Expr& component, int axis) const;
+  /// Interpolated to where `home` is, unless it is there.
+  Expr beside(const Expr& e, const std::optional<Placement>& home) const;
+  /// f d_by h_of / (h_of h_by)
+  Expr turned(const Expr& f, int of, int by) const;
   Expr times(const Expr& a, const Expr& b) const;
   Expr over(const Expr& a, const Expr& b) const;
   Expr d(const Expr& e, int axis) const;

@@ -22,8 +22,8 @@ namespace dpde::model {
 
 /// An expression with its type. A `none` was reported already: whoever meets it stays silent.
 struct Typed {
-  enum class Type { none, number, vector, condition } type = Type::none;
-  std::vector<Expr> parts;  // of a vector one an axis, otherwise one
+  enum class Type { none, number, vector, tensor, condition } type = Type::none;
+  std::vector<Expr> parts;  // of a vector one an axis, of a tensor one for two axes, row by row, otherwise one
 };
 inline Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 

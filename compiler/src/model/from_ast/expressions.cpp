@@ -65,12 +65,13 @@ Rules rules_of(Purpose purpose) {
               .time = true,
               .unknowns = true};
     case Purpose::boundary:
-      return {
-          .place = "a boundary value",
-          .hint = "a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres",
-          .coordinates = true,
-          .time = true,
-          .unknowns = true};
+      return {.place = "a boundary value",
+              .hint =
+                  "a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell "
+                  "centres",
+              .coordinates = true,
+              .time = true,
+              .unknowns = true};
     case Purpose::mask:
       return {.place = "a mask",
               .hint = "a mask is a condition of numbers, parameters, controls, coordinates and t",
@@ -141,6 +142,12 @@ std::string differentiated_by(const Draft& draft, const std::string& name) {
                    : fmt::format("write dx({0}), or on the left side dt({0}) = ...", field);
 }
 
+std::string_view number_hint(Typed::Type type) {
+  if (type == Typed::Type::condition) return "write if(condition, 1, 0)";
+  return type == Typed::Type::tensor ? "a component as (S).xy is a number; trace(S) and inner(S, T) make one of tensors"
+                                     : "a component as (v).x is a number; dot(a, b) and div(v) make one of vectors";
+}
+
 bool is_written_sum(const ast::Expr& e) {
   const auto* b = std::get_if<ast::Binary>(&e->kind);
   return b && is_sum(b->op);
@@ -160,6 +167,7 @@ std::string describe(const Typed& value) {
     case Typed::Type::none: return "mistake";
     case Typed::Type::number: return "number";
     case Typed::Type::vector: return "vector of " + counted(static_cast<int>(value.parts.size()), "component");
+    case Typed::Type::tensor: return "tensor of " + counted(static_cast<int>(value.parts.size()), "component");
     case Typed::Type::condition: return "condition";
   }
   unreachable("type");
@@ -236,12 +244,9 @@ std::optional<Expr> Expressions::condition(const ast::Expr& e) {
 std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range) {
   if (value.type == Typed::Type::number) return value.parts.front();
   // on one axis a vector that came of grad is a number too
-  if (value.type == Typed::Type::vector && value.parts.size() == 1) return value.parts.front();
+  if (value.type != Typed::Type::condition && value.parts.size() == 1) return value.parts.front();
   if (value.type == Typed::Type::none) return std::nullopt;
-  const bool is_vector = value.type == Typed::Type::vector;
-  draft_.sink.report("not-a-number", range, {describe(value)},
-                     is_vector ? "a component as (v).x is a number; dot(a, b) and div(v) make one of vectors"
-                               : "write if(condition, 1, 0)");
+  draft_.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));
   return std::nullopt;
 }
 
@@ -251,6 +256,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
   if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
   const auto axis = meaning ? draft_.axis_names.end() : draft_.axis_names.find(e.name);
   if (axis != draft_.axis_names.end()) return name({axis_name(axis->second)}, range);
+  if (!meaning && e.name == "identity") return identity();
   if (!meaning) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
@@ -302,9 +308,10 @@ bool Expressions::is_sought(const std::string& name) const {
                      [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
 
-/// At a wall a coefficient has the value of the cell that touches it.
+/// At a wall a coefficient has the value of the cell that touches it; fields of models go on to it as straight lines.
 bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& name) const {
-  if (purpose_ != Purpose::boundary || meaning.role != Role::coefficient) return false;
+  if (purpose_ != Purpose::boundary || meaning.role == Role::datum) return false;
+  if (meaning.role == Role::state) return draft_.program == nullptr;
   const std::vector<std::string> names = components_of(draft_, name);
   return std::all_of(names.begin(), names.end(), [&](const std::string& component) {
     const Coefficient* coefficient = draft_.problem.find_coefficient(component);
@@ -397,46 +404,6 @@ Typed Expressions::combine(BinaryOp op, const Operand& left, const Operand& righ
     return {};
   }
   return condition_of(binary(op, left.value.parts.front(), right.value.parts.front(), {range}));
-}
-
-Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
-  const auto is_vector = [](const Operand& side) { return side.value.type == Typed::Type::vector; };
-  if (!is_vector(left) && !is_vector(right)) return scalar_operation(op, left, right, range);
-  for (const Operand* side : {&left, &right}) {
-    if (side->value.type != Typed::Type::condition) continue;
-    as_number(side->value, side->source.range());
-    return {};
-  }
-  const bool both = is_vector(left) && is_vector(right);
-  const bool scales = (op == BinaryOp::multiply && !both) || (op == BinaryOp::divide && !is_vector(right));
-  if (!(scales || (is_sum(op) && both))) {
-    draft_.sink.report(
-        "vector-operation", range, {fmt::format("'{}'", spelling(op)), both ? "two vectors" : "a vector and a number"},
-        op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors"
-        : is_sum(op) ? "a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers"
-                     : "");
-    return {};
-  }
-  if (both && left.value.parts.size() != right.value.parts.size()) {
-    draft_.sink.report(
-        "wrong-length", right.source.range(),
-        {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
-    return {};
-  }
-  const std::size_t count = is_vector(left) ? left.value.parts.size() : right.value.parts.size();
-  Typed result{Typed::Type::vector, {}};
-  for (std::size_t i = 0; i < count; ++i) {
-    const Expr& a = left.value.parts[is_vector(left) ? i : 0];
-    const Expr& b = right.value.parts[is_vector(right) ? i : 0];
-    result.parts.push_back(binary(op, a, b, {range}));
-  }
-  return result;
-}
-
-Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
-  const auto a = as_number(left.value, left.source.range());
-  const auto b = as_number(right.value, right.source.range());
-  return a && b ? number_of(binary(op, *a, *b, {range})) : Typed{};
 }
 
 bool Expressions::has_axis(int axis, SourceRange range) {

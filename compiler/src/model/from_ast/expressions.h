@@ -105,13 +105,26 @@ class Expressions {
   Typed gradient(const ast::Call& e, SourceRange range);
   Typed divergence(const ast::Call& e, SourceRange range);
   Typed advection(const ast::Call& e, SourceRange range);
-  Typed dot_product(const ast::Call& e, SourceRange range);
   Typed cross_product(const ast::Call& e, SourceRange range);
   Typed poisson_bracket(const ast::Call& e, SourceRange range);
   Typed curl(const ast::Call& e, SourceRange range);
   Typed magnitude(const ast::Expr& operand, SourceRange range);
   Typed norm(const Typed& value, SourceRange range);
   Typed interpolation(const ast::Call& e, SourceRange range);
+
+  // tensors.cpp
+  bool is_tensor(const Typed& value) const;
+  Typed identity() const;
+  Typed rows(const ast::Tuple& e);
+  /// outer, inner, sym, transpose, trace; nullopt of other calls.
+  std::optional<Typed> tensor_call(const ast::Call& e, SourceRange range);
+  Typed outer_product(const ast::Call& e, SourceRange range);
+  Typed inner_product(const ast::Call& e, SourceRange range);
+  Typed dot_product(const ast::Call& e, SourceRange range);
+  bool can_take_tensor(const std::string& what, SourceRange range);
+  Typed vector_gradient(const std::vector<Expr>& v, SourceRange range);
+  Typed tensor_divergence(const std::vector<Expr>& s, SourceRange range);
+  std::optional<Expr> tensor_component(const Typed& whole, const ast::Identifier& part);
 
   // forces.cpp
   std::vector<Expr> rates_inside(const ast::Call& e, SourceRange range);

@@ -103,12 +103,17 @@ void Expressions::note_order(const FunctionScope& call, const Typed& value) {
 Typed Expressions::name_in_function(const std::string& name, SourceRange range) {
   const auto argument = function_->arguments.find(name);
   if (argument != function_->arguments.end()) return argument->second;
+  if (name == "identity") return identity();
   const std::string base = vector_of(name);
   const auto vector = function_->arguments.find(base);
   if (vector != function_->arguments.end() && vector->second.type == Typed::Type::vector) {
     const int axis = axis_of(name.substr(base.size() + 1));
     if (axis < 0 || !has_axis(axis, range)) return {};
     return {Typed::Type::number, {vector->second.parts[axis]}};
+  }
+  if (vector != function_->arguments.end() && vector->second.type == Typed::Type::tensor) {
+    const auto part = tensor_component(vector->second, {name.substr(base.size() + 1), range});
+    return part ? number_of(*part) : Typed{};
   }
   const int axis = function_->function.order ? spacing_of(name) : -1;
   if (axis >= 0 && axis < axis_count() && draft_.problem.axes[static_cast<std::size_t>(axis)].stretch) {

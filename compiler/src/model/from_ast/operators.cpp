@@ -82,6 +82,7 @@ bool Expressions::can_pass(const Typed& argument, SourceRange at, const std::str
     return false;
   };
   if (argument.type == Typed::Type::condition) return as_number(argument, at).has_value();
+  if (argument.type == Typed::Type::tensor) return refuse_here("a tensor", "an argument of " + what, derive_it);
   const Placements placements(draft_.problem);
   for (const Expr& value : argument.parts) {
     if (const auto mistake = placements.find_mistake(value)) {
@@ -113,6 +114,10 @@ Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::E
   function_ = scope.outer;
   if (value.type == Typed::Type::condition) as_number(value, e.range());
   if (value.type == Typed::Type::condition || value.type == Typed::Type::none) return {};
+  if (value.type == Typed::Type::tensor && axis_count() > 1) {
+    draft_.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"}, derive_it);
+    return {};
+  }
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
     return any_part(component, [](const Expr& part) {
       return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||

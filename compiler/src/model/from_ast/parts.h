@@ -48,6 +48,8 @@ void check_data_times(Draft& draft);
 // radiating.cpp: whether sides by which waves leave are ones. Of a state, or of what is solved for
 void check_radiating(Draft& draft, const State& state);
 void check_radiating(Draft& draft);
+// wall_formulas.cpp: whether values at walls that are made of fields can be had
+void check_wall_formulas(Draft& draft);
 // wall_derivatives.cpp
 void check_wall_derivatives(Draft& draft);
 

@@ -15,7 +15,8 @@ namespace dpde::model {
 namespace {
 
 constexpr int cells_of_cubics = 3;
-constexpr const char* placements_hint = "write on centres, on nodes, on faces.x, or vector ... on faces";
+constexpr const char* placements_hint =
+    "write on centres, on nodes, on faces.x, on edges.x, or vector ... on faces, on edges";
 
 int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
 
@@ -105,6 +106,31 @@ void check_coupling(Draft& draft) {
 
 }  // namespace
 
+namespace {
+
+/// "edges" or "faces" where the components of a vector would lie at the places that are wanted of this one; ""
+/// elsewhere.
+std::string places_wanted(const Draft& draft, const Placements::Mistake& mistake) {
+  const auto* field = std::get_if<Field>(&mistake.part->kind);
+  const std::string whole = field ? vector_of(field->name) : "";
+  const Meaning* meaning = draft.scope.find(whole);
+  if (!meaning || !meaning->is_vector || meaning->role == Role::datum) return "";
+  const int component = axis_of(field->name.substr(whole.size() + 1));
+  for (const char* on : {"edges", "faces"}) {
+    if (placement_named(on, component, axis_count(draft)) == mistake.wanted) return on;
+  }
+  return "";
+}
+
+std::string hint_of(const Draft& draft, const Placements::Mistake& mistake, const std::string& text) {
+  const std::string on = places_wanted(draft, mistake);
+  if (on.empty()) return fmt::format("write interpolate({})", text);
+  return fmt::format("declare vector {} on {}, or write interpolate({})",
+                     vector_of(std::get<Field>(mistake.part->kind).name), on, text);
+}
+
+}  // namespace
+
 void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRange where) {
   const SourceRange own = mistake.part->origin.range;
   const SourceRange range = own.is_known() ? own : where;
@@ -116,7 +142,7 @@ void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRa
   }
   draft.sink.report("misplaced", range,
                     {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
-                    fmt::format("write interpolate({})", text));
+                    hint_of(draft, mistake, text));
 }
 
 std::optional<Placement> placement_named(const std::string& on, int component, int axes) {
@@ -127,9 +153,15 @@ std::optional<Placement> placement_named(const std::string& on, int component, i
     for (int axis = 0; axis < axes; ++axis) stagger(axis);
     return placement;
   }
-  const std::string base = vector_of(on);
-  const int axis = on == "faces" ? component : base == "faces" ? axis_of(on.substr(base.size() + 1)) : -1;
-  if (axis < 0 || axis >= axes) return std::nullopt;
+  const std::string base = vector_of(on), kind = base.empty() ? on : base;
+  const int axis = base.empty() ? component : axis_of(on.substr(base.size() + 1));
+  if (kind == "edges" && axis >= 0) {  // those along z are there on two axes too, each a point
+    for (int other = 0; other < axes; ++other) {
+      if (other != axis) stagger(other);
+    }
+    return placement;
+  }
+  if (kind != "faces" || axis < 0 || axis >= axes) return std::nullopt;
   stagger(axis);
   return placement;
 }
@@ -139,9 +171,12 @@ Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, i
   const auto placement = placement_named(on->name, component, axis_count(draft));
   if (placement) return *placement;
   if (component > 0) return {};  // said for the first one
-  const bool of_number = on->name == "faces";
-  draft.sink.report("unknown-placement", on->range, {of_number ? "faces of a number" : on->name},
-                    of_number ? "write on faces.x for those across x" : placements_hint);
+  if (on->name == "faces" || on->name == "edges")
+    draft.sink.report(
+        "unknown-placement", on->range, {on->name + " of a number"},
+        on->name == "faces" ? "write on faces.x for those across x" : "write on edges.x for those along x");
+  else
+    draft.sink.report("unknown-placement", on->range, {on->name}, placements_hint);
   return {};
 }
 

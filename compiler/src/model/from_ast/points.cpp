@@ -189,6 +189,44 @@ Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Orig
   return sampled(problem, std::move(sample), axis + 1, origin);
 }
 
+/// A formula at a place. Fields are what they are there, wherever they lie, coordinates are the place itself. What is
+/// made of neighbours, as a derivative, is linear between the points where the scheme has it: its sum over the grid,
+/// weighed by hats around these.
+class AtPoint {
+ public:
+  AtPoint(const Problem& problem, const std::vector<Expr>& place, Origin origin)
+      : problem_(problem), place_(place), origin_(std::move(origin)) {}
+
+  Expr operator()(const Expr& e) const {
+    if (is_uniform(e)) return e;
+    if (const auto* field = std::get_if<Field>(&e->kind)) return sampled(problem_, {field->name, place_}, 0, origin_);
+    if (const auto* at = std::get_if<Coordinate>(&e->kind)) return place_[static_cast<std::size_t>(at->axis)];
+    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) return (*this)(taken->operand);
+    if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate((*this)(neg->operand), e->origin);
+    if (const auto* b = std::get_if<Binary>(&e->kind))
+      return binary(b->op, (*this)(b->left), (*this)(b->right), e->origin);
+    if (const auto* c = std::get_if<Select>(&e->kind))
+      return select((*this)(c->condition), (*this)(c->yes), (*this)(c->no), e->origin);
+    if (const auto* c = std::get_if<Call>(&e->kind)) {
+      std::vector<Expr> arguments;
+      for (const Expr& argument : c->arguments) arguments.push_back((*this)(argument));
+      return call(c->fn, std::move(arguments), e->origin);
+    }
+    const auto* reduce = std::get_if<Reduce>(&e->kind);
+    if (reduce && reduce->is_over_all()) return e;
+    const Hats hats(problem_);
+    Expr weight = 1.0;
+    for (int axis = 0; axis < static_cast<int>(problem_.axes.size()); ++axis)
+      weight = times(weight, hats.along(axis, place_[static_cast<std::size_t>(axis)]));
+    return model::reduce(Reduce::Kind::sum, times(weight, e), e->origin);
+  }
+
+ private:
+  const Problem& problem_;
+  const std::vector<Expr>& place_;
+  Origin origin_;
+};
+
 /// Whether `e` has the same value in every run: neither t nor an unknown nor a parameter without a value is in it.
 bool is_fixed(const Draft& draft, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
@@ -257,13 +295,10 @@ Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
   if (purpose_ != Purpose::quantity) return refuse("the point value sample", e.callee_range);
   const auto position = point(e);
   if (!position) return {};
-  const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  if (!operand) return {};
-  const Field* field = std::get_if<Field>(&(*operand)->kind);
-  if (field) return {Typed::Type::number, {sampled(draft_.problem, {field->name, *position}, 0, {range})}};
-  draft_.sink.report("not-allowed-here", e.arguments[0].value.range(), {"a formula", "sample"},
-                     "sample one field, and calculate with what comes of it");
-  return {};
+  Typed value = numeric(e.arguments[0].value);
+  const AtPoint at_point(draft_.problem, *position, {range});
+  for (Expr& part : value.parts) part = at_point(part);
+  return value;
 }
 
 namespace {

@@ -6,8 +6,56 @@
 #include "model/build.h"
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
+#include "model/placement.h"
 
 namespace dpde::model {
+
+namespace {
+
+using Around = std::function<Expr(const Expr&)>;
+
+/// The terms of a sum, each with what stands `around` the sum, where they lie at places of their own, as those of
+/// dot(u, u) of a vector on faces; false where one of them lies nowhere.
+bool split_by_place(const Placements& placements, const Expr& e, const Around& around, std::vector<Expr>& terms) {
+  if (!placements.find_mistake(e)) {
+    terms.push_back(around(e));
+    return !placements.find_mistake(terms.back());
+  }
+  if (const auto* neg = std::get_if<Neg>(&e->kind))
+    return split_by_place(
+        placements, neg->operand, [&](const Expr& part) { return around(negate(part, e->origin)); }, terms);
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (!b) return false;
+  const auto is_everywhere = [&](const Expr& part) {
+    return !placements.natural(part) && !placements.find_mistake(part);
+  };
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) {
+    const Around right = [&](const Expr& part) {
+      return around(b->op == BinaryOp::add ? part : negate(part, e->origin));
+    };
+    return split_by_place(placements, b->left, around, terms) && split_by_place(placements, b->right, right, terms);
+  }
+  const bool in_left = (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) && is_everywhere(b->right);
+  const bool in_right = b->op == BinaryOp::multiply && is_everywhere(b->left);
+  if (!in_left && !in_right) return false;
+  const Around scaled = [&](const Expr& part) {
+    return around(in_left ? binary(b->op, part, b->right, e->origin) : binary(b->op, b->left, part, e->origin));
+  };
+  return split_by_place(placements, in_left ? b->left : b->right, scaled, terms);
+}
+
+/// A mean, sum or integral of a sum is the sum of those of its terms, each over the points where it lies.
+std::vector<Expr> terms_by_place(const Problem& problem, Reduce::Kind kind, const Expr& operand) {
+  const bool is_linear = kind != Reduce::Kind::max && kind != Reduce::Kind::min;
+  const Placements placements(problem);
+  if (!is_linear || !placements.is_staggered() || !placements.find_mistake(operand)) return {operand};
+  std::vector<Expr> terms;
+  const bool fits = split_by_place(
+      placements, operand, [](const Expr& part) { return part; }, terms);
+  return fits ? terms : std::vector{operand};  // where it does not fit that is said later
+}
+
+}  // namespace
 
 std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
   if (e.callee == "mean") return Reduce::Kind::mean;
@@ -32,7 +80,13 @@ Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange 
   const auto operand = as_number(any(e.arguments[0].value), inside);
   const auto over = axes_of_reduction(e);
   if (!operand || !over || is_too_large({Typed::Type::number, {*operand}}, inside)) return {};
-  return number_of(Coordinates(draft_.problem, {range}).reduction(Reduce{kind, *operand, *over}));
+  const Coordinates coordinates(draft_.problem, {range});
+  std::optional<Expr> sum;
+  for (const Expr& term : terms_by_place(draft_.problem, kind, *operand)) {
+    const Expr part = coordinates.reduction(Reduce{kind, term, *over});
+    sum = sum ? binary(BinaryOp::add, *sum, part, {range}) : part;
+  }
+  return number_of(*sum);
 }
 
 std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Call& e) {

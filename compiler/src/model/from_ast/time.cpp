@@ -142,6 +142,10 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
 std::optional<Expr> rate_of_speed(Draft& draft, const ast::Expr& speed) {
   const Typed value = Expressions(draft, Purpose::equation, "the speed").numeric(speed);
   if (value.type == Typed::Type::none) return std::nullopt;
+  if (value.type == Typed::Type::tensor) {
+    draft.sink.report("not-a-number", speed.range(), {describe(value)}, "a speed is a number, or one along each axis");
+    return std::nullopt;
+  }
   const Coordinates coordinates(draft.problem, {speed.range()});
   Expr rate = 0.0;
   for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
@@ -30,6 +32,9 @@ Expr dot(const std::vector<Expr>& a, const std::vector<Expr>& b, Origin origin) 
 }  // namespace
 
 Typed Expressions::tuple(const ast::Tuple& e) {
+  const bool has_rows = std::ranges::any_of(
+      e.elements, [](const ast::Expr& element) { return std::holds_alternative<ast::Tuple>(element->kind); });
+  if (has_rows) return rows(e);
   Typed result{Typed::Type::vector, {}};
   bool complete = true;
   for (const ast::Expr& element : e.elements) {
@@ -48,6 +53,11 @@ std::optional<std::vector<Expr>> Expressions::as_vector(const Typed& value, Sour
   }
   const int count = static_cast<int>(value.parts.size());
   if (count == axis_count()) return value.parts;
+  if (value.type == Typed::Type::tensor) {
+    draft_.sink.report("vector-operation", range, {"what takes a vector", "a tensor"},
+                       "div(S) and dot(S, v) make vectors of a tensor");
+    return std::nullopt;
+  }
   std::vector<std::string> example;
   for (int axis = 0; axis < axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
   draft_.sink.report("wrong-length", range, {counted(axis_count(), "component"), std::to_string(count)},
@@ -84,9 +94,15 @@ Typed Expressions::component(const ast::Identifier& name) {
   const Meaning* meaning = draft_.scope.find(base);
   if (meaning && meaning->is_vector && axis_count() == 0) return this->name(ast::Name{base}, name.range);
   const auto found = draft_.lets.find(base);
-  const int axis = axis_of(draft_, name.name.substr(base.size() + 1));
+  const std::string part = name.name.substr(base.size() + 1);
+  const int axis = axis_of(draft_, part);
+  const auto of_tensor = [&](const Typed& whole) {
+    const auto value = tensor_component(whole, {part, name.range});
+    return value ? number_of(*value) : Typed{};
+  };
   if (draft_.scene_lets.contains(base)) {
     const Typed whole = scene_let(base, name.range);
+    if (whole.type == Typed::Type::tensor) return of_tensor(whole);
     const bool fits = whole.type == Typed::Type::vector && axis >= 0 && axis < axis_count();
     if (!fits && whole.type != Typed::Type::none)
       report_unknown(draft_, name, [] { return std::vector<std::string>(); });
@@ -95,6 +111,10 @@ Typed Expressions::component(const ast::Identifier& name) {
   if (found != draft_.lets.end() && found->second.type == Typed::Type::vector && axis >= 0 && axis < axis_count()) {
     const Typed whole = this->name(ast::Name{base}, name.range);
     return whole.type == Typed::Type::none ? whole : number_of(whole.parts[axis]);
+  }
+  if (found != draft_.lets.end() && found->second.type == Typed::Type::tensor) {
+    const Typed whole = this->name(ast::Name{base}, name.range);
+    return whole.type == Typed::Type::none ? whole : of_tensor(whole);
   }
   const bool failed_before = meaning && meaning->role == Role::let && found == draft_.lets.end();
   if (!failed_before) report_unknown(draft_, name, [&] { return draft_.scope.names(); });
@@ -114,6 +134,10 @@ Typed Expressions::component(const ast::Component& e, SourceRange range) {
   }
   const Typed whole = numeric(e.operand);
   if (whole.type == Typed::Type::none) return {};
+  if (whole.type == Typed::Type::tensor) {
+    const auto value = tensor_component(whole, e.name);
+    return value ? number_of(*value) : Typed{};
+  }
   const int axis = axis_of(e.name.name);
   const bool is_vector = whole.type == Typed::Type::vector || (axis_count() == 1 && axis == 0);
   if (!is_vector) {
@@ -132,7 +156,7 @@ Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
   const Coordinates coordinates(draft_.problem, {range});
   if (operand.type == Typed::Type::number) return number_of(coordinates.laplacian(operand.parts.front()));
   if (!can_take_vector_laplacian(operand, range)) return {};
-  return {Typed::Type::vector, coordinates.vector_laplacian(operand.parts)};
+  return {operand.type, coordinates.vector_laplacian(operand.parts)};
 }
 
 /// Its unit vectors turn from place to place, by one angle on two axes.
@@ -142,6 +166,7 @@ bool Expressions::can_take_vector_laplacian(const Typed& operand, SourceRange ra
     const Placements placements(draft_.problem);
     return placements.natural(part) != placements.natural(operand.parts.front());
   };
+  if (metric && operand.type == Typed::Type::tensor) return !is_refused_in_curves(draft_, "lap of a tensor", range);
   const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
   if (!metric || (axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
   draft_.sink.report("in-curved-coordinates", range, {"lap of a vector", metric->name},
@@ -152,7 +177,9 @@ bool Expressions::can_take_vector_laplacian(const Typed& operand, SourceRange ra
 
 Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
-  const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed value = numeric(e.arguments[0].value);
+  if (value.type == Typed::Type::vector && value.parts.size() > 1) return vector_gradient(value.parts, range);
+  const auto operand = as_number(value, e.arguments[0].value.range());
   if (!operand) return {};
   Typed result{Typed::Type::vector, {}};
   const Coordinates coordinates(draft_.problem, {range});
@@ -162,7 +189,9 @@ Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
 
 Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
-  const auto components = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed value = numeric(e.arguments[0].value);
+  if (value.type == Typed::Type::tensor) return tensor_divergence(value.parts, range);
+  const auto components = as_vector(value, e.arguments[0].value.range());
   if (!components) return {};
   return number_of(Coordinates(draft_.problem, {range}).divergence(*components));
 }
@@ -172,18 +201,8 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
   const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
   const Typed operand = numeric(e.arguments[1].value);
   if (!velocity || operand.type == Typed::Type::none) return {};
+  if (operand.type == Typed::Type::tensor && is_refused_in_curves(draft_, "advect of a tensor", range)) return {};
   return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};
-}
-
-Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
-  if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
-  const std::size_t count = left.parts.size();
-  if (right.parts.size() == count) return number_of(Coordinates(draft_.problem, {range}).dot(left.parts, right.parts));
-  draft_.sink.report("wrong-length", e.arguments[1].value.range(),
-                     {counted(static_cast<int>(count), "component"), std::to_string(right.parts.size())});
-  return {};
 }
 
 /// [a, b] = dx(a) dy(b) - dy(a) dx(b), as a third of three forms of it, the others being dx(a dy(b)) - dy(a dx(b)) and

@@ -50,8 +50,16 @@ class OnWall {
       : draft_(draft), wall_(wall), axis_(draft.problem.axes[static_cast<std::size_t>(wall.axis)]) {}
 
   /// nullopt: `mistake` says what is not known there.
+  std::optional<Expr> term(const Expr& e) {
+    takes_all_on_it_ = reads_what_lies_on_it(e);
+    return (*this)(e);
+  }
   std::optional<Expr> operator()(const Expr& e) {
     if (is_uniform(e)) return e;
+    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) {  // on the wall nothing is left to be brought there
+      const bool is_brought = takes_all_on_it_ && !reads_what_lies_on_it(taken->operand);
+      return is_brought ? std::optional(inside(e, row_of_wall())) : (*this)(taken->operand);
+    }
     if (const auto* read = std::get_if<Field>(&e->kind)) return value(*read, e);
     if (std::holds_alternative<Coordinate>(e->kind)) {
       const bool is_across = std::get<Coordinate>(e->kind).axis == wall_.axis;
@@ -98,6 +106,13 @@ class OnWall {
   /// The row of what lies on the wall, which is one before the first where the field does not hold it.
   int row_of_wall() const { return axis_.holds_wall(wall_.is_low) ? 0 : -1; }
 
+  bool reads_what_lies_on_it(const Expr& e) const {
+    return any_part(e, [&](const Expr& part) {
+      const auto* field = std::get_if<Field>(&part->kind);
+      return field && lies_on_wall(field->name);
+    });
+  }
+
   bool lies_on_wall(const std::string& name) const {
     const State* state = draft_.problem.find_state(name);
     const Coefficient* coefficient = draft_.problem.find_coefficient(name);
@@ -112,8 +127,11 @@ class OnWall {
     return !condition_of((wall_.is_low ? sides.low : sides.high).kind).gives_value();
   }
 
-  Expr value(const Field& read, const Expr& e) const {
+  /// In a product with what lies on the wall, all of it is there: the mean of both cells is what is interpolated.
+  std::optional<Expr> value(const Field& read, const Expr& e) {
     if (lies_on_wall(read.name)) return inside(e, row_of_wall());
+    if (takes_all_on_it_)
+      return is_extrapolated(read.name) ? unknown(e) : std::optional(inside(interpolate(e, e->origin), row_of_wall()));
     if (is_extrapolated(read.name)) return sum_of({{1.5, e}, {-0.5, inside(e, 1)}}, e->origin);
     return sum_of({{0.5, e}, {0.5, inside(e, -1)}}, e->origin);
   }
@@ -141,8 +159,11 @@ class OnWall {
     return unknown(e);
   }
 
-  Expr slope(const Field& read, const Expr& e) const {
+  std::optional<Expr> slope(const Field& read, const Expr& e) {
     const int wall = row_of_wall();
+    if (takes_all_on_it_ && !lies_on_wall(read.name))
+      return is_extrapolated(read.name) ? unknown(e)
+                                        : std::optional(inside(derivative(e, wall_.axis, 1, e->origin), wall));
     std::vector<std::pair<double, Expr>> terms;  // into the grid, in units of the spacing
     if (lies_on_wall(read.name)) {
       terms = {{-1.5, inside(e, wall)}, {2, inside(e, wall + 1)}, {-0.5, inside(e, wall + 2)}};
@@ -166,6 +187,7 @@ class OnWall {
   const Draft& draft_;
   Wall wall_;
   const Axis& axis_;
+  bool takes_all_on_it_ = false;  // the term holds something that lies on the wall
 };
 
 /// The terms of a sum, each with constant factors: they may lie at different places.
@@ -222,11 +244,12 @@ Typed Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceR
   for (const Axis& other : draft_.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
   Expr sum = 0.0;
   for (const Expr& term : terms) {
-    const auto value = on_wall(term);
+    const auto value = on_wall.term(term);
     if (!value) {
       const SourceRange part = on_wall.mistake.range;
       draft_.sink.report("not-known-on-wall", part.is_known() ? part : inside, {*found},
-                         "made of fields, their first derivatives, coordinates and functions of these");
+                         "what is known there is made of fields, their first derivatives, coordinates and functions of "
+                         "these; of p, which a constraint gives, by itself");
       return {};
     }
     const Expr share = binary(BinaryOp::divide, *value, param("h" + axis.name));

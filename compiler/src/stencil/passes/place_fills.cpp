@@ -77,7 +77,12 @@ bool FillPlacer::holds(const HaloRule& rule) const {
   return std::ranges::all_of(wall_fields(rule.fill.axes), [&](const auto& wall) { return written_.contains(wall); });
 }
 
+/// Behind the fields that its conditions are made of, where these go on by a rule too.
 void FillPlacer::fill(const HaloRule& rule, std::vector<Statement>& body) {
+  const std::set<std::string> walls = wall_fields(rule.fill.axes);
+  for (const HaloRule& wall : halos_) {
+    if (walls.contains(wall.fill.field) && !filled_.contains(wall.fill.field) && holds(wall)) fill(wall, body);
+  }
   filled_.insert(rule.fill.field);
   spoiled_.erase(rule.fill.field);
   body.push_back(rule.fill);

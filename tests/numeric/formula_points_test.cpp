@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// sample of formulas, lets, vectors, derivatives and solved fields, by arrays of receivers: orders, gradients.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "../driver/driver_support.h"
+#include "support/scene_run.h"
+
+namespace dpde::testing {
+namespace {
+
+std::string pool(const std::string& observed, const std::string& grid_y = "cells 24, periodic") {
+  return R"(
+model pool {
+  vector v on faces
+  field q
+  param X[3] = (0.21, 0.5, 0.93), a
+  solve lap(psi) = q for psi
+  let flux = q*dx(psi)
+  dt(v) = 0
+  dt(q) = 0
+}
+scheme s { time = rk2 }
+scene basin : pool with s {
+  grid x = 0 .. 1, cells 24, periodic
+  grid y = 0 .. 1, )" +
+         grid_y + R"(
+  let w = 2*pi
+  a = 0.3
+  initial v = (1 + 0.5*sin(w*x)*cos(w*y), 0.5*cos(w*x))
+  initial q = sin(w*x)*cos(w*y)
+  time 0 .. 0.02, step 0.01
+  )" + observed +
+         "\n}\n";
+}
+
+double at_end(const std::string& formula, int cells) {
+  const std::string task = "task t : basin {\n  unknown a from 0.3\n  minimise " + formula + " + 0*a\n}\n";
+  return task_loss(pool("") + task, "t", {{"cells", std::to_string(cells)}});
+}
+
+TEST(FormulaPoints, FieldsAreWhatTheyAreThere) {
+  const double w = 2 * M_PI, x = 0.37, y = 0.61;
+  const double vx = 1 + 0.5 * std::sin(w * x) * std::cos(w * y), vy = 0.5 * std::cos(w * x);
+  const double q = std::sin(w * x) * std::cos(w * y), psi_x = -std::cos(w * x) * std::cos(w * y) / (2 * w);
+  const std::string at = ", at = (0.37, 0.61))";
+  const std::vector<std::pair<std::string, double>> cases{
+      {"sample(q^2 + x" + at, q * q + x},
+      {"sample(|v|" + at, std::hypot(vx, vy)},
+      {"dot(sample(v" + at + ", (1, 2))", vx + 2 * vy},
+      {"sample(dx(q)" + at, w * std::cos(w * x) * std::cos(w * y)},
+      {"sample(div(v)" + at, 0.5 * w * std::cos(w * x) * std::cos(w * y)},
+      {"sample(psi" + at, -q / (2 * w * w)},
+      {"sample(flux" + at, q * psi_x},
+      {"sample(mean(v.x) - y" + at, 1 - y}};
+  for (const auto& [formula, exact] : cases) {
+    const double coarse = std::abs(at_end(formula, 40) - exact), fine = std::abs(at_end(formula, 160) - exact);
+    EXPECT_LT(fine, 2e-3) << formula;
+    if (coarse > 1e-10) EXPECT_GT(std::log2(coarse / fine), 2.5) << formula;  // of two halvings
+  }
+}
+
+TEST(FormulaPoints, OfReceiversInAnArray) {
+  const std::string text = pool("observe gauge[i] = sample(q, at = (X[i], 0.4))") + R"(
+scene truth = basin { a = 0.5; initial q = 0.7*sin(2*pi*x) }
+task find : basin {
+  data d[i] = gauge[i] from scene truth over time
+  unknown initial q
+  unknown X[2]
+  minimise sum((sample(q, at = (X[i], 0.4)) - d[i])^2, i), sum over time
+}
+)";
+  const TaskResult result = task_gradient(text, "find");
+  EXPECT_TRUE(std::isfinite(result.loss));
+  EXPECT_GT(result.loss, 0);
+  ASSERT_EQ(result.gradient.at("X_2").size(), 1u);
+  EXPECT_NE(result.gradient.at("X_2").front(), 0);
+}
+
+TEST(FormulaPoints, DerivativesAreCertified) {
+  for (const char* grid : {"cells 6, periodic",
+                           "cells 5\n  boundary v.x: y = zero_gradient\n  boundary v.y: y = "
+                           "0.1\n  boundary q: y = linear\n  boundary psi: y = 0"}) {
+    const std::string text = pool("", grid) + R"(
+task t : basin {
+  unknown initial q
+  unknown initial v
+  unknown a from 0.3
+  minimise (sample(|v|^2*q + dx(q), at = (a, 0.4)) - 0.1)^2 + sample(flux, at = (0.6, a))^2 + sample(dy(v.x), at = (a, a))
+}
+)";
+    const auto certificate = certificate_of(text, false);
+    ASSERT_TRUE(certificate);
+    EXPECT_TRUE(certificate->passed());
+    EXPECT_LT(certificate->worst(), 1e-11);
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
