@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Installs into BUILD/hosts/prefix and uses that alone: the programs of dsl-examples/hosts are built by a fresh project and
-# run; the one ahead of time needs no LLVM; the installed command compiles C++ without the source tree.
+# Makes the packages, unpacks them into BUILD/hosts and uses that alone: the programs of dsl-examples/hosts are built by a
+# fresh project and run; the one ahead of time needs no LLVM; the installed command compiles C++ without the source tree.
 set(work ${BUILD}/hosts)
 set(prefix ${work}/prefix)
 file(REMOVE_RECURSE ${work})
@@ -25,8 +25,37 @@ if(SANITIZE STREQUAL address)
 elseif(SANITIZE)
   set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}" "-DCMAKE_C_FLAGS=-fsanitize=${SANITIZE}")
 endif()
-run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
-run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX}
+get_filename_component(bin ${CMAKE_COMMAND} DIRECTORY)
+run(COMMAND ${bin}/cpack --config ${BUILD}/CPackConfig.cmake -B ${work}/packages)
+file(GLOB debs ${work}/packages/dpde_*.deb)
+file(GLOB tarballs ${work}/packages/dpde-*.tar.gz)
+list(LENGTH debs count)
+find_program(DPKG_DEB dpkg-deb)
+if(NOT count EQUAL 1 OR NOT tarballs OR NOT DPKG_DEB)
+  message(FATAL_ERROR "cpack is to make a .deb and a tarball: ${debs} ${tarballs}")
+endif()
+run(COMMAND ${DPKG_DEB} --field ${debs} Depends OUTPUT depends)
+if(NOT depends MATCHES "libllvm19" OR depends MATCHES "-dev")
+  message(FATAL_ERROR "the .deb is to need LLVM's library and no headers: ${depends}")
+endif()
+run(COMMAND ${DPKG_DEB} -x ${debs} ${work}/deb)
+set(prefix ${work}/deb/usr)
+run(COMMAND ${CMAKE_COMMAND} -E tar tf ${tarballs} OUTPUT listed)
+foreach(part bin/dpde include/dpde/dpde.h share/man/man1/dpde.1 share/bash-completion/completions/dpde
+        share/dpde/editors/README.md share/doc/dpde/copyright share/doc/dpde/dsl-examples/heat/heat.dpde)
+  if(NOT EXISTS ${prefix}/${part} OR NOT listed MATCHES "/${part}")
+    message(FATAL_ERROR "the packages are to have ${part}")
+  endif()
+endforeach()
+file(GLOB shared ${prefix}/lib/libdpde.so* ${prefix}/lib/*/libdpde.so*)
+if(NOT shared MATCHES "libdpde.so.0.1")
+  message(FATAL_ERROR "libdpde.so is to have a version: ${shared}")
+endif()
+run(COMMAND ${prefix}/bin/dpde --version OUTPUT told)
+if(NOT told MATCHES "dpde [0-9.]+\ncommit [0-9a-z]+\nLLVM [0-9.]+\nprocessor .")
+  message(FATAL_ERROR "--version is to tell version, commit, LLVM and processor: ${told}")
+endif()
+run(COMMAND ${CMAKE_COMMAND} -D CMAKE_DISABLE_FIND_PACKAGE_LLVM=ON -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX}
             -D CMAKE_BUILD_TYPE=Release ${flags})
 run(COMMAND ${CMAKE_COMMAND} --build ${work}/build)
 run(COMMAND ${work}/build/in_memory)
