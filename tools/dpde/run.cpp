@@ -34,7 +34,7 @@ constexpr int points_of_course = 512;  // of the curves of a run of one cell
 
 struct RunOptions : CommonOptions {
   int every = 0;
-  bool progress = false, resume = false;
+  bool progress = false, resume = false, centres = false;
   std::string checkpoint_every;
 };
 
@@ -315,7 +315,7 @@ void Run::write_files() {
     add_state(panels, *session_, when, {name, std::move(values), placement_of(*session_, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
-  save_netcdf(job_, *session_, record_->take_series());
+  save_netcdf(job_, *session_, record_->take_series(), options_.centres);
   if (is_one_cell()) {
     panels.assign(1, course_);
   } else if (session_->axes().size() == 1) {
@@ -366,6 +366,7 @@ void add_run(CLI::App& app, int& status) {
   add_common_options(*verb, *options, {.force = true});
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
       ->check(positive());
+  verb->add_flag("--centres", options->centres, "with --out: what lies on faces also at the centres of the cells");
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--checkpoint-every", options->checkpoint_every,
                    "with --out: a checkpoint every N steps, or 30s, 10min, 2h")
