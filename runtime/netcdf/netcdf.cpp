@@ -6,11 +6,13 @@
 #include <netcdf.h>
 #include <netcdf_mem.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -25,6 +27,12 @@ void must(int status) {
 
 /// Longer texts do not fit into the header of an object and are stored beside it.
 constexpr std::size_t longest_in_header = 60000;
+
+/// Names in other programs are words: u.x is u_x there, and the attribute has the name proper.
+constexpr const char* name_attribute = "dpde_name";
+
+/// Smaller variables are stored as they are; of others about so many values are compressed at once.
+constexpr std::size_t least_compressed = 4096, values_of_chunk = std::size_t{1} << 18;
 
 /// The library rounds up: what lies behind the end that the file itself names is no part of it.
 std::size_t used_bytes(const char* bytes, std::size_t size) {
@@ -54,6 +62,11 @@ bool is_as_written(std::string_view bytes) {
   return !end.starts_with(checksum_mark) || end == checksum_of(content);
 }
 
+/// By the library's numbers.
+struct Place {
+  int group, variable;
+};
+
 /// A file that is being made in memory; thrown away unless it is finished.
 class Composer {
  public:
@@ -69,16 +82,18 @@ class Composer {
   Composer(const Composer&) = delete;
   Composer& operator=(const Composer&) = delete;
 
-  void add(const NetcdfAttributes& attributes, int variable) {
+  void add(const NetcdfAttributes& attributes) { add(attributes, {id_, NC_GLOBAL}); }
+  void add(const NetcdfAttributes& attributes, const Place& at) {
+    const auto [group, variable] = at;
     for (const auto& [name, value] : attributes) {
       const std::string* text = std::get_if<std::string>(&value);
       if (text != nullptr && text->size() > longest_in_header) {
         const char* characters = text->c_str();
-        must(nc_put_att_string(id_, variable, name.c_str(), 1, &characters));
+        must(nc_put_att_string(group, variable, name.c_str(), 1, &characters));
       } else if (text != nullptr) {
-        must(nc_put_att_text(id_, variable, name.c_str(), text->size(), text->data()));
+        must(nc_put_att_text(group, variable, name.c_str(), text->size(), text->data()));
       } else {
-        must(nc_put_att_double(id_, variable, name.c_str(), NC_DOUBLE, 1, &std::get<double>(value)));
+        must(nc_put_att_double(group, variable, name.c_str(), NC_DOUBLE, 1, &std::get<double>(value)));
       }
     }
   }
@@ -86,18 +101,22 @@ class Composer {
     int number = 0;
     must(nc_def_dim(id_, dimension.name.c_str(), static_cast<std::size_t>(dimension.length), &number));
   }
-  int declare(const NetcdfVariable& variable) {
+  Place declare(const NetcdfVariable& variable, const std::string& stored_name) {
     std::vector<int> dimensions;
     for (const std::string& name : variable.dimensions)
       must(nc_inq_dimid(id_, name.c_str(), &dimensions.emplace_back()));
-    int number = 0;
-    must(nc_def_var(id_, variable.name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE,
-                    static_cast<int>(dimensions.size()), dimensions.data(), &number));
-    add(variable.attributes, number);
-    return number;
+    Place place{id_of(variable.group), 0};
+    must(nc_def_var(place.group, stored_name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE,
+                    static_cast<int>(dimensions.size()), dimensions.data(), &place.variable));
+    if (variable.values.size() >= least_compressed) compress(place, dimensions);
+    if (stored_name != variable.name) add({{name_attribute, variable.name}}, place);
+    add(variable.attributes, place);
+    return place;
   }
   void begin_data() { must(nc_enddef(id_)); }
-  void put(int variable, const std::vector<double>& values) { must(nc_put_var_double(id_, variable, values.data())); }
+  static void put(const Place& place, const std::vector<double>& values) {
+    must(nc_put_var_double(place.group, place.variable, values.data()));
+  }
   /// The bytes and their checksum.
   std::string finish() {
     NC_memio memory{};
@@ -113,21 +132,66 @@ class Composer {
   }
 
  private:
+  /// Without loss. Chunks are whole along the last axes, so that a state is read without those before it.
+  void compress(const Place& place, const std::vector<int>& dimensions) const {
+    constexpr int with_shuffle = 1, with_deflate = 1, fastest = 1;
+    std::vector<std::size_t> chunk(dimensions.size(), 1);
+    std::size_t values = 1;
+    for (std::size_t d = dimensions.size(); d-- > 0 && values < values_of_chunk;) {
+      std::size_t length = 0;
+      must(nc_inq_dimlen(id_, dimensions[d], &length));
+      chunk[d] = std::clamp(values_of_chunk / values, std::size_t{1}, length);
+      values *= chunk[d];
+    }
+    must(nc_def_var_chunking(place.group, place.variable, NC_CHUNKED, chunk.data()));
+    must(nc_def_var_deflate(place.group, place.variable, with_shuffle, with_deflate, fastest));
+  }
+
+  /// Made where it is not there yet.
+  int id_of(const std::string& group) const {
+    int id = id_;
+    if (!group.empty() && nc_inq_grp_ncid(id_, group.c_str(), &id) != NC_NOERR)
+      must(nc_def_grp(id_, group.c_str(), &id));
+    return id;
+  }
+
   int id_ = -1;
 };
+
+/// What the variables are called in the file: without dots, each differently.
+std::vector<std::string> stored_names(const std::vector<NetcdfVariable>& variables) {
+  std::set<std::string> taken;
+  for (const NetcdfVariable& variable : variables) taken.insert(variable.name);
+  std::vector<std::string> names;
+  for (const NetcdfVariable& variable : variables) {
+    std::string name = variable.name;
+    std::ranges::replace(name, '.', '_');
+    while (name != variable.name && !taken.insert(name).second) name += '_';
+    names.push_back(std::move(name));
+  }
+  return names;
+}
 
 bool is_number(nc_type type) { return type >= NC_BYTE && type <= NC_UINT64 && type != NC_CHAR; }
 
 }  // namespace
 
+std::string stored_name(const NetcdfContent& content, const std::string& variable) {
+  const auto found = std::ranges::find(content.variables, variable, &NetcdfVariable::name);
+  if (found == content.variables.end()) return variable;
+  return stored_names(content.variables)[static_cast<std::size_t>(found - content.variables.begin())];
+}
+
 std::string compose_netcdf(NetcdfContent content) {
   Composer file;
-  file.add(content.attributes, NC_GLOBAL);
+  file.add(content.attributes);
   for (const NetcdfDimension& dimension : content.dimensions) file.add(dimension);
-  std::vector<int> numbers;
-  for (const NetcdfVariable& variable : content.variables) numbers.push_back(file.declare(variable));
+  std::vector<Place> places;
+  const std::vector<std::string> names = stored_names(content.variables);
+  for (std::size_t i = 0; i < names.size(); ++i) places.push_back(file.declare(content.variables[i], names[i]));
   file.begin_data();
-  for (std::size_t i = 0; i < numbers.size(); ++i) file.put(numbers[i], std::exchange(content.variables[i].values, {}));
+  for (std::size_t i = 0; i < places.size(); ++i)
+    Composer::put(places[i], std::exchange(content.variables[i].values, {}));
   return file.finish();
 }
 
@@ -137,7 +201,9 @@ NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::mo
   }
   check(nc_open_mem(name_.c_str(), NC_NOWRITE, bytes_.size(), bytes_.data(), &id_));
   try {
-    list_variables();
+    list_variables("");
+    int is_there = 0;
+    if (nc_inq_grp_ncid(id_, group_of_numbers, &is_there) == NC_NOERR) list_variables(group_of_numbers);
   } catch (const Error&) {
     nc_close(id_);
     throw;
@@ -151,21 +217,30 @@ void NetcdfReader::check(int status) const {
   throw Error(ErrorKind::input, fmt::format("{} is no NetCDF file or is damaged: {}", name_, nc_strerror(status)));
 }
 
-void NetcdfReader::list_variables() {
+int NetcdfReader::id_of_group(const std::string& group) const {
+  int id = id_;
+  if (!group.empty()) check(nc_inq_grp_ncid(id_, group.c_str(), &id));
+  return id;
+}
+
+void NetcdfReader::list_variables(const std::string& group) {
+  const int id = id_of_group(group);
   int count = 0;
-  check(nc_inq_nvars(id_, &count));
+  check(nc_inq_nvars(id, &count));
   for (int v = 0; v < count; ++v) {
     std::array<char, NC_MAX_NAME + 1> name{};
     nc_type type = NC_NAT;
     int rank = 0;
-    check(nc_inq_var(id_, v, name.data(), &type, &rank, nullptr, nullptr));
+    check(nc_inq_var(id, v, name.data(), &type, &rank, nullptr, nullptr));
     if (!is_number(type)) continue;
     std::vector<int> dimensions(static_cast<std::size_t>(rank));
-    check(nc_inq_vardimid(id_, v, dimensions.data()));
-    Variable variable{name.data(), {}, {}};
+    check(nc_inq_vardimid(id, v, dimensions.data()));
+    Variable variable{name.data(), {}, {}, name.data(), group};
+    if (find(variable.name) != nullptr) continue;  // the times of the numbers are those of the states
+    variable.name = text_of(id, v, name_attribute).value_or(variable.stored_name);
     for (const int dimension : dimensions) {
       std::size_t length = 0;
-      check(nc_inq_dim(id_, dimension, name.data(), &length));
+      check(nc_inq_dim(id, dimension, name.data(), &length));
       variable.dimensions.push_back(name.data());
       variable.shape.push_back(static_cast<std::int64_t>(length));
     }
@@ -180,16 +255,17 @@ const NetcdfReader::Variable* NetcdfReader::find(const std::string& name) const 
   return nullptr;
 }
 
-std::optional<double> NetcdfReader::number(int variable, const char* attribute) const {
+std::optional<double> NetcdfReader::number(int group, int variable, const char* attribute) const {
   std::size_t length = 0;
   double value = 0;
-  if (nc_inq_attlen(id_, variable, attribute, &length) != NC_NOERR || length != 1) return std::nullopt;
-  return nc_get_att_double(id_, variable, attribute, &value) == NC_NOERR ? std::optional(value) : std::nullopt;
+  if (nc_inq_attlen(group, variable, attribute, &length) != NC_NOERR || length != 1) return std::nullopt;
+  return nc_get_att_double(group, variable, attribute, &value) == NC_NOERR ? std::optional(value) : std::nullopt;
 }
 
 std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<std::int64_t> index) const {
+  const int group = id_of_group(variable.group);
   int number_of = 0;
-  check(nc_inq_varid(id_, variable.name.c_str(), &number_of));
+  check(nc_inq_varid(group, variable.stored_name.c_str(), &number_of));
   std::vector<std::size_t> start(variable.shape.size(), 0), length(variable.shape.begin(), variable.shape.end());
   if (index) {
     start.at(0) = static_cast<std::size_t>(*index);
@@ -203,10 +279,10 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
     count *= n;
   }
   std::vector<double> values(count);
-  if (count > 0) check(nc_get_vara_double(id_, number_of, start.data(), length.data(), values.data()));
-  const std::optional<double> missing = number(number_of, "_FillValue");
-  const double scale = number(number_of, "scale_factor").value_or(1),
-               offset = number(number_of, "add_offset").value_or(0);
+  if (count > 0) check(nc_get_vara_double(group, number_of, start.data(), length.data(), values.data()));
+  const std::optional<double> missing = number(group, number_of, "_FillValue");
+  const double scale = number(group, number_of, "scale_factor").value_or(1),
+               offset = number(group, number_of, "add_offset").value_or(0);
   for (double& value : values) {
     value = missing && value == *missing ? std::numeric_limits<double>::quiet_NaN() : value * scale + offset;
   }
@@ -214,21 +290,29 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
 }
 
 std::optional<std::string> NetcdfReader::text(const std::string& variable, const std::string& attribute) const {
-  int number_of = NC_GLOBAL;
-  if (!variable.empty() && nc_inq_varid(id_, variable.c_str(), &number_of) != NC_NOERR) return std::nullopt;
+  if (variable.empty()) return text_of(id_, NC_GLOBAL, attribute);
+  const Variable* known = find(variable);
+  const int group = id_of_group(known == nullptr ? "" : known->group);
+  const std::string& stored_name = known == nullptr ? variable : known->stored_name;
+  int number_of = 0;
+  if (nc_inq_varid(group, stored_name.c_str(), &number_of) != NC_NOERR) return std::nullopt;
+  return text_of(group, number_of, attribute);
+}
+
+std::optional<std::string> NetcdfReader::text_of(int group, int variable, const std::string& attribute) const {
   nc_type type = NC_NAT;
   std::size_t length = 0;
-  if (nc_inq_att(id_, number_of, attribute.c_str(), &type, &length) != NC_NOERR) return std::nullopt;
+  if (nc_inq_att(group, variable, attribute.c_str(), &type, &length) != NC_NOERR) return std::nullopt;
   if (type == NC_STRING && length == 1) {
     char* characters = nullptr;
-    check(nc_get_att_string(id_, number_of, attribute.c_str(), &characters));
+    check(nc_get_att_string(group, variable, attribute.c_str(), &characters));
     const std::string value = characters == nullptr ? "" : characters;
     nc_free_string(1, &characters);
     return value;
   }
   if (type != NC_CHAR) return std::nullopt;
   std::string value(length, '\0');
-  check(nc_get_att_text(id_, number_of, attribute.c_str(), value.data()));
+  check(nc_get_att_text(group, variable, attribute.c_str(), value.data()));
   return value;
 }
 

@@ -14,7 +14,7 @@ double rod_value(int steps, int i) {
   return std::pow(1 - 4 * 0.3 / 8 / (h * h) * s * s, steps) * std::sin((i + 0.5) * h);
 }
 
-std::string with(std::string text, const std::string& old, const std::string& fresh) {
+std::string exchanged(std::string text, const std::string& old, const std::string& fresh) {
   text.replace(text.find(old), old.size(), fresh);
   return text;
 }
@@ -22,7 +22,7 @@ std::string with(std::string text, const std::string& old, const std::string& fr
 class Netcdf : public Command {
  protected:
   void run_rod(const std::string& items = "", const std::string& options = "") const {
-    write("rod.dpde", with(rod_text, "  observe", items + "  observe"));
+    write("rod.dpde", exchanged(rod_text, "  observe", items + "  observe"));
     const Outcome run = dpde("run rod.dpde rod --quiet --out o " + options);
     ASSERT_EQ(run.status, 0) << run.err;
   }
@@ -35,7 +35,8 @@ class Netcdf : public Command {
   }
   /// A scene that starts from a file, stepped 4 times of 1/8.
   Outcome run_from(const std::string& load, const std::string& options = "") const {
-    write("from.dpde", with(with(rod_text, "sin(x)\n  observe", load + "\n  observe"), "time 0 .. 1", "time 0 .. 1/2"));
+    write("from.dpde",
+          exchanged(exchanged(rod_text, "sin(x)\n  observe", load + "\n  observe"), "time 0 .. 1", "time 0 .. 1/2"));
     return dpde("run from.dpde rod --json --out p " + options);
   }
   Outcome must_refuse(const std::string& load, const std::string& code, const std::string& words) const {
@@ -141,9 +142,9 @@ TEST_F(Netcdf, ASceneStartsFromAStoredState) {
 TEST_F(Netcdf, ATaskComparesWithStoredStates) {
   run_rod("  output u every 1/8\n");
   for (const std::string when : {" at t = 0.5", " over time", " at t = 0.25, 0.75"}) {
-    write("task.dpde", with(with(rod_text, "unknown k from 0.25",
-                                 "data r = load(\"o/rod.nc\", u)" + when + "\n  unknown k from 0.25"),
-                            "mean(u^2) at t = 1", "mean((u - r)^2)" + when));
+    write("task.dpde", exchanged(exchanged(rod_text, "unknown k from 0.25",
+                                           "data r = load(\"o/rod.nc\", u)" + when + "\n  unknown k from 0.25"),
+                                 "mean(u^2) at t = 1", "mean((u - r)^2)" + when));
     const Outcome fit = dpde("optimize task.dpde find --json --iterations 30");
     ASSERT_EQ(fit.status, 0) << fit.err;
     EXPECT_NEAR(fit.json()["unknowns"]["k"]["value"], 0.3, 1e-6) << when;
@@ -152,9 +153,9 @@ TEST_F(Netcdf, ATaskComparesWithStoredStates) {
 
 TEST_F(Netcdf, ACoefficientFromAFile) {
   run_rod();
-  std::string text = with(rod_text, "  param k\n", "  coefficient k\n");
-  text = with(with(text, "k = 0.3", "k = load(\"o/rod.nc\", u)"), "dt(u) = k*lap(u)", "dt(u) = k");
-  text = with(text, "  exact u = exp(-k*t)*sin(x)\n", "");
+  std::string text = exchanged(rod_text, "  param k\n", "  coefficient k\n");
+  text = exchanged(exchanged(text, "k = 0.3", "k = load(\"o/rod.nc\", u)"), "dt(u) = k*lap(u)", "dt(u) = k");
+  text = exchanged(text, "  exact u = exp(-k*t)*sin(x)\n", "");
   write("c.dpde", text.substr(0, text.find("task")));
   ASSERT_EQ(dpde("run c.dpde --quiet --out p").status, 0);
   const std::vector<double> u = NetcdfFile(path("p/rod.nc").string()).values("u");
@@ -179,8 +180,8 @@ TEST_F(Netcdf, RefusesAnotherGrid) {
   run_rod();
   const Outcome finer = run_from("load(\"o/rod.nc\", u)", "--set cells=32");
   EXPECT_EQ(finer.codes(), std::vector<std::string>{"E0905"});
-  write("wide.dpde",
-        with(with(rod_text, "0 .. 2*pi", "0 .. 4*pi"), "sin(x)\n  observe", "load(\"o/rod.nc\", u)\n  observe"));
+  write("wide.dpde", exchanged(exchanged(rod_text, "0 .. 2*pi", "0 .. 4*pi"), "sin(x)\n  observe",
+                               "load(\"o/rod.nc\", u)\n  observe"));
   const Outcome wider = dpde("run wide.dpde rod --json");
   EXPECT_EQ(wider.status, 2);
   EXPECT_NE(wider.err.find("it is of another grid: cell 0 lies at x = 0.19635, here at x = 0.392699"),

@@ -48,21 +48,22 @@ class PeakMemory : public Command {
     EXPECT_GT(predicted, 2.0 * 8 * 2048 * 2048) << "two time levels at least";
     expect_within_a_tenth(predicted, {verb, "heat.dpde", name, "--quiet"}, 2048);
   }
-  void expect_within_a_tenth(double predicted, const std::vector<std::string>& words, int cells) {
+  /// `least`: of what is predicted, where compression may leave less.
+  void expect_within_a_tenth(double predicted, const std::vector<std::string>& words, int cells, double least = 0.9) {
     const auto command = [&](int count) {
       std::vector<std::string> all = words;
       all.insert(all.end(), {"--set", fmt::format("cells={}", count)});
       return all;
     };
     const double base = peak(command(8)), measured = peak(command(cells)) - base;
-    EXPECT_NEAR(measured, predicted, 0.1 * predicted)
+    EXPECT_TRUE(measured >= least * predicted && measured <= 1.1 * predicted)
         << fmt::format("{}: {:.0f} of {:.0f} MiB", words[0], measured / 0x1p20, predicted / 0x1p20);
   }
-  /// With the files of --out.
+  /// With the files of --out, of which nothing is known beforehand but how large they are where nothing compresses.
   void expect_of_outputs(int cells) {
     const auto said = dpde(fmt::format("check heat.dpde s --json --set cells={}", cells)).json();
     const double predicted = said["memory_bytes"].get<double>() + said["output_memory_bytes"].get<double>();
-    expect_within_a_tenth(predicted, {"run", "heat.dpde", "s", "--quiet", "--out", "files"}, cells);
+    expect_within_a_tenth(predicted, {"run", "heat.dpde", "s", "--quiet", "--out", "files"}, cells, 0.6);
   }
 };
 

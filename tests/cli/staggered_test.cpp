@@ -34,9 +34,9 @@ TEST_F(Staggered, FilesSayWhereValuesLie) {
   ASSERT_EQ(dpde("run canal.dpde canal --quiet --out o").status, 0);
   {
     const NetcdfFile file(path("o/canal.nc").string());
-    EXPECT_EQ(file.dimensions("u.x"), (std::vector<std::string>{"time", "x_faces"}));
+    EXPECT_EQ(file.dimensions("u_x"), (std::vector<std::string>{"time", "x_faces"}));
     EXPECT_EQ(file.dimensions("eta"), (std::vector<std::string>{"time", "x"}));
-    const std::vector<double> faces = file.values("x_faces"), u = file.values("u.x");
+    const std::vector<double> faces = file.values("x_faces"), u = file.values("u_x");
     for (int i = 0; i < 8; ++i) {
       EXPECT_NEAR(faces[i], (i + 1) / 8.0, 1e-15);
       EXPECT_NEAR(u[i], 0.25 + faces[i] * (1 - faces[i]), 1e-15);

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iostream>
+#include <iterator>
 #include <limits>
 #include <thread>
 
@@ -69,6 +71,13 @@ bool Job::load_source(bool imports) {
   if (text) source_ = SourceFile(options_.file, *text);
   if (imports) source_ = files::with_imports(source_, sink_);
   return !sink_.has_errors();
+}
+
+bool Job::load_standard_input() {
+  std::string text(std::istreambuf_iterator<char>(std::cin), {});
+  if (std::cin.bad()) sink_.report("cannot-read", {}, {"standard input", "it cannot be read"});
+  source_ = SourceFile("standard input", std::move(text));
+  return !failed();
 }
 
 std::optional<driver::CompileOptions> Job::compile_options() {

@@ -55,6 +55,8 @@ class Job {
 
   /// Reads options().file; false and a diagnostic when that fails.
   bool load_source(bool imports = true);
+  /// The same of standard input, which options().file, "-", stands for.
+  bool load_standard_input();
   /// Selection, backend and verification level of the options; nullopt and diagnostics when one is nonsense.
   std::optional<driver::CompileOptions> compile_options();
 

@@ -162,9 +162,7 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   const std::string time = names.free("time");
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(maker.times().size())}});
-  NetcdfVariable times{time, {time}, described("time"), maker.times()};
-  times.attributes.push_back({"axis", "T"});
-  content.variables.push_back(std::move(times));
+  content.variables.push_back(time_variable(time, maker.times()));
   for (int s = 0; s < session.rollout().state_count(); ++s) {
     const std::string& name = session.rollout().state_name(s);
     const model::Placement placement = placement_of(session, name);
@@ -192,7 +190,7 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   for (const model::Parameter& param : session.problem().params) {
     const bool varies = std::ranges::find(set.vary, param.name, &model::DataSet::Vary::param) != set.vary.end();
     if (!varies && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+      content.variables.push_back(parameter_variable(param));
   }
   return content;
 }

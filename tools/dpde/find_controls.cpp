@@ -44,12 +44,8 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
       all.size() / runs.size() * static_cast<std::size_t>(scene.steps() / scene.trajectories.every);
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(frames)}});
-  NetcdfVariable times{time,
-                       {time},
-                       described("time"),
-                       {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}};
-  times.attributes.push_back({"axis", "T"});
-  content.variables.push_back(std::move(times));
+  content.variables.push_back(
+      time_variable(time, {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}));
   for (std::size_t s = 0; s < states.size(); ++s) {
     const model::Placement placement = placement_of(session, states[s]);
     NetcdfVariable variable{
@@ -68,7 +64,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
   for (const model::Parameter& param : session.problem().params) {
     const bool differs = std::ranges::find(params, param.name) != params.end();
     if (!differs && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+      content.variables.push_back(parameter_variable(param));
   }
   return content;
 }

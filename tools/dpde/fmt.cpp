@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde fmt: formats a model file in place.
+// dpde fmt: formats a model file in place, or standard input to standard output.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,20 +20,28 @@ struct FmtOptions : CommonOptions {
   bool check = false;
 };
 
+constexpr const char* standard_input = "-";
+
 int format_file(const FmtOptions& options) {
   Job job(options);
+  const bool is_piped = options.file == standard_input;
   bool differs = false;
+  Json result = Json::object();
   guarded(job, [&] {
-    if (!job.load_source(false)) return;
+    if (is_piped ? !job.load_standard_input() : !job.load_source(false)) return;
     const ast::File file = parse(job.source(), job.sink());
     if (job.failed()) return;
     const std::string text = print(file);
     differs = text != job.source().text();
-    if (differs && !options.check) files::write_file(options.file, text, job.sink());
+    if (is_piped && options.json) result["text"] = text;
+    if (is_piped && !options.json && !options.check) fmt::print("{}", text);
+    if (!is_piped && differs && !options.check) files::write_file(options.file, text, job.sink());
   });
-  const int status = job.finish({{"changed", differs}});
+  result["changed"] = differs;
+  const int status = job.finish(std::move(result));
   if (status != 0 || !options.check || !differs) return status;
-  std::fputs(fmt::format("{} is not formatted; dpde fmt {} formats it\n", options.file, options.file).c_str(), stderr);
+  const std::string& name = is_piped ? job.source().path() : options.file;
+  std::fputs(fmt::format("{} is not formatted; dpde fmt {} formats it\n", name, options.file).c_str(), stderr);
   return static_cast<int>(Exit::failed);
 }
 
@@ -41,10 +49,10 @@ int format_file(const FmtOptions& options) {
 
 void add_fmt(CLI::App& app, int& status) {
   const auto options = std::make_shared<FmtOptions>();
-  CLI::App* verb = app.add_subcommand("fmt", "format a model file in place");
+  CLI::App* verb = app.add_subcommand("fmt", "format a model file in place; - is standard input, to standard output");
   add_common_options(*verb, *options, {.name = false, .compile = false, .out = false, .seed = false});
   verb->add_flag("--check", options->check, "change nothing; exit status 1 when the file is not formatted");
-  verb->footer("Example:  dpde fmt burgers.dpde");
+  verb->footer("Examples:\n  dpde fmt burgers.dpde\n  dpde fmt - < burgers.dpde");
   on_call(*verb, status, [options] { return format_file(*options); });
 }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "gradient_file.h"
 #include "growth_report.h"
 #include "interrupt.h"
 #include "scene_output.h"
@@ -151,6 +152,11 @@ Json gradient(Job& job, const TaskOptions& options) {
                            {"tape_bytes", last.tape_bytes}};
   result["compile_s"] = run.compiled->seconds;
   result["certificate"] = certificate_json(run);
+  std::vector<GradientField> fields;
+  for (const driver::Inverse::Part& part : inverse.parts()) {
+    if (part.is_field()) fields.push_back({part.name, part_of(gradient, part)});
+  }
+  save_gradient(job, *run.session, std::move(fields), result);
   result["files"] = job.files();
   return result;
 }

@@ -14,6 +14,7 @@
 
 #include "command.h"
 #include "verbs.h"
+#include "version.h"
 
 namespace {
 
@@ -52,7 +53,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   mallopt(M_MMAP_THRESHOLD, 1 << 17);  // arrays that are given back go to the system, also after larger ones
   CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
-  app.set_version_flag("--version", version);
+  app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
   app.footer(
       "First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
@@ -73,6 +74,9 @@ int main(int argc, char** argv) {
   add_fmt(app, status);
   add_new(app, status);
   add_explain(app, status);
+  add_lsp(app, status);
+  add_completion(app, status);
+  add_man(app, status);
   const std::string unknown = unknown_verb(app, argc, argv);
   if (!unknown.empty()) return flushed(report_usage(unknown, wants_json(argc, argv)));
   try {

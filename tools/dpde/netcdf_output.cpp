@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "at_centres.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
 #include "files/files.h"
@@ -13,6 +14,7 @@
 #include "model/placement.h"
 #include "model/print_model.h"
 #include "scene_output.h"
+#include "xdmf.h"
 
 namespace dpde::tools {
 
@@ -34,13 +36,47 @@ void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string
   content.variables.push_back(std::move(bounds));
 }
 
+/// What lies on faces along any axis.
+bool is_on_faces(const driver::Session& session, const std::string& field) {
+  const model::Placement placement = placement_of(session, field);
+  return std::ranges::find(placement, true) != placement.end();
+}
+
+std::string name_at_centres(std::string field) {
+  std::ranges::replace(field, '.', '_');
+  return field + "_centre";
+}
+
+/// Copies at the centres of the series' fields on faces.
+void add_centres(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Series& series,
+                 const std::string& time, NetcdfNames& names) {
+  for (const std::string& field : series.fields) {
+    if (!is_on_faces(session, field)) continue;
+    std::vector<std::string> dimensions{time};
+    for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][0]);
+    content.variables.push_back(
+        {names.free(name_at_centres(field)), dimensions, described("field " + field + " at the cell centres"),
+         at_centres(session, field, series.values.at(field)), session.problem().scheme.real == Precision::f32});
+  }
+}
+
+/// What lies at centres of a content.
+XdmfSeries xdmf_series(const NetcdfContent& content, const AxisNames& axes, const std::string& time) {
+  XdmfSeries series;
+  std::vector<std::string> dimensions{time};
+  for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][0]);
+  for (const NetcdfVariable& variable : content.variables) {
+    if (variable.name == time) series.times = variable.values;
+    if (variable.dimensions == dimensions) series.fields.push_back(stored_name(content, variable.name));
+  }
+  return series;
+}
+
 /// The states go from the series into the content.
 void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, Series& series,
                 const std::string& time) {
   content.dimensions.push_back({time, static_cast<std::int64_t>(series.times.size())});
-  NetcdfVariable times{time, {time}, described("time"), series.times};
-  times.attributes.push_back({"axis", "T"});
-  content.variables.push_back(std::move(times));
+  content.variables.push_back(time_variable(time, series.times));
   for (const std::string& field : series.fields) {
     const model::Placement placement = placement_of(session, field);
     const bool is_single = session.problem().scheme.real == Precision::f32;
@@ -51,9 +87,14 @@ void add_series(NetcdfContent& content, const driver::Session& session, const Ax
   }
 }
 
+/// With times of their own, as programs see of a group nothing else.
 void add_observables(NetcdfContent& content, const Series& series, const std::string& time) {
+  if (series.observables.front().empty()) return;
+  content.variables.push_back(time_variable(time, series.times));
+  content.variables.back().group = group_of_numbers;
   for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
     NetcdfVariable variable{series.observables.front()[q].first, {time}, {}, {}};
+    variable.group = group_of_numbers;
     variable.attributes = described("observable " + variable.name);
     for (const auto& row : series.observables) variable.values.push_back(row[q].second);
     content.variables.push_back(std::move(variable));
@@ -76,6 +117,17 @@ std::string NetcdfNames::free(std::string name) {
 
 NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
 
+NetcdfVariable time_variable(const std::string& name, std::vector<double> times) {
+  return {name,
+          {name},
+          {{"long_name", "time"}, {"standard_name", "time"}, {"units", "s"}, {"axis", "T"}},
+          std::move(times)};
+}
+
+NetcdfVariable parameter_variable(const model::Parameter& parameter) {
+  return {parameter.name, {}, described("parameter " + parameter.name), {parameter.value}, false, group_of_numbers};
+}
+
 AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
                    NetcdfNames& names) {
   const std::string corner = names.free("bounds");
@@ -96,10 +148,12 @@ AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const
   return result;
 }
 
-void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session) {
+void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session, const std::string& verb,
+                const std::string& name) {
   const CommonOptions& options = job.options();
   const model::Problem& problem = session.problem();
-  std::string settings, command = fmt::format("dpde run {} {}", options.file, problem.scene);
+  const std::string& what = name.empty() ? problem.scene : name;
+  std::string settings, command = fmt::format("dpde {} {} {}", verb, options.file, what);
   for (const std::string& setting : options.set) settings += (settings.empty() ? "" : "\n") + setting;
   for (const std::string& setting : options.set) command += " --set " + setting;
   if (!options.scheme.empty()) command += " --scheme " + options.scheme;
@@ -141,15 +195,18 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
   }
 }
 
-void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all) {
+void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bool with_centres) {
   if (job.options().out.empty()) return;
   NetcdfContent content;
   NetcdfNames names(session);
   add_origin(content, job, session);
   const AxisNames axes = add_axes(content, session, session.axes(), names);
   bool is_first = true;
+  std::vector<std::string> times;
   for (Series& series : all) {
     const std::string time = names.free("time");
+    times.push_back(time);
+    if (with_centres) add_centres(content, session, axes, series, time, names);
     add_series(content, session, axes, series, time);
     if (is_first) add_observables(content, series, time);
     is_first = false;
@@ -157,9 +214,15 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all) {
   for (const model::Parameter& param : session.problem().params) {
     if (session.problem().find_control(param.name) != nullptr)
       continue;  // no number of the whole run: dpde_problem has its formula
-    content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+    content.variables.push_back(parameter_variable(param));
   }
-  guarded(job, [&] { save_text(job, session.problem().scene + ".nc", compose_netcdf(std::move(content))); });
+  const std::string& scene = session.problem().scene;
+  std::vector<XdmfSeries> described_series;
+  for (const std::string& time : times) described_series.push_back(xdmf_series(content, axes, time));
+  guarded(job, [&] { save_text(job, scene + ".nc", compose_netcdf(std::move(content))); });
+  const bool is_single = session.problem().scheme.real == Precision::f32;
+  if (axes.size() == 3)
+    save_text(job, scene + ".xdmf", xdmf_text(scene + ".nc", session.axes(), is_single, described_series));
 }
 
 }  // namespace dpde::tools

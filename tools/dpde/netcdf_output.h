@@ -32,8 +32,13 @@ using AxisNames = std::vector<std::array<std::string, 2>>;
 /// The axes, and for those along which states are staggered the places of the faces.
 AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
                    NetcdfNames& names);
-/// Text, settings and numbers that make the scene again.
-void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session);
+/// The coordinate of times: in seconds, where the model has no other unit.
+NetcdfVariable time_variable(const std::string& name, std::vector<double> times);
+/// One number of the whole file.
+NetcdfVariable parameter_variable(const model::Parameter& parameter);
+/// Text, settings and numbers that make it again by `dpde VERB`; of a scene, or with `name` of a task.
+void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session, const std::string& verb = "run",
+                const std::string& name = "");
 
 /// What is told of a job that has its result in one file: in words, and as JSON. Nothing that is another number the
 /// next time.
@@ -50,7 +55,8 @@ struct Told {
 void add_told(NetcdfContent& content, std::uint64_t key, const Told& told);
 std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 
-/// SCENE.nc in the folder of --out.
-void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all);
+/// SCENE.nc in the folder of --out, and on three axes SCENE.xdmf. `with_centres`: of what lies on faces also the values
+/// at the centres.
+void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bool with_centres);
 
 }  // namespace dpde::tools

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int panel_width = 640, panel_height = 440;  // pixels
+constexpr int most_columns = 2;
 constexpr int name_height = 15, names_with_room = 4;  // of what stands below a picture
 
 /// A gnuplot string: single quotes take nothing but themselves specially.
@@ -143,27 +144,33 @@ std::string symbol_of(Symbol symbol) {
 
 /// With the name of the curve's data, and its title.
 std::string plot_of(const Curve& curve, const std::string& data, std::size_t number, const std::string& title) {
-  const std::string colour =
-      curve.colour.empty() ? fmt::format("{}", number + 1) : fmt::format("rgb '{}'", curve.colour);
+  const std::string line =
+      curve.colour.empty() ? fmt::format("lt {}", number + 1) : fmt::format("lc rgb '{}'", curve.colour);
   if (!curve.low.empty() && !curve.sizes.empty())
     return fmt::format(
-        "{0} using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.1 lc {1} title {2}, {0} using 1:2:5 with points pt 7 ps "
-        "variable lc {1} notitle",
-        data, colour, title);
-  const std::string style =
-      !curve.low.empty() ? fmt::format("using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.6 lc {}", colour)
-      : curve.points     ? fmt::format("using 1:2 with points {} lc {}", symbol_of(curve.symbol), colour)
-                         : fmt::format("using 1:2 with lines lw 2 lc {}", colour);
+        "{0} using 1:2:3:4 with yerrorlines {1} lw 1.5 pt 7 ps 0.1 title {2}, {0} using 1:2:5 with points {1} pt 7 ps "
+        "variable notitle",
+        data, line, title);
+  const std::string style = !curve.low.empty()
+                                ? fmt::format("using 1:2:3:4 with yerrorlines {} lw 1.5 pt 7 ps 0.6", line)
+                            : curve.points ? fmt::format("using 1:2 with points {} {}", line, symbol_of(curve.symbol))
+                                           : fmt::format("using 1:2 with lines {} lw 2", line);
   return fmt::format("{} {} title {}", data, style, title);
+}
+
+/// Lines end where the picture does; marks keep room around them.
+std::string limits_of(const LinePanel& panel) {
+  const auto is_line = [](const Curve& curve) { return !curve.points && curve.low.empty(); };
+  return std::ranges::all_of(panel.curves, is_line) ? "set autoscale xfix\n" : "";
 }
 
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
-  if (panel.names_below)  // a second line keeps them off the label
+  if (panel.names_below || panel.curves.size() > 1)  // a second line keeps them off the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(panel.x_label));
   text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
   text += panel.log_x ? "set logscale x\nset format x '%.0e'\n" : "set format x '%g'\n";
-  text += "set autoscale\n";
+  text += "set autoscale\n" + limits_of(panel);
   // Room above and below; equal values have none of their own.
   if (panel.range) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
@@ -177,7 +184,7 @@ std::string plot_of(const LinePanel& panel, int index) {
         "set object 1 rectangle from graph 0, graph 0 to first {}, graph 1 fc rgb '#eeeeee' fs solid noborder behind\n",
         number(panel.wall));
   text += fmt::format("set grid lc rgb '#dddddd'\nset key {} noenhanced\nunset colorbox\nplot ",
-                      panel.names_below ? "below left Left reverse maxcols 2" : "top right");
+                      panel.names_below ? "below left Left reverse maxcols 2" : "below center horizontal");
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     if (c > 0) text += ", ";
     const Curve& curve = panel.curves[c];
@@ -214,24 +221,47 @@ std::string plot_of(const MapPanel& panel, int index) {
   return text;
 }
 
-std::string script_for(const std::vector<Panel>& given, const std::string& terminal, const fs::path& output) {
+/// Colours that people tell apart who see no red or no green (Okabe and Ito, jfly.uni-koeln.de/color, without the
+/// yellow that white swallows), and where there are more curves, the same with dashes.
+std::string line_types() {
+  constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
+  constexpr int dashes[] = {1, 2, 4};
+  std::string text;
+  int number = 0;
+  for (const int dash : dashes) {
+    for (const char* colour : colours)
+      text += fmt::format("set linetype {} lc rgb '{}' dt {}\n", ++number, colour, dash);
+  }
+  return text + fmt::format("set linetype cycle {}\n", number);
+}
+
+int columns_of(const std::vector<Panel>& panels) { return std::min(most_columns, static_cast<int>(panels.size())); }
+int rows_of(const std::vector<Panel>& panels) {
+  return (static_cast<int>(panels.size()) + most_columns - 1) / most_columns;
+}
+
+/// One picture: its data, and its panels side by side, row below row.
+std::string page_of(const std::vector<Panel>& given) {
   std::vector<Panel> panels;
   for (const Panel& panel : given) panels.push_back(match(panel, [](const auto& p) { return Panel(with_pixels(p)); }));
-  std::string text =
-      fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
-  text +=
-      "set linetype 1 lc rgb '#1f77b4'\nset linetype 2 lc rgb '#d62728'\nset linetype 3 lc rgb '#2ca02c'\n"
-      "set linetype 4 lc rgb '#9467bd'\nset linetype 5 lc rgb '#ff7f0e'\nset linetype 6 lc rgb '#17becf'\n"
-      "set linetype 7 lc rgb '#8c564b'\nset linetype 8 lc rgb '#e377c2'\nset linetype 9 lc rgb '#7f7f7f'\nset border "
-      "3\nset tics nomirror\n";
+  std::string text;
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return data_of(panel, static_cast<int>(p)); });
   }
-  if (panels.size() > 1) text += fmt::format("set multiplot layout 1,{}\n", panels.size());
+  if (panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", rows_of(panels), columns_of(panels));
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p)); });
   }
-  if (panels.size() > 1) text += "unset multiplot\n";
+  return text + (panels.size() > 1 ? "unset multiplot\n" : "");
+}
+
+/// Of one page, or of many of a film.
+std::string script_for(const std::vector<std::vector<Panel>>& pages, const std::string& terminal,
+                       const fs::path& output) {
+  std::string text =
+      fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
+  text += line_types() + "set border 3\nset tics nomirror\n";
+  for (const std::vector<Panel>& page : pages) text += page_of(page);
   return text + "unset output\n";
 }
 
@@ -242,7 +272,47 @@ int height_of(const std::vector<Panel>& panels) {
     const LinePanel* lines = std::get_if<LinePanel>(&panel);
     if (lines != nullptr && lines->names_below) names = std::max(names, lines->curves.size());
   }
-  return panel_height + name_height * std::max(0, static_cast<int>(names) - names_with_room);
+  return rows_of(panels) * (panel_height + name_height * std::max(0, static_cast<int>(names) - names_with_room));
+}
+
+struct Format {
+  std::string extension, terminal;
+};
+
+/// What gnuplot makes of the pages, under its final name; "" after a diagnostic.
+std::string draw_as(const Format& format, const fs::path& stem, const std::vector<std::vector<Panel>>& pages,
+                    const TemporaryFolder& folder, DiagnosticSink& sink) {
+  const fs::path drawn = folder.path() / ("picture" + format.extension);
+  const fs::path script = folder.path() / ("picture" + format.extension + ".gp");
+  if (!files::write_file(script, script_for(pages, format.terminal, drawn), sink)) return "";
+  const fs::path target = stem.string() + format.extension;
+  if (!run_process({"gnuplot", script.string()}).succeeded()) {
+    sink.report("cannot-write", {}, {target.string(), "gnuplot failed"});
+    return "";
+  }
+  const std::optional<std::string> bytes = files::read_file(drawn, {}, sink);
+  return bytes && files::write_file(target, *bytes, sink) ? target.string() : "";
+}
+
+std::vector<std::string> draw_all(const std::vector<Format>& formats, const fs::path& stem,
+                                  const std::vector<std::vector<Panel>>& pages, DiagnosticSink& sink) {
+  std::vector<std::string> files;
+  if (pages.empty() || pages.front().empty() || !have_gnuplot()) return files;
+  const TemporaryFolder folder;
+  if (folder.path().empty()) {
+    sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
+    return files;
+  }
+  for (const Format& format : formats) {
+    const std::string file = draw_as(format, stem, pages, folder, sink);
+    if (file.empty()) return files;
+    files.push_back(file);
+  }
+  return files;
+}
+
+std::string size_of(const std::vector<Panel>& panels) {
+  return fmt::format("size {},{}", panel_width * columns_of(panels), height_of(panels));
 }
 
 }  // namespace
@@ -257,6 +327,31 @@ std::optional<ValueRange> range_of(const std::vector<double>& values) {
   return range.low <= range.high ? std::optional(range) : std::nullopt;
 }
 
+std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,
+                             std::int64_t index) {
+  const std::array<std::int64_t, 3> stride{1, cells[0], cells[0] * cells[1]};
+  const auto a = static_cast<std::size_t>(across == 0 ? 1 : 0), b = static_cast<std::size_t>(across == 2 ? 1 : 2);
+  std::vector<double> plane;
+  for (std::int64_t j = 0; j < cells[b]; ++j) {
+    for (std::int64_t i = 0; i < cells[a]; ++i)
+      plane.push_back(values[static_cast<std::size_t>(i * stride[a] + j * stride[b] +
+                                                      index * stride[static_cast<std::size_t>(across)])]);
+  }
+  return plane;
+}
+
+void share_range(std::vector<Panel>& panels) {
+  std::vector<double> ends;
+  for (const Panel& panel : panels) {
+    const MapPanel* map = std::get_if<MapPanel>(&panel);
+    const std::optional<ValueRange> range = map == nullptr ? std::nullopt : range_of(map->values);
+    if (range) ends.insert(ends.end(), {range->low, range->high});
+  }
+  for (Panel& panel : panels) {
+    if (MapPanel* map = std::get_if<MapPanel>(&panel)) map->range = range_of(ends);
+  }
+}
+
 bool have_gnuplot() {
   static const bool found = run_process({"gnuplot", "--version"}).succeeded();
   return found;
@@ -264,32 +359,20 @@ bool have_gnuplot() {
 
 std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
                               Formats formats) {
-  std::vector<std::string> files;
-  if (panels.empty() || !have_gnuplot()) return files;
-  const TemporaryFolder folder;
-  if (folder.path().empty()) {
-    sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
-    return files;
-  }
-  const int width = panel_width * static_cast<int>(panels.size()), height = height_of(panels);
-  const std::string svg =
-      fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, height);
-  const std::string png = fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, height);
-  for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
-    if (formats == Formats::png && extension != std::string_view(".png")) continue;
-    const fs::path drawn = folder.path() / (std::string("picture") + extension);
-    const fs::path script = folder.path() / (std::string("picture") + extension + ".gp");
-    if (!files::write_file(script, script_for(panels, terminal, drawn), sink)) return files;
-    const fs::path target = stem.string() + extension;
-    if (!run_process({"gnuplot", script.string()}).succeeded()) {
-      sink.report("cannot-write", {}, {target.string(), "gnuplot failed"});
-      return files;
-    }
-    const std::optional<std::string> bytes = files::read_file(drawn, {}, sink);
-    if (!bytes || !files::write_file(target, *bytes, sink)) return files;
-    files.push_back(target.string());
-  }
-  return files;
+  const std::string size = size_of(panels);
+  std::vector<Format> wanted{{".png", fmt::format("pngcairo {} font 'Helvetica,10' background rgb 'white'", size)}};
+  const std::string svg = fmt::format("svg {} dynamic font 'Helvetica,13' background rgb 'white'", size);
+  if (formats == Formats::svg_and_png) wanted.insert(wanted.begin(), {".svg", svg});
+  return draw_all(wanted, stem, {panels}, sink);
+}
+
+std::vector<std::string> draw_film(const fs::path& stem, const std::vector<std::vector<Panel>>& pages,
+                                   DiagnosticSink& sink) {
+  constexpr int hundredths_a_page = 8;
+  if (pages.empty()) return {};
+  const std::string size = size_of(pages.front());
+  return draw_all({{".gif", fmt::format("gif animate delay {} loop 0 {}", hundredths_a_page, size)}}, stem, pages,
+                  sink);
 }
 
 }  // namespace dpde::tools

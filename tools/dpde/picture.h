@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures as SVG and PNG through gnuplot: panels of curves and of coloured maps, side by side.
+// Pictures as SVG and PNG through gnuplot: panels of curves and of coloured maps, two side by side.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -49,6 +51,13 @@ using Panel = std::variant<LinePanel, MapPanel>;
 
 bool have_gnuplot();
 
+/// Of values on three axes, x fastest, those where the index along the axis `across` is `index`.
+std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,
+                             std::int64_t index);
+
+/// That of all maps, for all of them.
+void share_range(std::vector<Panel>& panels);
+
 /// The least range that holds the finite values; nullopt when there are none.
 std::optional<ValueRange> range_of(const std::vector<double>& values);
 
@@ -57,5 +66,8 @@ enum class Formats { svg_and_png, png };
 /// and nothing reported (have_gnuplot tells); failures of gnuplot and of the disk are reported.
 std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
                               Formats formats = Formats::svg_and_png);
+/// `stem`.gif, a film of pages that are alike.
+std::vector<std::string> draw_film(const std::filesystem::path& stem, const std::vector<std::vector<Panel>>& pages,
+                                   DiagnosticSink& sink);
 
 }  // namespace dpde::tools

@@ -34,7 +34,7 @@ constexpr int points_of_course = 512;  // of the curves of a run of one cell
 
 struct RunOptions : CommonOptions {
   int every = 0;
-  bool progress = false, resume = false;
+  bool progress = false, resume = false, centres = false;
   std::string checkpoint_every;
 };
 
@@ -58,6 +58,7 @@ class Run {
   void report_drifts(Json& result);
   void write_files();
   void write_series(const Series& series);
+  void draw_observables(const Series& series);
   void show_curve();
   bool is_one_cell() const { return session_->workspace().cell_count() == 1; }
   void add_to_course(double t, const std::vector<void*>& states);
@@ -315,7 +316,8 @@ void Run::write_files() {
     add_state(panels, *session_, when, {name, std::move(values), placement_of(*session_, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
-  save_netcdf(job_, *session_, record_->take_series());
+  draw_observables(record_->series()[0]);
+  save_netcdf(job_, *session_, record_->take_series(), options_.centres);
   if (is_one_cell()) {
     panels.assign(1, course_);
   } else if (session_->axes().size() == 1) {
@@ -336,6 +338,25 @@ void Run::write_series(const Series& series) {
     for (const auto& [name, value] : series.observables[k]) table += fmt::format(",{}", shown(value));
   }
   save_text(job_, "observables.csv", table + "\n");
+}
+
+/// Over time, where there is more of them than begin and end; by their logarithms where decades are spanned.
+void Run::draw_observables(const Series& series) {
+  constexpr double decades = 1e3;
+  std::vector<Panel> panels;
+  if (series.times.size() < 3) return;
+  for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
+    LinePanel panel;
+    panel.title = panel.y_label = series.observables.front()[q].first;
+    panel.x_label = "t";
+    Curve curve{panel.title, series.times, {}};
+    for (const auto& row : series.observables) curve.y.push_back(row[q].second);
+    const std::optional<ValueRange> range = range_of(curve.y);
+    panel.log_y = range && range->low > 0 && range->high > decades * range->low;
+    panel.curves.push_back(std::move(curve));
+    panels.push_back(std::move(panel));
+  }
+  if (!panels.empty()) save_picture(job_, session_->problem().scene + "_observables", panels);
 }
 
 void Run::show_curve() {
@@ -366,6 +387,7 @@ void add_run(CLI::App& app, int& status) {
   add_common_options(*verb, *options, {.force = true});
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
       ->check(positive());
+  verb->add_flag("--centres", options->centres, "with --out: what lies on faces also at the centres of the cells");
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--checkpoint-every", options->checkpoint_every,
                    "with --out: a checkpoint every N steps, or 30s, 10min, 2h")

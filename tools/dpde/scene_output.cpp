@@ -27,34 +27,42 @@ std::vector<double> faces_of(const model::Axis& axis) {
   return faces;
 }
 
-MapPanel map_of(const driver::Session& session, const std::string& title, NamedState state) {
-  const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
-  std::vector<double>& values = state.values;
+/// Of a plane along the axes a and b, without values.
+MapPanel empty_map(const std::string& title, const model::Axis& a, const model::Axis& b) {
   MapPanel panel;
   panel.title = title;
-  panel.x_label = axes[0].name;
-  panel.y_label = axes[1].name;
-  panel.nx = axes[0].cells;
-  panel.ny = axes[1].cells;
-  panel.x_faces = faces_of(axes[0]);
-  panel.y_faces = faces_of(axes[1]);
-  panel.x_low = axes[0].face(0);
-  panel.x_high = axes[0].face(axes[0].cells);
-  panel.y_low = axes[1].face(0);
-  panel.y_high = axes[1].face(axes[1].cells);
-  const std::size_t plane = std::size_t(panel.nx) * std::size_t(panel.ny);
-  std::size_t first = 0;
-  if (axes.size() == 3) {
-    const int middle = axes[2].cells / 2;
-    first = plane * std::size_t(middle);
-    panel.title += fmt::format(", {} = {:.4g}", axes[2].name, axes[2].centre(middle));
-  }
-  if (values.size() > plane) {
-    panel.values.assign(values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + plane));
-  } else {
-    panel.values = std::move(values);
-  }
+  panel.x_label = a.name;
+  panel.y_label = b.name;
+  panel.nx = a.cells;
+  panel.ny = b.cells;
+  panel.x_faces = faces_of(a);
+  panel.y_faces = faces_of(b);
+  panel.x_low = a.face(0);
+  panel.x_high = a.face(a.cells);
+  panel.y_low = b.face(0);
+  panel.y_high = b.face(b.cells);
   return panel;
+}
+
+/// The plane on two axes; on three those through the middle of each, the last axis first.
+std::vector<Panel> maps_of(const driver::Session& session, const std::string& title, NamedState state) {
+  const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
+  if (axes.size() == 2) {
+    MapPanel panel = empty_map(title, axes[0], axes[1]);
+    panel.values = std::move(state.values);
+    return {std::move(panel)};
+  }
+  std::vector<Panel> panels;
+  for (int across = 2; across >= 0; --across) {
+    const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
+    MapPanel panel = empty_map(
+        fmt::format("{}, {} = {:.4g}", title, axes[std::size_t(across)].name, axes[std::size_t(across)].centre(middle)),
+        axes[std::size_t(a)], axes[std::size_t(b)]);
+    panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
+    panels.push_back(std::move(panel));
+  }
+  share_range(panels);
+  return panels;
 }
 
 }  // namespace
@@ -71,7 +79,7 @@ model::Placement placement_of(const driver::Session& session, const std::string&
 void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state) {
   if (session.axes().size() > 1) {
     const std::string of_map = title.empty() ? state.title : state.title + ", " + title;
-    panels.push_back(map_of(session, of_map, std::move(state)));
+    for (Panel& panel : maps_of(session, of_map, std::move(state))) panels.push_back(std::move(panel));
     return;
   }
   if (panels.empty()) {
@@ -84,9 +92,17 @@ void add_state(std::vector<Panel>& panels, const driver::Session& session, const
 }
 
 std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states) {
+  const std::size_t count = states.size();
   std::vector<Panel> panels;
   for (NamedState& state : states) add_state(panels, session, title, std::move(state));
-  return panels;
+  share_range(panels);
+  if (session.axes().size() < 3 || count < 2) return panels;
+  std::vector<Panel> side_by_side;  // the same plane of all states
+  for (std::size_t plane = 0; plane < panels.size() / count; ++plane) {
+    for (std::size_t s = 0; s < count; ++s)
+      side_by_side.push_back(std::move(panels[s * panels.size() / count + plane]));
+  }
+  return side_by_side;
 }
 
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
@@ -103,7 +119,10 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
     const std::string when = last == 0 || control == nullptr
                                  ? ""
                                  : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
-    const std::vector<Panel> more = panels_of(session, title + when, std::move(named));
+    std::vector<Panel> more = panels_of(session, title + when, std::move(named));
+    for (Panel& panel : more) {
+      if (LinePanel* lines = std::get_if<LinePanel>(&panel)) lines->y_label = field;
+    }
     panels.insert(panels.end(), more.begin(), more.end());
   }
   return panels;

@@ -20,7 +20,8 @@ struct NamedState {
   model::Placement placement{};
 };
 
-/// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
+/// 1-D: one panel with a curve each. 2-D: a map each, 3-D three, of the planes through the middle; all of them in the
+/// colours of one range, so that states can be compared.
 std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states);
 /// One after the other, so that no more of each is held than is drawn.
 void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state);

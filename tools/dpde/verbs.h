@@ -23,5 +23,8 @@ void add_plot(CLI::App& app, int& status);
 void add_fmt(CLI::App& app, int& status);
 void add_new(CLI::App& app, int& status);
 void add_explain(CLI::App& app, int& status);
+void add_lsp(CLI::App& app, int& status);
+void add_completion(CLI::App& app, int& status);
+void add_man(CLI::App& app, int& status);
 
 }  // namespace dpde::tools

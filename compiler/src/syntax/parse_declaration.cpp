@@ -8,6 +8,7 @@
 
 #include "syntax/parse_parts.h"
 #include "syntax/parser.h"
+#include "syntax/words.h"
 
 namespace dpde::ast {
 namespace {
@@ -307,8 +308,7 @@ constexpr DeclarationRule declaration_rules[] = {
 };
 
 void refuse_declaration(Cursor& cursor) {
-  std::vector<std::string> words;
-  for (const DeclarationRule& rule : declaration_rules) words.emplace_back(rule.word);
+  const std::vector<std::string> words = words_of_declarations();
   const std::string list = fmt::format("understood here: {}", fmt::join(words, ", "));
   const Token token = cursor.peek();
   if (token.kind != TokenKind::identifier) {
@@ -341,6 +341,12 @@ void add_declaration(Cursor& cursor, const SourceFile& source, Declaration decla
 }
 
 }  // namespace
+
+std::vector<std::string> words_of_declarations() {
+  std::vector<std::string> words;
+  for (const DeclarationRule& rule : declaration_rules) words.emplace_back(rule.word);
+  return words;
+}
 
 void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items) {
   parse_block(cursor, layout, rule.name, [&] { add_item(cursor, rule, items); });

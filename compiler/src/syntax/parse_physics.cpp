@@ -9,6 +9,7 @@
 
 #include "support/side_conditions.h"
 #include "syntax/parse_parts.h"
+#include "syntax/words.h"
 
 namespace dpde::ast {
 namespace {
@@ -168,7 +169,7 @@ ItemKind parse_grid(Cursor& cursor) {
       cursor.take();
       item.stretched = parse_expression(cursor);
     } else {
-      refuse_option(cursor, "grid", {"cells", "periodic", "stretched"});
+      refuse_option(cursor, "grid", {std::begin(grid_options), std::end(grid_options)});
     }
   }
   return item;
@@ -267,7 +268,7 @@ ItemKind parse_time(Cursor& cursor) {
   while (cursor.accept(TokenKind::comma)) {
     const auto option = std::ranges::find(options, cursor.peek().spelling, &Option::first);
     if (option == options.end()) {
-      refuse_option(cursor, "time", {"step", "courant", "speed", "tolerance", "absolute", "first", "until steady"});
+      refuse_option(cursor, "time", {std::begin(time_options), std::end(time_options)});
       continue;
     }
     refuse_repetition(cursor, option->second->has_value());

@@ -8,6 +8,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/words.h"
 
 namespace dpde::model {
 
@@ -126,6 +127,12 @@ void bind_options(Draft& draft, const ast::UsingItem& item, Optimiser& optimiser
 }
 
 }  // namespace
+
+std::vector<std::string> words_of_optimisers() {
+  std::vector<std::string> words;
+  for (const OptimiserKind& kind : kinds) words.emplace_back(kind.name);
+  return words;
+}
 
 std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item) {
   Optimiser optimiser;

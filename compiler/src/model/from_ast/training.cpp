@@ -10,6 +10,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/words.h"
 
 namespace dpde::model {
 
@@ -254,6 +255,8 @@ void check_lengths(Draft& draft, SourceRange range, const Training& training, in
 }
 
 }  // namespace
+
+std::vector<std::string> words_of_training() { return {option_names.begin(), option_names.end()}; }
 
 bool is_training_option(const std::string& name) { return std::ranges::find(option_names, name) != option_names.end(); }
 

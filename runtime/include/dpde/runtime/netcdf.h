@@ -18,19 +18,27 @@ struct NetcdfDimension {
   std::string name;
   std::int64_t length = 0;
 };
-/// Values in C order: the last dimension is the fastest. Without dimensions: one number. Stored as float64, or float32.
+/// Values in C order: the last dimension is the fastest. Without dimensions: one number. Stored as float64, or float32,
+/// compressed without loss where there are many. Dots of a name are stored as _; NetcdfReader knows the name proper.
 struct NetcdfVariable {
   std::string name;
   std::vector<std::string> dimensions;
   NetcdfAttributes attributes;
   std::vector<double> values;
   bool is_single = false;
+  std::string group = "";  // "": the one that holds all others
 };
+/// The group of what is one number, or one a state: readers of fields, as ParaView's, look for them above and complain
+/// of what is none.
+inline constexpr const char* group_of_numbers = "numbers";
 struct NetcdfContent {
   std::vector<NetcdfDimension> dimensions;
   std::vector<NetcdfVariable> variables;
   NetcdfAttributes attributes;
 };
+
+/// What the variable is called in the file: without dots, and as no other one.
+std::string stored_name(const NetcdfContent& content, const std::string& variable);
 
 /// The bytes of a file with this content; equal content gives equal bytes. A checksum stands behind the end of the file
 /// proper, where other programs do not look. Values are given back as they are written.
@@ -44,6 +52,8 @@ class NetcdfReader {
     std::string name;
     std::vector<std::string> dimensions;
     std::vector<std::int64_t> shape;
+    std::string stored_name;  // in the file: u_x of u.x
+    std::string group = {};
   };
 
   /// `name` stands for the file in messages.
@@ -54,7 +64,7 @@ class NetcdfReader {
   NetcdfReader(const NetcdfReader&) = delete;
   NetcdfReader& operator=(const NetcdfReader&) = delete;
 
-  /// Those that hold numbers.
+  /// Those that hold numbers, of all groups.
   const std::vector<Variable>& variables() const { return variables_; }
   /// nullptr when there is none of that name.
   const Variable* find(const std::string& name) const;
@@ -65,9 +75,11 @@ class NetcdfReader {
   std::optional<std::string> text(const std::string& variable, const std::string& attribute) const;
 
  private:
-  void list_variables();
+  void list_variables(const std::string& group);
+  int id_of_group(const std::string& group) const;
   void check(int status) const;
-  std::optional<double> number(int variable, const char* attribute) const;
+  std::optional<std::string> text_of(int group, int variable, const std::string& attribute) const;
+  std::optional<double> number(int group, int variable, const char* attribute) const;
 
   std::string bytes_, name_;
   int id_ = -1;

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// How pictures are laid out: panels in two columns, one scale for what is compared, colours that differ, planes through
+// the middle of three axes, films; by the scripts that gnuplot is given.
+#include <filesystem>
+#include <set>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class PicturePages : public Command {
+ protected:
+  void SetUp() override {
+    Command::SetUp();
+    fs::create_directory(path("bin"));
+    write("bin/gnuplot", "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\ncat \"$1\" >> scripts.gp\ntouch \"${1%.gp}\"\n");
+    shell("chmod +x bin/gnuplot");
+  }
+  /// All scripts of the command.
+  std::string scripts_of(const std::string& arguments) const {
+    fs::remove(path("scripts.gp"));
+    const Outcome outcome = shell("PATH=$PWD/bin:$PATH $DPDE " + arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return content(path("scripts.gp"));
+  }
+  static std::vector<std::string> lines_with(const std::string& script, const std::string& begin) {
+    std::vector<std::string> found;
+    std::istringstream lines(script);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with(begin)) found.push_back(line);
+    }
+    return found;
+  }
+  void write_block() const {
+    write("block.dpde",
+          "model m { field u; dt(u) = -u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, "
+          "cells 4, periodic\n"
+          "  grid z = 0 .. 1, cells 4, periodic\n  initial u = x + 10*y + 100*z\n  time 0 .. 1, step 1/16\n"
+          "  observe size = mean(u)\n  output u every 1/4\n}\n");
+  }
+};
+
+TEST_F(PicturePages, TwoColumnsAndNoMore) {
+  write("five.dpde",
+        "model m { field a, b, c, d, e; dt(a) = -a; dt(b) = -b; dt(c) = -c; dt(d) = -d; dt(e) = -e }\nscene s : m {\n"
+        "  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, cells 4, periodic\n  initial a = x\n  initial b = x\n"
+        "  initial c = x\n  initial d = x\n  initial e = x\n  time 0 .. 1, step 1/8\n}\n");
+  const std::string script = scripts_of("run five.dpde --quiet --out o");
+  EXPECT_EQ(lines_with(script, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 3,2")) << script;
+  EXPECT_NE(script.find("pngcairo size 1280,1320"), std::string::npos);
+}
+
+TEST_F(PicturePages, WhatIsComparedHasOneScale) {
+  write("plate.dpde",
+        "model m { field u; coefficient k; dt(u) = k*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 6, periodic\n"
+        "  grid y = 0 .. 1, cells 6, periodic\n  k = 0.01 + 0.02*x\n  initial u = sin(2*pi*x)\n"
+        "  time 0 .. 0.5, step 1/16\n}\ntask t : s {\n  unknown k from 0.005*(1 + y)\n  minimise mean(u^2)\n"
+        "  using lbfgs(), iterations 1\n}\n");
+  const std::string script = scripts_of("optimize plate.dpde t --quiet --out o");
+  const std::vector<std::string> ranges = lines_with(script, "set cbrange");
+  ASSERT_GE(ranges.size(), 2u) << script;
+  for (const std::string& range : ranges) EXPECT_EQ(range, ranges[0]);
+}
+
+TEST_F(PicturePages, ColoursAndDashesDiffer) {
+  write("block.dpde", rod_text);
+  const std::string script = scripts_of("run block.dpde rod --quiet --out o");
+  std::set<std::string> types;
+  std::size_t colours = 0;
+  for (const std::string& line : lines_with(script, "set linetype ")) {
+    const std::size_t look = line.find(" lc ");
+    if (look == std::string::npos) continue;
+    types.insert(line.substr(look));
+    colours += line.find(" dt 1") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_EQ(types.size(), 21u);
+  EXPECT_EQ(colours, 14u) << "seven, in both formats";
+  EXPECT_NE(script.find("set key below"), std::string::npos);
+  EXPECT_NE(script.find("set autoscale xfix"), std::string::npos);
+}
+
+TEST_F(PicturePages, PlanesThroughTheMiddleOrWhereTheyAreWanted) {
+  write_block();
+  const std::string run = scripts_of("run block.dpde --quiet --out o");
+  for (const char* title : {"'u, t = 1, z = 0.625'", "'u, t = 1, y = 0.625'", "'u, t = 1, x = 0.625'"})
+    EXPECT_NE(run.find(title), std::string::npos) << title;
+  EXPECT_EQ(lines_with(run, "set title 'size'").size(), 2u) << "the observable over time";
+  const std::string stored = scripts_of("plot o/s.nc --out p");
+  EXPECT_EQ(lines_with(stored, "set title 'u at t = 1, ").size(), 6u);
+  const std::string slice = scripts_of("plot o/s.nc --field u --time 0.3 --slice y=0.9 --out p");
+  ASSERT_EQ(lines_with(slice, "set title 'u at t = 0.25, y = 0.875'").size(), 2u) << slice;
+  EXPECT_EQ(lines_with(slice, "set ylabel")[0], "set ylabel 'z' noenhanced");
+  // Rows of z, columns of x, at y = 0.875, times the same factor.
+  std::istringstream rows(slice.substr(slice.find("$p0 << EOD\n") + 11));
+  std::vector<double> values(16);
+  for (double& value : values) rows >> value;
+  for (int z = 0; z < 4; ++z) {
+    for (int x = 0; x < 4; ++x) {
+      const double start = (x + 0.5) / 4 + 8.75 + 25 * (z + 0.5), first = 0.125 + 8.75 + 12.5;
+      EXPECT_NEAR(values[static_cast<std::size_t>(4 * z + x)] / values[0], start / first, 1e-8);
+    }
+  }
+  EXPECT_EQ(dpde("plot o/s.nc --slice w=1").status, 2);
+  EXPECT_EQ(dpde("plot o/s.nc --slice z").status, 2);
+  EXPECT_EQ(dpde("plot o/s.nc --slice z=").status, 2);
+}
+
+TEST_F(PicturePages, FilmsAreOneFile) {
+  write_block();
+  ASSERT_EQ(dpde("run block.dpde --quiet --out o").status, 0);
+  const std::string common = scripts_of("plot o/s.nc --film --slice z=0.5 --quiet --out p");
+  EXPECT_EQ(lines_with(common, "set terminal gif animate").size(), 1u);
+  const std::vector<std::string> ranges = lines_with(common, "set cbrange");
+  ASSERT_EQ(ranges.size(), 5u);
+  EXPECT_EQ(ranges[0], ranges[4]);
+  const std::vector<std::string> own =
+      lines_with(scripts_of("plot o/s.nc --film --range each --slice z=0.5 --out p"), "set cbrange");
+  ASSERT_EQ(own.size(), 5u);
+  EXPECT_NE(own[0], own[4]);
+  if (shell("command -v gnuplot").status != 0) return;  // what a real one makes
+  const Outcome film = dpde("plot o/s.nc --film --json --out q");
+  EXPECT_EQ(film.json()["files"], Json({"q/s_u.gif"})) << film.err;
+  EXPECT_TRUE(content(path("q/s_u.gif")).starts_with("GIF89a"));
+}
+
+}  // namespace
+}  // namespace dpde::testing

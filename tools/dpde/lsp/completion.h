@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be written at a place of a text.
+#pragma once
+
+#include "lsp/document.h"
+
+namespace dpde::lsp {
+
+/// An array of {label, kind, detail, documentation}.
+Json completions(const Document& document, int offset);
+
+}  // namespace dpde::lsp

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a word of a text means.
+#pragma once
+
+#include "lsp/document.h"
+
+namespace dpde::lsp {
+
+/// {contents, range}, or null.
+Json hover(const Document& document, int offset, const OrderText& order);
+
+}  // namespace dpde::lsp

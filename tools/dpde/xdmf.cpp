@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// XDMF 3 (www.xdmf.org): a rectilinear mesh by the faces of the cells, each state a part of a variable of the file,
+// which as NetCDF-4 is one of HDF5.
+#include "xdmf.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace dpde::tools {
+
+namespace {
+
+/// nz ny nx: the last one is the fastest.
+std::string cells_text(const std::vector<model::Axis>& axes) {
+  return fmt::format("{} {} {}", axes[2].cells, axes[1].cells, axes[0].cells);
+}
+
+std::string mesh(const std::vector<model::Axis>& axes) {
+  std::string text = fmt::format(
+      "        <Topology TopologyType=\"3DRectMesh\" NumberOfElements=\"{} {} {}\"/>\n        <Geometry "
+      "GeometryType=\"VXVYVZ\">\n",
+      axes[2].cells + 1, axes[1].cells + 1, axes[0].cells + 1);
+  for (const model::Axis& axis : axes) {
+    std::vector<double> faces;
+    for (int i = 0; i <= axis.cells; ++i) faces.push_back(axis.face(i));
+    text += fmt::format(
+        "          <DataItem Format=\"XML\" NumberType=\"Float\" Precision=\"8\" "
+        "Dimensions=\"{}\">{}</DataItem>\n",
+        faces.size(), fmt::join(faces, " "));
+  }
+  return text + "        </Geometry>\n";
+}
+
+std::string attribute(const std::string& file, const std::string& field, const std::vector<model::Axis>& axes,
+                      bool is_single, std::size_t state, std::size_t states) {
+  const std::string cells = cells_text(axes);
+  return fmt::format(
+      "        <Attribute Name=\"{0}\" Center=\"Cell\" AttributeType=\"Scalar\">\n"
+      "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"{1}\">\n"
+      "            <DataItem Format=\"XML\" Dimensions=\"3 4\">{2} 0 0 0 1 1 1 1 1 {1}</DataItem>\n"
+      "            <DataItem Format=\"HDF\" NumberType=\"Float\" Precision=\"{3}\" "
+      "Dimensions=\"{4} {1}\">{5}:/{0}</DataItem>\n"
+      "          </DataItem>\n        </Attribute>\n",
+      field, cells, state, is_single ? 4 : 8, states, file);
+}
+
+}  // namespace
+
+std::string xdmf_text(const std::string& file, const std::vector<model::Axis>& axes, bool is_single,
+                      const std::vector<XdmfSeries>& all) {
+  std::string text = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n";
+  for (const XdmfSeries& series : all) {
+    text += "    <Grid Name=\"states\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+    for (std::size_t k = 0; k < series.times.size(); ++k) {
+      text += fmt::format("      <Grid Name=\"state {}\" GridType=\"Uniform\">\n        <Time Value=\"{}\"/>\n", k,
+                          series.times[k]);
+      text += mesh(axes);
+      for (const std::string& field : series.fields)
+        text += attribute(file, field, axes, is_single, k, series.times.size());
+      text += "      </Grid>\n";
+    }
+    text += "    </Grid>\n";
+  }
+  return text + "  </Domain>\n</Xdmf>\n";
+}
+
+}  // namespace dpde::tools
