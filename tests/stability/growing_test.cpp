@@ -124,6 +124,16 @@ TEST(Growing, OfOneFieldExcusesNothingInAnother) {
   EXPECT_NEAR(std::log(trial.growth), std::log(verdict_of(*session).growth), 0.05 * std::log(trial.growth));
 }
 
+/// A pressure that is solved for anew in each step forgets all: a group whose waves are multiplied by 0.
+TEST(Growing, NothingGrowsOfWhatForgetsAll) {
+  const auto session = open_scene(
+      "model m { vector u on faces; field p; dt(u) = -grad(p) + 0.01*lap(u); 0 = div(u) gives p }\n"
+      "scheme e { time = euler }\nscene s : m with e {\n  grid x = 0 .. 1, cells 8, periodic\n"
+      "  grid y = 0 .. 1, cells 8, periodic\n  initial u = (sin(2*pi*y), 0)\n  time 0 .. 1, step 0.01\n}\n");
+  EXPECT_TRUE(grows_nothing(*session));
+  EXPECT_FALSE(verdict_of(*session).is_above());
+}
+
 /// Euler's method and a damped oscillation: |1 + (-c/2 + i w) dt|^2 = 1 - c dt + w^2 dt^2, up to dt = c/w^2 = 0.008.
 /// Heat beside it has another limit, 1/96 on 8 cells, and above both grows faster.
 TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {

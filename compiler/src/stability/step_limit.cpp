@@ -189,8 +189,8 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
     result.change = std::max(result.change, (values.array() - 1.0).abs().maxCoeff());
     return values.cwiseAbs().maxCoeff();
   });
-  result.growth = std::log(largest.value);
-  return std::isfinite(result.growth) ? std::optional(result) : std::nullopt;
+  result.growth = std::log(largest.value);  // of what forgets all, as a pressure that is solved for, minus infinity
+  return result.growth < std::numeric_limits<double>::infinity() ? std::optional(result) : std::nullopt;
 }
 
 /// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
