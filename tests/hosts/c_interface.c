@@ -119,6 +119,7 @@ static void check_gradient(const dpde_model* model) {
   dpde_sim* find = open_named(model, "find", NULL, &error);
   const double g = step_scale(0.25), rate = (step_scale(1) - 1) * 8 * pow(g, 15);
   expect(find != NULL && dpde_sim_unknown_count(find) == CELLS + 1, "the unknowns");
+  expect(dpde_sim_get(find, DPDE_GRADIENT, "k", &slope, 1, NULL) == DPDE_ERROR_INPUT, "no gradient yet");
   expect(dpde_sim_watch(find, count, &calls, 4, &error) == DPDE_OK, "watch");
   expect(dpde_sim_gradient(find, &loss, &error) == DPDE_OK && fabs(loss - pow(g, 16) / 2) < 1e-14, "the loss");
   expect(calls > 0, "progress of a gradient");
@@ -134,6 +135,7 @@ static void check_gradient(const dpde_model* model) {
   dpde_sim_watch(find, stop, NULL, 1, &error);
   expect(dpde_sim_gradient(find, &loss, &error) == DPDE_ERROR_STOPPED, "progress stops a gradient");
   taken(&error, "stopped", "[]");
+  expect(dpde_sim_get(find, DPDE_GRADIENT, "k", &slope, 1, NULL) == DPDE_ERROR_INPUT, "none of a stopped one");
   dpde_sim_watch(find, NULL, NULL, 0, &error);
   expect(dpde_sim_optimise(find, 2, count, &calls, &done, &error) == DPDE_OK && done.iterations == 2, "two updates");
   expect(strlen(done.reason) > 0, "says why it ended");

@@ -107,6 +107,9 @@ TEST(Arrays, WithMistakesAreReported) {
   };
   const std::string of_three =
       ": it is c[3]: indices are numbers from 1 on, those of the left side, or of a sum, as in sum(c[j], j)";
+  for (const std::string line :
+       {"let b[k] = k*c[k]", "let b[t] = c[t]", "let b[x] = c[x]", "let a = sum(c[pi]*pi, pi)", "let a = sum(c[c], c)"})
+    EXPECT_NE(said(line).find("something else is called so"), std::string::npos) << line << said(line);
   EXPECT_EQ(said("let a = c[4]"), "4 is no element of an array" + of_three);
   EXPECT_EQ(said("let a = c[0]"), "0 is no element of an array" + of_three);
   EXPECT_EQ(said("let a = c[j]"), "j is no element of an array" + of_three);
@@ -119,8 +122,8 @@ TEST(Arrays, WithMistakesAreReported) {
   EXPECT_EQ(said("param b[0]"),
             "b[0] is no element of an array: an array is declared with its number of elements, 1 to 1000: c[3]");
   EXPECT_EQ(said("param b[100, 100]").substr(0, 11), "b[100, 100]");
-  EXPECT_EQ(said("param p[1000]; let a = sum(sum(sum(p[i]*p[j]*p[k], i), j), k)").substr(0, 14), "the expression");
-  EXPECT_EQ(said("param p[1000]; let a[i, j, k] = p[i]*p[j]*p[k]").substr(0, 10), "a[i, j, k]");
+  EXPECT_EQ(said("param p[1000]; let a = sum(sum(sum(p[i]*p[j]*p[l], i), j), l)").substr(0, 14), "the expression");
+  EXPECT_EQ(said("param p[1000]; let a[i, j, l] = p[i]*p[j]*p[l]").substr(0, 10), "a[i, j, l]");
   EXPECT_EQ(said("field c_1"), "c_1 is given twice: ");
   EXPECT_EQ(said("let a[i] = i*c[i]; let b = sum(a[j], j) + sum(sum(c[i]*c[j], i), j)"), "");
 }

@@ -28,6 +28,18 @@ TEST(Coupling, GivesTheFieldOfOneModelToTheOther) {
   EXPECT_EQ(print(*other_order.states[0].rhs), "-advect((u.x, u.y), c) + w");
 }
 
+// A mask of land that the air and the ground read is one field.
+TEST(Coupling, SharesCoefficients) {
+  const std::string land =
+      "model air { field c; coefficient land; dt(c) = -land*c }\n"
+      "model ground { field T; coefficient land; dt(T) = -land*T }\n"
+      "model faces { field q; coefficient land on faces.x; dt(q) = -interpolate(land)*q }\n";
+  const Problem p = problem_of(land + scene_of("air, ground", "land = x; initial c = 1; initial T = 2"));
+  ASSERT_EQ(p.coefficients.size(), 1u);
+  EXPECT_EQ(print(*p.states[1].rhs), "-land*T");
+  EXPECT_EQ(message(land + scene_of("air, faces", "land = x; initial c = 1; initial q = 2")), "land is given twice | ");
+}
+
 TEST(Coupling, InDataOfATask) {
   const Problem p =
       problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1") +

@@ -76,7 +76,18 @@ class Operators(unittest.TestCase):
         self.assertLess(float(loss(weights)), 0.02 * first)
         self.check(loss, weights, "a")
 
+    def test_backward_is_at_the_values_of_forward(self):
+        scene = self.model.scene("rod", inputs=["u"])
+        value, backward = jax.vjp(dpde.jax.end(scene), {"u": self.field(16)})
+        backward(value)
+        scene.set("k", 0.3)
+        with self.assertRaisesRegex(Exception, "another point"):
+            jax.block_until_ready(backward(value))
+
     def test_refusals(self):
+        box = dpde.jax.end(dpde.compile(carried).scene("box", inputs=["v"]))
+        with self.assertRaisesRegex(dpde.InputError, "v.x is given twice"):
+            box({"v": self.field(2, 6, 8), "v.x": self.field(6, 8)})
         loss, end = dpde.jax.loss(self.model.scene("find")), dpde.jax.end(self.model.scene("rod", inputs=["q"]))
         with self.assertRaisesRegex(ValueError, "u is no unknown"):
             loss({"u": np.zeros(16)})

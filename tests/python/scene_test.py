@@ -251,6 +251,7 @@ class Refusals(unittest.TestCase):
         self.refused(TypeError, "float64", lambda: self.rod.run(u="hot"))
         self.refused(TypeError, "no array", lambda: self.rod.run(u=[1, [2]]))
         self.refused(TypeError, "float64", lambda: self.rod.run(u=u.astype(">f8")))
+        self.refused(TypeError, "without a mask", lambda: self.rod.run(u=np.ma.masked_less(u, 0.5)))
         self.refused(ValueError, r"shape \(16,\) is wanted, not of \(4, 4\)", lambda: self.rod.run(u=np.zeros((4, 4))))
         self.refused(ValueError, r"q: .*\(16,\)", lambda: self.rod.run(q=0.5))
         self.refused(TypeError, "k: one number", lambda: self.rod.run(k=[1, 2]))

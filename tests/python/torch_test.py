@@ -49,6 +49,36 @@ class Operators(unittest.TestCase):
         end(u=alone)["u"].sum().backward()
         torch.testing.assert_close(first.grad, alone.grad)
 
+    def test_no_second_derivative_is_0(self):
+        """In no form, also where the incoming gradient is constant."""
+        loss = dpde.torch.loss(self.model.scene("find"))
+        end = dpde.torch.end(self.model.scene("rod", inputs=["k"]))
+        k = torch.tensor(0.2, dtype=torch.float64, requires_grad=True)
+        for of_k in (lambda k: loss(k=k), lambda k: loss(k=k) + k**2, lambda k: end(k=k)["u"].sum()):
+            with self.assertRaisesRegex(RuntimeError, "no second derivatives"):
+                torch.autograd.functional.hessian(of_k, k)
+        first, = torch.autograd.grad(loss(k=k), k, create_graph=True)
+        plain, = torch.autograd.grad(loss(k=k), k)
+        self.assertEqual(first.item(), plain.item())
+        with self.assertRaisesRegex(RuntimeError, "no second derivatives"):
+            (first**2).backward()
+
+    def test_backward_is_at_the_values_of_forward(self):
+        scene = self.model.scene("rod", inputs=["u"])
+        end = dpde.torch.end(scene)
+        u = self.tensor(16)
+        for change in (lambda: scene.set("k", 0.3), lambda: end(u=u, k=torch.tensor(0.4, dtype=torch.float64))):
+            before = end(u=u)["u"]
+            change()
+            with self.assertRaisesRegex(dpde.InputError, "another point"):
+                before.sum().backward()
+        end(u=u)["u"].sum().backward()
+
+    def test_a_vector_and_its_component(self):
+        end = dpde.torch.end(dpde.compile(carried).scene("box", inputs=["v"]))
+        with self.assertRaisesRegex(dpde.InputError, "v.x is given twice"):
+            end({"v": self.tensor(2, 6, 8), "v.x": self.tensor(6, 8)})
+
     def test_single_precision(self):
         end = dpde.torch.end(self.model.scene("rod", inputs=["u"]))
         u = torch.zeros(16, requires_grad=True)
@@ -97,7 +127,7 @@ class Operators(unittest.TestCase):
             dpde.torch.end(self.model.scene("rod"))
         q = torch.zeros(16, dtype=torch.float64, requires_grad=True)
         first = torch.autograd.grad((end(q=q)["u"] ** 2).sum(), q, create_graph=True)[0]
-        with self.assertRaisesRegex(RuntimeError, "once_differentiable"):
+        with self.assertRaisesRegex(RuntimeError, "no second derivatives"):
             first.sum().backward()
 
 

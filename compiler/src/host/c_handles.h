@@ -26,6 +26,7 @@ struct dpde_sim {
   std::vector<std::string> params, states, networks, unknowns, seeds;
   std::string reason;        // of the last optimisation
   bool was_stopped = false;  // by a watch, in the present call
+  bool has_gradient = false;
 };
 
 namespace dpde::host {

@@ -99,7 +99,9 @@ void get(dpde_sim& sim, int32_t kind, const char* name, std::span<double> to) {
     case DPDE_CONTROL: return copy_to(name, sim.simulation.control(name), to);
     case DPDE_WEIGHTS: return copy_to(name, sim.simulation.weights(name), to);
     case DPDE_UNKNOWN: return copy_to(name, sim.simulation.value_of(name), to);
-    case DPDE_GRADIENT: return copy_to(name, sim.simulation.gradient_of(name), to);
+    case DPDE_GRADIENT:
+      if (!sim.has_gradient) refuse("there is no gradient: dpde_sim_gradient() was not called, failed or was stopped");
+      return copy_to(name, sim.simulation.gradient_of(name), to);
     default: refuse_kind(kind, "cannot be read");
   }
 }
@@ -236,7 +238,11 @@ int32_t dpde_sim_loss(dpde_sim* sim, double* loss, dpde_error** error) {
 }
 
 int32_t dpde_sim_gradient(dpde_sim* sim, double* loss, dpde_error** error) {
-  return host::guarded(error, [&] { *loss = host::watched(*sim, [&] { return sim->simulation.gradient(); }); });
+  return host::guarded(error, [&] {
+    sim->has_gradient = false;
+    *loss = host::watched(*sim, [&] { return sim->simulation.gradient(); });
+    sim->has_gradient = true;
+  });
 }
 
 size_t dpde_sim_unknown_count(const dpde_sim* sim) { return sim->simulation.gradient_vector().size(); }
@@ -280,6 +286,7 @@ int32_t dpde_sim_optimise(dpde_sim* sim, int32_t iterations, dpde_progress progr
         return progress(user, &report) != 0;
       };
     const Optimised done = sim->simulation.optimise(callback, iterations);
+    sim->has_gradient = true;
     sim->reason = describe(done.reason);
     *result = {done.loss, done.iterations, done.evaluations, done.hessian_products, sim->reason.c_str()};
   });

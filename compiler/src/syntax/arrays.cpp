@@ -8,6 +8,7 @@
 #include <charconv>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "syntax/array_places.h"
 #include "syntax/calls.h"
@@ -69,7 +70,9 @@ void for_each_value(const std::vector<int>& extents, const std::function<void(co
 /// One block of the file: its lines with the arrays that are known in it.
 class ArrayBlock {
  public:
-  ArrayBlock(Arrays arrays, DiagnosticSink& sink) : arrays_(std::move(arrays)), sink_(sink) {}
+  /// No index has one of the names `taken`: it would hide what is called so.
+  ArrayBlock(Arrays arrays, const std::set<std::string>& taken, DiagnosticSink& sink)
+      : arrays_(std::move(arrays)), taken_(taken), sink_(sink) {}
 
   /// The arrays that the lines declare are known from now on.
   void declare(std::vector<Item>& items) {
@@ -83,6 +86,10 @@ class ArrayBlock {
     }
   }
 
+  static bool declares_fields(const Item& item) {
+    return get_if<FieldItem>(&item.kind) || get_if<CoefficientItem>(&item.kind) || get_if<ControlItem>(&item.kind);
+  }
+
   const Arrays& arrays() const { return arrays_; }
 
   std::vector<Item> written_out(std::vector<Item> items) {
@@ -93,10 +100,6 @@ class ArrayBlock {
   }
 
  private:
-  static bool declares_fields(const Item& item) {
-    return get_if<FieldItem>(&item.kind) || get_if<CoefficientItem>(&item.kind) || get_if<ControlItem>(&item.kind);
-  }
-
   static bool has_index(Item& item) {
     const Identifier* target = target_of(item);
     bool found = target != nullptr && !element_of(target->name).indices.empty();
@@ -116,6 +119,13 @@ class ArrayBlock {
                   "sum({}[j], j)",
                   text_of(element.array, array->second), element.array);
     sink_.report("bad-index", range, {index}, hint);
+  }
+
+  bool is_free(const std::string& index, SourceRange range) {
+    if (!taken_.contains(index)) return true;
+    sink_.report("bad-index", range, {index},
+                 "something else is called so, which the index would hide: name it i or j");
+    return false;
   }
 
   void declare(const std::vector<Identifier>& names) {
@@ -228,6 +238,7 @@ class ArrayBlock {
       for (Argument& argument : call.arguments) argument.value = with(argument.value, values);
       return Expr(Node{std::move(call), range});
     }
+    if (!is_free(over->name, call.arguments[1].value.range())) return Expr(Node{std::move(call), range});
     std::optional<Expr> sum;
     Values inside = values;
     for (int k = 1; k <= extent; ++k) {
@@ -269,7 +280,10 @@ class ArrayBlock {
     Identifier* target = target_of(item);
     const std::vector<std::string> open = target == nullptr ? std::vector<std::string>{} : open_indices(*target);
     std::vector<int> extents;
-    for (const std::string& index : open) extents.push_back(std::max(1, extent_of(index, item)));
+    for (const std::string& index : open) {
+      if (!is_free(index, target->range)) return;
+      extents.push_back(std::max(1, extent_of(index, item)));
+    }
     if (!fits(extents)) return refuse_size(*target);
     for_each_value(extents, [&](const std::vector<int>& at) {
       Values values;
@@ -335,6 +349,8 @@ class ArrayBlock {
       EventItem::Update one = update;
       const std::vector<std::string> open = open_indices(one.field);
       std::vector<int> extents;
+      if (!std::ranges::all_of(open, [&](const std::string& index) { return is_free(index, one.field.range); }))
+        continue;
       for (const std::string& index : open)
         extents.push_back(std::max({1, extent_in(index, one.field.name), extent_of(index, one.value)}));
       if (!fits(extents)) {
@@ -353,6 +369,7 @@ class ArrayBlock {
   }
 
   Arrays arrays_;
+  const std::set<std::string>& taken_;
   DiagnosticSink& sink_;
   int terms_ = 0;
 };
@@ -366,6 +383,7 @@ class ArrayWriter {
   }
 
   void write() {
+    take_names();
     for (Declaration& declaration : file_.declarations) {
       auto* model = std::get_if<Model>(&declaration.kind);
       if (model != nullptr) models_[model->name.name] = write(model->items, {});
@@ -381,10 +399,30 @@ class ArrayWriter {
  private:
   /// The arrays that are known in the block.
   Arrays write(std::vector<Item>& items, Arrays known) {
-    ArrayBlock block(std::move(known), sink_);
+    ArrayBlock block(std::move(known), taken_, sink_);
     block.declare(items);
     items = block.written_out(std::move(items));
     return block.arrays();
+  }
+
+  /// What all blocks of the file call something, and what formulas know without.
+  void take_names() {
+    taken_ = {"t", "pi", "x", "y", "z"};
+    const auto take = [&](const Identifier& name) { taken_.insert(element_of(name.name).array); };
+    const auto take_all = [&](std::vector<Item>& items) {
+      for (Item& item : items) {
+        if (auto* param = get_if<ParamItem>(&item.kind)) std::ranges::for_each(param->names, take);
+        if (ArrayBlock::declares_fields(item)) std::ranges::for_each(*list_of(item), take);
+        if (auto* let = get_if<LetItem>(&item.kind)) take(let->name);
+        if (auto* data = get_if<DataItem>(&item.kind)) take(data->name);
+        if (auto* grid = get_if<GridItem>(&item.kind)) take(grid->axis);
+      }
+    };
+    for (Declaration& declaration : file_.declarations) {
+      if (auto* model = std::get_if<Model>(&declaration.kind)) take_all(model->items);
+      if (auto* scene = std::get_if<Scene>(&declaration.kind)) take_all(scene->items);
+      if (auto* task = std::get_if<Task>(&declaration.kind)) take_all(task->items);
+    }
   }
 
   /// The scene that this one is made from in the end: chains may be long.
@@ -414,6 +452,7 @@ class ArrayWriter {
   std::map<std::string, Scene*> scenes_;
   std::map<const Scene*, const Scene*> first_;
   std::map<std::string, Arrays> models_;
+  std::set<std::string> taken_;
 };
 
 }  // namespace

@@ -24,6 +24,8 @@ def _from_library(name, value):
 
 def as_array(name, value):
     """`value` as float64 in C order."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise TypeError(f"{name}: an array without a mask is wanted; write a.filled(0.0)")
     if not isinstance(value, np.ndarray):
         if hasattr(value, "__dlpack__") and hasattr(value, "__dlpack_device__") and not isinstance(value, np.generic):
             value = _from_library(name, value)

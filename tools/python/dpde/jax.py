@@ -43,6 +43,7 @@ def _like(shapes, values, vectors):
 
 def _check(scene, inputs):
     """Before anything runs: what is wrong in a callback JAX shows with a trace of its own."""
+    scene._require_once(inputs)
     for name, value in inputs.items():
         if name not in scene.unknowns and name not in scene._vectors:
             raise ValueError(f"{name} is no unknown of {scene.name}, and JAX would differentiate by it; "
@@ -91,14 +92,20 @@ def end(scene):
     if not scene.has_seeds:
         raise ValueError("end() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
     states = {name: jax.ShapeDtypeStruct(scene.shape, _number_type()) for name in scene.states}
+    note = jax.ShapeDtypeStruct((), np.int32)  # what the scene had besides, see Scene._set_beside
 
     def run(inputs):
         with scene.lock:
             return _like(states, scene.run(_doubles(inputs)).states, {})
 
+    def run_and_note(inputs):
+        with scene.lock:
+            return _like(states, scene.run(_doubles(inputs)).states, {}), np.int32(scene._set_beside(inputs))
+
     def transposed(shapes):
-        def call(inputs, bars):
+        def call(inputs, others, bars):
             with scene.lock:
+                scene._require_set_as_before(inputs, int(others))
                 return _like(shapes, scene.vjp(_doubles(bars), _doubles(inputs)), scene._vectors)
 
         return call
@@ -109,11 +116,14 @@ def end(scene):
         return jax.pure_callback(run, states, inputs, **_options)
 
     def forward(inputs):
-        return call(inputs), inputs
+        _check(scene, inputs)
+        result, others = jax.pure_callback(run_and_note, (states, note), inputs, **_options)
+        return result, (inputs, others)
 
-    def backward(inputs, bars):
+    def backward(saved, bars):
+        inputs, others = saved
         shapes = _shapes(inputs)
-        return (jax.pure_callback(transposed(shapes), shapes, inputs, bars, **_options),)
+        return (jax.pure_callback(transposed(shapes), shapes, inputs, others, bars, **_options),)
 
     call.defvjp(forward, backward)
     return call

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A compiled scene or task: values in, runs, losses and derivatives out."""
+import collections
 import difflib
 import threading
 from typing import NamedTuple
@@ -84,6 +85,7 @@ class Scene:
         self._places.update({name: (_core.INITIAL, (len(parts), *self.shape)) for name, parts in self._vectors.items()})
         self._places.update({name: (_core.INITIAL, self.shape) for name in self.states})
         self._places.update({name: (_core.PARAM, ()) for name in self.params})
+        self._sets = collections.Counter()  # how often each name was set
 
     def __repr__(self):
         axes = " x ".join(str(n) for n in reversed(self.shape)) or "no"
@@ -101,6 +103,7 @@ class Scene:
     def set(self, name, value):
         """A parameter, an initial state, a coefficient, a control, data of the task or a network's weights."""
         kind, shape = self._places.get(name) or self._find(name)
+        self._sets.update(self._vectors.get(name, [name]))
         if kind == _core.PARAM:
             self._core.set_number(kind, name, self._number(name, value))
         elif name in self._vectors:
@@ -140,8 +143,27 @@ class Scene:
 
     def assign(self, values=None, /, **named):
         """Several at once, by name; a dictionary is for names with a dot and those that Python does not allow."""
-        for name, value in {**(values or {}), **named}.items():
+        given = {**(values or {}), **named}
+        self._require_once(given)
+        for name, value in given.items():
             self.set(name, value)
+
+    def _require_once(self, names):
+        """A vector and one of its components would be two values for one array."""
+        for vector, parts in self._vectors.items():
+            twice = [part for part in parts if part in names] if vector in names else []
+            if twice:
+                raise InputError(f"{twice[0]} is given twice: {vector} holds it, too")
+
+    def _set_beside(self, names):
+        """A number that grows whenever something else than these is set."""
+        given = {part for name in names for part in self._vectors.get(name, [name])}
+        return sum(count for name, count in self._sets.items() if name not in given)
+
+    def _require_set_as_before(self, names, before):
+        if self._set_beside(names) != before:
+            raise InputError("a value was set, or given to another call, since this end() was computed, and backward "
+                             "would be at another point: call backward first, or give that value to each call")
 
     def param(self, name):
         value = np.empty(1)
@@ -274,4 +296,5 @@ class Scene:
     def optimise(self, values=None, /, *, iterations=0, progress=None, **named):
         """The task's own optimiser; unknown(name) is what it has found."""
         self.assign(values, **named)
+        self._sets.update(self.unknowns)
         return Optimised(*self._core.optimise(_called(progress), iterations))

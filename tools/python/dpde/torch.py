@@ -8,10 +8,10 @@
 
 Tensors of float64 on the processor are read where they lie; others of float32 are converted, and so is their gradient.
 loss() computes the gradient with the value, and keeps it; end() runs the scene, and its backward runs it again, with
-the adjoint. There are no second derivatives.
+the adjoint: what was not given to it, and was set with scene.set(), has to be as it was until then. There are no second
+derivatives.
 """
 import torch
-from torch.autograd.function import once_differentiable
 
 
 def _array(name, tensor):
@@ -42,6 +42,26 @@ def _by_input(scene, names, tensors, gradients, scale):
             yield _tensor(gradients[name], tensor) * scale if name in gradients else None
 
 
+class _Once(torch.autograd.Function):
+    """A gradient that depends on the tensors in a way that nobody knows the derivative of."""
+
+    @staticmethod
+    def forward(ctx, gradient, *tensors):
+        return gradient.clone()
+
+    @staticmethod
+    def backward(ctx, bar):
+        raise RuntimeError("dpde.torch has no second derivatives: Scene.hessian_vector() has those of a task's loss")
+
+
+def _differentiable_once(gradients, tensors):
+    """As they are, unless autograd records them: once_differentiable lets those through whose incoming gradient is
+    constant, and their derivative would be 0."""
+    if not torch.is_grad_enabled():
+        return gradients
+    return [None if g is None else _Once.apply(g, *tensors) for g in gradients]
+
+
 class _Loss(torch.autograd.Function):
     @staticmethod
     def forward(ctx, scene, names, *tensors):
@@ -50,16 +70,16 @@ class _Loss(torch.autograd.Function):
             if not any(ctx.needs_input_grad):
                 return torch.tensor(scene.loss(values), dtype=torch.float64)
             value, gradients = scene.gradient(values)
+        ctx.save_for_backward(*tensors)
         ctx.gradients = [g if needs else None for g, needs in zip(_by_input(scene, names, tensors, gradients, 1.0),
                                                                   ctx.needs_input_grad[2:])]
         return torch.tensor(value, dtype=torch.float64)
 
     @staticmethod
-    @once_differentiable
     def backward(ctx, bar):
         scale = bar.item()
-        scaled = (g if g is None or scale == 1 else g * scale for g in ctx.gradients)
-        return (None, None, *scaled)
+        scaled = [g if g is None or scale == 1 else g * scale for g in ctx.gradients]
+        return (None, None, *_differentiable_once(scaled, (bar, *ctx.saved_tensors)))
 
 
 class _End(torch.autograd.Function):
@@ -70,17 +90,19 @@ class _End(torch.autograd.Function):
         values = {name: _array(name, tensor) for name, tensor in zip(names, tensors)}
         with scene.lock:
             result = scene.run(values)
+            ctx.others = scene._set_beside(names)
         return tuple(torch.from_numpy(result.states[name]) for name in scene.states)
 
     @staticmethod
-    @once_differentiable
     def backward(ctx, *bars):
         scene, tensors = ctx.scene, ctx.saved_tensors
         values = {name: _array(name, tensor) for name, tensor in zip(ctx.names, tensors)}
         seeds = {name: _array(name, bar) for name, bar in zip(scene.states, bars)}
         with scene.lock:
+            scene._require_set_as_before(ctx.names, ctx.others)
             gradients = scene.vjp(seeds, values)
-        return (None, None, *_by_input(scene, ctx.names, tensors, gradients, 1.0))
+        by_input = list(_by_input(scene, ctx.names, tensors, gradients, 1.0))
+        return (None, None, *_differentiable_once(by_input, (*bars, *tensors)))
 
 
 def loss(scene):

@@ -17,10 +17,10 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx",     "dy",       "dz",        "d",      "lap",         "grad",         "div",
-    "advect", "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
-    "sum",    "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
-    "noise",  "force_on", "torque_on", "cross",  "outer",       "inner",        "sym",
+    "dx",        "dy",       "dz",        "d",      "lap",         "grad",         "div",
+    "advect",    "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
+    "sum",       "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
+    "noise",     "force_on", "torque_on", "cross",  "outer",       "inner",        "sym",
     "transpose", "trace"};
 
 /// Applies `f` to each component.

@@ -147,6 +147,8 @@ class Expressions {
   /// mean, sum, integral, and max and min of one argument: over space.
   static std::optional<Reduce::Kind> reduction_called(const ast::Call& e);
   Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
+  /// Its terms, each at a place of its own.
+  std::vector<Expr> terms_of_reduction(Reduce::Kind kind, const ast::Expr& operand);
   std::optional<std::array<bool, 3>> axes_of_reduction(const ast::Call& e);
   /// Marks the axis that `e` names.
   bool add_axis(const ast::Expr& e, std::array<bool, 3>& over);
@@ -190,6 +192,7 @@ class Expressions {
   std::set<std::string> open_ = {};           // names whose formulas of the scene are being put in
   std::map<std::string, Typed> put_in_ = {};  // and those that were
   bool is_measuring_ = false;                 // this body is read for its order only
+  bool is_in_sum_ = false;                    // products of dot are left where they lie
 };
 
 /// "an equation", "an initial state", ...

@@ -44,11 +44,12 @@ bool split_by_place(const Placements& placements, const Expr& e, const Around& a
   return split_by_place(placements, in_left ? b->left : b->right, scaled, terms);
 }
 
+bool is_linear(Reduce::Kind kind) { return kind != Reduce::Kind::max && kind != Reduce::Kind::min; }
+
 /// A mean, sum or integral of a sum is the sum of those of its terms, each over the points where it lies.
 std::vector<Expr> terms_by_place(const Problem& problem, Reduce::Kind kind, const Expr& operand) {
-  const bool is_linear = kind != Reduce::Kind::max && kind != Reduce::Kind::min;
   const Placements placements(problem);
-  if (!is_linear || !placements.is_staggered() || !placements.find_mistake(operand)) return {operand};
+  if (!is_linear(kind) || !placements.is_staggered() || !placements.find_mistake(operand)) return {operand};
   std::vector<Expr> terms;
   const bool fits = split_by_place(
       placements, operand, [](const Expr& part) { return part; }, terms);
@@ -77,16 +78,31 @@ Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange 
     return {};
   }
   const SourceRange inside = e.arguments[0].value.range();
-  const auto operand = as_number(any(e.arguments[0].value), inside);
+  const std::vector<Expr> terms = terms_of_reduction(kind, e.arguments[0].value);
   const auto over = axes_of_reduction(e);
-  if (!operand || !over || is_too_large({Typed::Type::number, {*operand}}, inside)) return {};
+  if (terms.empty() || !over || is_too_large({Typed::Type::number, terms}, inside)) return {};
   const Coordinates coordinates(draft_.problem, {range});
   std::optional<Expr> sum;
-  for (const Expr& term : terms_by_place(draft_.problem, kind, *operand)) {
+  for (const Expr& term : terms) {
     const Expr part = coordinates.reduction(Reduce{kind, term, *over});
     sum = sum ? binary(BinaryOp::add, *sum, part, {range}) : part;
   }
   return number_of(*sum);
+}
+
+/// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
+std::vector<Expr> Expressions::terms_of_reduction(Reduce::Kind kind, const ast::Expr& operand) {
+  const Placements placements(draft_.problem);
+  const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
+  const bool was_in_sum = std::exchange(is_in_sum_, is_linear(kind) && placements.is_staggered());
+  auto value = as_number(any(operand), operand.range());
+  std::vector<Expr> terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+  if (std::exchange(is_in_sum_, false) && std::ranges::any_of(terms, is_misplaced)) {
+    value = as_number(any(operand), operand.range());
+    terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+  }
+  is_in_sum_ = was_in_sum;
+  return terms;
 }
 
 std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Call& e) {

@@ -83,7 +83,9 @@ Typed Expressions::put_in(const std::string& name, SourceRange range, const std:
     open_.erase(name);
     return {};
   }
+  const bool was_in_sum = std::exchange(is_in_sum_, false);  // it is put in elsewhere, too
   Typed value = formula();
+  is_in_sum_ = was_in_sum;
   open_.erase(name);
   if (is_too_large(value, range)) value = {};
   return put_in_.emplace(name, std::move(value)).first->second;

@@ -152,12 +152,30 @@ bool select_model(Draft& draft) {
   return false;
 }
 
+/// What the models before one have: names of fields, and whether these are vectors; of coefficients also where they
+/// lie.
+struct Provided {
+  std::set<std::pair<std::string, bool>> fields;
+  std::set<std::tuple<std::string, bool, std::string>> coefficients;
+};
+
+std::string place_of(const ast::CoefficientItem& item) { return item.on ? item.on->name : ""; }
+
+void add_coefficients(Provided& provided, const ast::Model& model) {
+  for (const auto& [item, range] : items_of<ast::CoefficientItem>(model.items)) {
+    if (item.control || item.mask) continue;
+    for (const ast::Identifier& name : item.names)
+      provided.coefficients.emplace(name.name, item.vector, place_of(item));
+  }
+}
+
 /// `item` without the coefficients among `provided`.
-ast::Item without(ast::Item item, const std::set<std::pair<std::string, bool>>& provided) {
+ast::Item without(ast::Item item, const Provided& provided) {
   auto* given = get_if<ast::CoefficientItem>(&item.kind);
   if (!given || given->control) return item;
   std::erase_if(given->names, [&](const ast::Identifier& name) {
-    return provided.contains({name.name, given->vector});
+    return provided.fields.contains({name.name, given->vector}) ||
+           (!given->mask && provided.coefficients.contains({name.name, given->vector, place_of(*given)}));
   });
   return item;
 }
@@ -173,17 +191,18 @@ bool check_block_names(const ast::File& file, DiagnosticSink& sink) {
 std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene) {
   std::vector<const ast::Model*> models{find_declaration<ast::Model>(file, scene.of.name)};
   for (const ast::Identifier& name : scene.also) models.push_back(find_declaration<ast::Model>(file, name.name));
-  std::set<std::pair<std::string, bool>> provided;  // name and whether it is a vector
+  Provided provided;
   for (const ast::Model* model : models) {
     if (!model) return std::nullopt;
     for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
-      for (const ast::Identifier& name : item.names) provided.emplace(name.name, item.vector);
+      for (const ast::Identifier& name : item.names) provided.fields.emplace(name.name, item.vector);
     }
   }
   ast::Model all{scene.of, {}};
   for (const ast::Identifier& name : scene.also) all.name.name += ", " + name.name;
   for (const ast::Model* model : models) {
     for (const ast::Item& item : model->items) all.items.push_back(models.size() > 1 ? without(item, provided) : item);
+    add_coefficients(provided, *model);
   }
   return all;
 }

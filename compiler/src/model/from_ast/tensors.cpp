@@ -156,6 +156,7 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   }
   if (left_is_tensor) return {Typed::Type::vector, applied(left.parts, right.parts, {range})};
   if (right_is_tensor) return {Typed::Type::vector, applied(transposed(right.parts, n), left.parts, {range})};
+  if (is_in_sum_) return number_of(contraction(left.parts, right.parts, {range}));
   return number_of(Coordinates(draft_.problem, {range}).dot(left.parts, right.parts));
 }
 
