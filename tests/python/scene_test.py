@@ -243,6 +243,24 @@ class Refusals(unittest.TestCase):
         self.refused(dpde.InputError, "back end", lambda: self.model.scene("rod", backend="gpu"))
         self.refused(dpde.InputError, "nothing is not known", lambda: self.model.scene("rod", inputs=["nothing"]))
         self.refused(dpde.InputError, "opened with inputs", lambda: self.rod.vjp({}))
+        with_inputs = self.model.scene("rod", inputs=["k"])
+        self.refused(dpde.InputError, "no loss of its own", with_inputs.loss)
+        self.refused(dpde.InputError, "no loss of its own", with_inputs.gradient)
+
+    def test_progress_of_a_refused_call(self):
+        """It takes nothing away from the call that runs; NumPy's False stops that one."""
+        find, told = self.model.scene("find"), []
+
+        def progress(now):
+            told.append(now.done)
+            self.refused(RuntimeError, "in use", lambda: find.gradient(progress=lambda other: told.append("other")))
+            return np.False_ if len(told) == 3 else None
+
+        with self.assertRaises(dpde.Stopped):
+            find.gradient(progress=progress, every=1)
+        self.assertEqual(len(told), 3)
+        self.assertNotIn("other", told)
+        self.refused(ValueError, "every", lambda: find.gradient(every=0))
 
     def test_arrays(self):
         u = np.zeros(16)

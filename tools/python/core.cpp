@@ -187,9 +187,8 @@ class Sim {
     slow([&](dpde_error** error) { return dpde_sim_step(sim_.get(), count, error); });
   }
   void run(std::optional<double> until, const py::object& progress, int every) {
-    progress_ = progress;
     const double end = until.value_or(std::nan(""));
-    slow([&](dpde_error** error) { return dpde_sim_run(sim_.get(), end, report, this, every, error); });
+    slow([&](dpde_error** error) { return dpde_sim_run(sim_.get(), end, report, this, every, error); }, {progress});
   }
   double loss() {
     double loss = 0;
@@ -198,26 +197,25 @@ class Sim {
   }
   double gradient(const py::object& progress, int every) {
     double loss = 0;
-    watch(progress, every);
-    slow([&](dpde_error** error) { return dpde_sim_gradient(sim_.get(), &loss, error); });
+    slow([&](dpde_error** error) { return dpde_sim_gradient(sim_.get(), &loss, error); },
+         {progress, py::none(), every});
     return loss;
   }
   void hessian_vector(py::handle direction, py::handle product, bool gauss_newton, const py::object& progress,
                       int every) {
     const Doubles from(direction, false), to(product, true);
     if (from.size() != to.size()) throw py::value_error("direction and product differ in length");
-    watch(progress, every);
-    slow([&](dpde_error** error) {
+    const auto call = [&](dpde_error** error) {
       return dpde_sim_hessian_vector(sim_.get(), from.data(), to.data(), to.size(), gauss_newton ? 1 : 0, error);
-    });
+    };
+    slow(call, {progress, py::none(), every});
   }
   py::tuple optimise(const py::object& progress, int iterations) {
-    watch(py::none(), usual_interval);  // for signals within its gradients
     dpde_optimised done{};
-    updates_ = progress;
-    slow([&](dpde_error** error) {
+    const auto call = [&](dpde_error** error) {
       return dpde_sim_optimise(sim_.get(), iterations, report_update, this, &done, error);
-    });
+    };
+    slow(call, {py::none(), progress, usual_interval});  // its gradients are watched for signals
     return py::make_tuple(done.loss, done.iterations, done.evaluations, done.hessian_products, done.reason);
   }
 
@@ -244,25 +242,31 @@ class Sim {
     if (call(&error) != DPDE_OK) raise(error);
   }
 
+  /// Who is told: of steps, of updates; steps of gradients that are watched, 0 as they are.
+  struct Told {
+    py::object progress = py::none(), updates = py::none();
+    int every = 0;
+  };
+
   template <class Call>
-  void slow(const Call& call) {
+  void slow(const Call& call, const Told& told = {}) {
     const Turn turn(busy_);
     dpde_error* error = nullptr;
     thrown_ = nullptr;
-    const std::int32_t code = without_lock([&] { return call(&error); });
+    progress_ = told.progress;
+    updates_ = told.updates;
+    std::int32_t code = DPDE_OK;
+    if (told.every != 0 && told.every != watched_) {
+      code = dpde_sim_watch(sim_.get(), report, this, told.every, &error);
+      watched_ = told.every;
+    }
+    if (code == DPDE_OK) code = without_lock([&] { return call(&error); });
     progress_ = updates_ = py::none();
     if (thrown_ != nullptr) {
       dpde_error_free(error);
       std::rethrow_exception(std::exchange(thrown_, nullptr));
     }
     if (code != DPDE_OK) raise(error);
-  }
-
-  void watch(const py::object& progress, int every) {
-    progress_ = progress;
-    if (every == watched_) return;
-    quick([&](dpde_error** error) { return dpde_sim_watch(sim_.get(), report, this, every, error); });
-    watched_ = every;
   }
 
   static std::int32_t report(void* user, const dpde_report* now) {

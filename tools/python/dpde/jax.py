@@ -45,7 +45,7 @@ def _check(scene, inputs):
     """Before anything runs: what is wrong in a callback JAX shows with a trace of its own."""
     scene._require_once(inputs)
     for name, value in inputs.items():
-        if name not in scene.unknowns and name not in scene._vectors:
+        if not scene._is_unknown(name):
             raise ValueError(f"{name} is no unknown of {scene.name}, and JAX would differentiate by it; "
                              f"these are {scene.unknowns}: set others with scene.set()")
         if jnp.shape(value) != scene.shape_of(name):

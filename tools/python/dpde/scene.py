@@ -61,8 +61,17 @@ class Result:
         return "".join(picture(name, values) for name, values in self.states.items()) + f"<p>t = {self.time:g}</p>"
 
 
-def _called(progress):
-    return None if progress is None else lambda *numbers: progress(Progress(*numbers))
+def _called(progress, every=1):
+    """False, NumPy's too, stops a call."""
+    if every < 1:
+        raise ValueError(f"every: a number of steps from 1 on is wanted, not {every}")
+    if progress is None:
+        return None
+    return lambda *numbers: not _is_false(progress(Progress(*numbers)))
+
+
+def _is_false(answer):
+    return isinstance(answer, (bool, np.bool_)) and not answer
 
 
 class Scene:
@@ -148,6 +157,9 @@ class Scene:
         for name, value in given.items():
             self.set(name, value)
 
+    def _is_unknown(self, name):
+        return all(part in self.unknowns for part in self._vectors.get(name, [name]))
+
     def _require_once(self, names):
         """A vector and one of its components would be two values for one array."""
         for vector, parts in self._vectors.items():
@@ -217,17 +229,20 @@ class Scene:
         self._core.reset()
 
     def step(self, count=1):
+        while count > 64:  # Ctrl-C ends it between two parts
+            self._core.step(64)
+            count -= 64
         self._core.step(count)
 
     def run_to(self, until=None, *, progress=None, every=64):
         """From the present state to a time, or to the end of the scene."""
-        self._core.run(until, _called(progress), every)
+        self._core.run(until, _called(progress, every), every)
 
     def run(self, values=None, /, *, until=None, progress=None, every=64, **named):
         """From the initial state, with these values: run(u=u0, nu=0.01)."""
         self.assign(values, **named)
         self._core.reset()
-        self._core.run(until, _called(progress), every)
+        self._core.run(until, _called(progress, every), every)
         return self.result()
 
     def result(self):
@@ -235,14 +250,20 @@ class Scene:
 
     # Losses and derivatives
 
+    def _require_task(self):
+        if self.has_seeds:
+            raise InputError("a scene opened with inputs has no loss of its own: open a task, or use vjp()")
+
     def loss(self, values=None, /, **named):
+        self._require_task()
         self.assign(values, **named)
         return self._core.loss()
 
     def gradient(self, values=None, /, *, progress=None, every=256, **named):
         """The task's loss, and its derivatives by name: an array for a field, a number for a parameter."""
+        self._require_task()
         self.assign(values, **named)
-        value = self._core.gradient(_called(progress), every)
+        value = self._core.gradient(_called(progress, every), every)
         return value, {name: self._derivative(name) for name in self.unknowns}
 
     def _values_like(self, name, values):
@@ -266,7 +287,7 @@ class Scene:
         for state in self.states:
             seed = shaped(state, seeds[state], self.shape) if state in seeds else np.zeros(self.shape)
             self._core.set(_core.SEED, state, seed)
-        self._core.gradient(_called(progress), every)
+        self._core.gradient(_called(progress, every), every)
         return {name: self._derivative(name) for name in self.unknowns}
 
     def unknown(self, name):
@@ -290,7 +311,7 @@ class Scene:
             if part.size != vector[places[name]].size:
                 raise ValueError(f"{name}: {vector[places[name]].size} values are wanted, not {part.size}")
             vector[places[name]] = part.ravel()
-        self._core.hessian_vector(vector, product, gauss_newton, _called(progress), every)
+        self._core.hessian_vector(vector, product, gauss_newton, _called(progress, every), every)
         return {name: self._values_like(name, product[place].copy()) for name, place in places.items()}
 
     def optimise(self, values=None, /, *, iterations=0, progress=None, **named):

@@ -28,7 +28,7 @@ def _tensor(values, like):
 
 def _require_unknowns(scene, names, tensors):
     for name, tensor in zip(names, tensors):
-        if tensor.requires_grad and name not in scene.unknowns and name not in scene._vectors:
+        if tensor.requires_grad and not scene._is_unknown(name):
             known = f"these are {scene.unknowns}"
             raise ValueError(f"{name} requires a gradient and is no unknown of {scene.name}: {known}")
 

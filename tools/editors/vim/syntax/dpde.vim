@@ -11,7 +11,7 @@ syntax keyword dpdeSide zero_gradient linear outflow pole gradient mixed radiati
 syntax keyword dpdeOperator and or not
 syntax keyword dpdeConstant pi t x y z
 syntax match dpdeLine /\v(^|[{};])@1<=\s*<(accuracy|adjoint|after|apply|at|axes|boundary|cells|coarsen|coefficient|control|coordinates|correlation|data|error|every|exact|field|file|fill|fold|frames|gradient|grid|growth|host|initial|keep|learn|let|load|mask|minimise|newton|observe|output|padding|param|real|reduce|reference|repeat|residual|run|runs|save|seed|skip|solve|spectrum|statistic|step|subcycle|swap|symmetric|tangent|test|time|tolerance|transform|unknown|using|vary|vector)>(\s*(\=|\())@!/
-syntax match dpdeFunction /\v<(dx|dy|dz|d|lap|grad|div|advect|bracket|dot|curl|norm|if|mean|sum|integral|inject|sample|interpolate|random_field|random_signal|noise|force_on|torque_on|sin|cos|tan|asin|acos|atan|sinh|cosh|tanh|exp|log|sqrt|abs|sign|floor|fraction|min|max|dt)>(\s*\()@=/
+syntax match dpdeFunction /\v<(dx|dy|dz|d|lap|grad|div|advect|bracket|dot|curl|norm|if|mean|sum|integral|inject|sample|interpolate|random_field|random_signal|noise|force_on|torque_on|cross|outer|inner|sym|transpose|trace|sin|cos|tan|asin|acos|atan|sinh|cosh|tanh|exp|log|sqrt|abs|sign|floor|fraction|min|max|dt)>(\s*\()@=/
 syntax match dpdeKey /\v<(advect|dx|lap|dealias|implicit|solve|smoother|guess|time|real|networks|split)>((\s+[A-Za-z_.0-9]+)?\s*\=)@=/
 syntax match dpdeDeclaration /\v(^|[};])@1<=\s*<(model|scene|scheme|task|kernel|program|loop|function|operator|network|dataset|import|chart)>(\s+[A-Za-z_"])@=/
 syntax match dpdeNumber /\v<\d+(\.\.@!\d*)?([eE][+-]?\d+)?/
