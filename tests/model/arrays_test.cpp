@@ -128,5 +128,17 @@ TEST(Arrays, WithMistakesAreReported) {
   EXPECT_EQ(said("let a[i] = i*c[i]; let b = sum(a[j], j) + sum(sum(c[i]*c[j], i), j)"), "");
 }
 
+TEST(Arrays, OfTwoModelsHaveOneSize) {
+  const auto said = [](int size) {
+    const Outcome outcome =
+        outcome_of("model a { field c[3]; dt(c[i]) = -c[i] }\nmodel b { coefficient c[" + std::to_string(size) +
+                   "]; field q; dt(q) = sum(c[i], i) }\nscene s : a, b { grid x = 0 .. 1, cells 8, periodic\n"
+                   "initial c = 0; initial q = 0; time 0 .. 1, step 1/8 }\n");
+    return outcome.diagnostics.empty() ? "" : outcome.diagnostics.front().hint;
+  };
+  EXPECT_EQ(said(3), "");
+  EXPECT_EQ(said(2), "it is c[2] here and c[3] in the models before: give one another name");
+}
+
 }  // namespace
 }  // namespace dpde::model

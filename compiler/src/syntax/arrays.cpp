@@ -442,7 +442,14 @@ class ArrayWriter {
     const Scene* from = &first_of(scene);
     Arrays arrays = models_.contains(from->of.name) ? models_.at(from->of.name) : Arrays{};
     for (const Identifier& model : from->also) {
-      if (models_.contains(model.name)) arrays.insert(models_.at(model.name).begin(), models_.at(model.name).end());
+      if (!models_.contains(model.name)) continue;
+      for (const auto& [name, extents] : models_.at(model.name)) {
+        const auto [known, is_new] = arrays.emplace(name, extents);
+        if (!is_new && known->second != extents)
+          sink_.report("bad-index", model.range, {name},
+                       fmt::format("it is {} here and {} in the models before: give one another name",
+                                   text_of(name, extents), text_of(name, known->second)));
+      }
     }
     return arrays;
   }
