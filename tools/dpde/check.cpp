@@ -288,12 +288,6 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
   return session;
 }
 
-/// " m", or nothing.
-std::string behind_number(const model::Problem& problem, const std::string& name) {
-  const std::string unit = problem.unit_of(name);
-  return unit.empty() ? "" : " " + unit;
-}
-
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Memory memory = driver::memory_of(compiled);
@@ -304,7 +298,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   double cells = 1;
   for (const model::Axis& axis : problem.axes) {
     text += fmt::format(" {} = {} .. {}{} in {} {}{} cells,", axis.name, axis.low, axis.high,
-                        behind_number(problem, axis.name), axis.cells,
+                        behind_number(problem.unit_of(axis.name)), axis.cells,
                         axis.topology == Topology::periodic ? "periodic" : "bounded",
                         axis.stretch       ? " stretched"
                         : axis.runs_down() ? " (from high to low)"
@@ -312,7 +306,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
     cells *= axis.cells;
   }
   if (problem.metric) text += fmt::format(" {},", problem.metric->name);
-  text += fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem, "t"));
+  text += fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
   for (const auto& [name, type] : result["types"].items()) {
     const std::string unit = problem.unit_of(name);
     text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);

@@ -383,8 +383,10 @@ void share_range(std::vector<Panel>& panels) {
 }
 
 std::string label_of(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
 }
+
+std::string behind_number(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
 
 bool have_gnuplot() {
   static const bool found = run_process({"gnuplot", "--version"}).succeeded();

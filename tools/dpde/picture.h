@@ -51,8 +51,10 @@ using Panel = std::variant<LinePanel, MapPanel>;
 
 bool have_gnuplot();
 
-/// "x [m]"; the name alone where no unit is known.
+/// "x [m]"; the name alone of a pure number, and where no unit is known.
 std::string label_of(const std::string& name, const std::string& unit);
+/// " m" behind a number, or nothing.
+std::string behind_number(const std::string& unit);
 
 /// Of values on three axes, x fastest, those where the index along the axis `across` is `index`.
 std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,

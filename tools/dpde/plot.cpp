@@ -40,8 +40,7 @@ struct Slice {
 
 std::string title_of(const StoredField& field, std::size_t state) {
   if (field.times.empty()) return field.name;
-  return fmt::format("{} at t = {:.6g}{}{}", field.name, field.times[state], field.time_unit.empty() ? "" : " ",
-                     field.time_unit);
+  return fmt::format("{} at t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
 }
 
 double centre_of(const StoredAxis& axis, std::int64_t i) {
@@ -83,8 +82,8 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   panel.values = field.states[state];
   if (!slice) return panel;
   const StoredAxis& across = field.axes[slice->axis];
-  panel.title += fmt::format(", {} = {:.4g}{}{}", across.name, centre_of(across, slice->index),
-                             across.unit.empty() ? "" : " ", across.unit);
+  panel.title +=
+      fmt::format(", {} = {:.4g}{}", across.name, centre_of(across, slice->index), behind_number(across.unit));
   panel.values = plane_of(panel.values, {field.axes[0].cells, field.axes[1].cells, field.axes[2].cells},
                           static_cast<int>(slice->axis), slice->index);
   return panel;

@@ -217,8 +217,7 @@ void Run::report(Json& result) {
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
-    const std::string unit = problem.unit_of(name);
-    job_.say(fmt::format("{} = {:.12g}{}{}\n", name, shown(value), unit.empty() ? "" : " ", unit));
+    job_.say(fmt::format("{} = {:.12g}{}\n", name, shown(value), behind_number(problem.unit_of(name))));
   }
   for (auto& [name, value] : observables.items()) {
     if (options_.every <= 0) break;

@@ -58,9 +58,8 @@ std::vector<Panel> maps_of(const driver::Session& session, const std::string& ti
   for (int across = 2; across >= 0; --across) {
     const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
     const model::Axis& cut = axes[std::size_t(across)];
-    const std::string unit = session.problem().unit_of(cut.name);
-    const std::string where =
-        fmt::format("{}, {} = {:.4g}{}{}", title, cut.name, cut.centre(middle), unit.empty() ? "" : " ", unit);
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, cut.name, cut.centre(middle),
+                                          behind_number(session.problem().unit_of(cut.name)));
     MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
     panel.value_label = state.label;
     panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
@@ -85,8 +84,7 @@ std::string label_of(const model::Problem& problem, const std::string& name) {
 }
 
 std::string time_text(const model::Problem& problem, double t) {
-  const std::string unit = problem.unit_of("t");
-  return fmt::format("t = {:.6g}{}{}", t, unit.empty() ? "" : " ", unit);
+  return fmt::format("t = {:.6g}{}", t, behind_number(problem.unit_of("t")));
 }
 
 Curve curve_of(const driver::Session& session, const NamedState& state) {

@@ -51,10 +51,7 @@ class NetcdfFields {
   }
 
  private:
-  std::string unit_of(const std::string& variable) const {
-    const std::string unit = file_.text(variable, "units").value_or("");
-    return unit == "1" ? "" : unit;
-  }
+  std::string unit_of(const std::string& variable) const { return file_.text(variable, "units").value_or(""); }
   bool is_time(const std::string& dimension) const {
     return dimension.starts_with("time") || file_.text(dimension, "axis") == "T";
   }

@@ -15,7 +15,7 @@ struct StoredAxis {
   double low = 0, high = 1;  // its ends
   std::int64_t cells = 1;
   std::vector<double> faces = {};  // of cells of different widths, one more than cells; empty where they are uniform
-  std::string unit = {};           // "": a pure number, or not known
+  std::string unit = {};           // "": not known
 };
 struct StoredField {
   std::string name;
