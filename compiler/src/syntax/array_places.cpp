@@ -45,6 +45,13 @@ std::vector<Identifier>* list_of(Item& item) {
   return nullptr;
 }
 
+std::vector<UnitText>* units_of(Item& item) {
+  if (auto* field = get_if<FieldItem>(&item.kind)) return &field->units;
+  if (auto* coefficient = get_if<CoefficientItem>(&item.kind)) return &coefficient->units;
+  if (auto* control = get_if<ControlItem>(&item.kind)) return &control->units;
+  return nullptr;
+}
+
 Expr* value_of(Item& item) {
   if (auto* held = get_if<HeldItem>(&item.kind)) return &held->value;
   if (auto* value = get_if<ValueItem>(&item.kind)) return &value->value;

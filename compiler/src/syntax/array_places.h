@@ -12,6 +12,8 @@ namespace dpde::ast {
 Identifier* target_of(Item& item);
 /// Names in lists, those that are declared and those that are only listed: each element stands there by itself.
 std::vector<Identifier>* list_of(Item& item);
+/// One for each name of such a list, where it declares them; else null.
+std::vector<UnitText>* units_of(Item& item);
 /// The formula that gives the target its value, nullptr where there is none; of a tuple each element gets its own.
 Expr* value_of(Item& item);
 /// All formulas, that one too.

@@ -308,6 +308,7 @@ class ArrayBlock {
         if (is_array && !has_parts(*value, array->second, 0, param->names[i])) value.reset();
         for (const Identifier& name : elements_of(param->names[i], true, [&](const std::vector<int>& at) {
                all.values.push_back(value);
+               all.units.push_back(param->units[i]);
                if (value) take_part(*all.values.back(), at);
              }))
           all.names.push_back(name);
@@ -316,11 +317,18 @@ class ArrayBlock {
     }
     std::vector<Identifier>* list = list_of(item);
     if (list == nullptr) return;
+    std::vector<UnitText>* units = units_of(item);
     const bool declares = declares_fields(item);
     std::vector<Identifier> all;
-    for (const Identifier& name : *list)
-      std::ranges::copy(elements_of(name, declares, [](const auto&) {}), std::back_inserter(all));
+    std::vector<UnitText> all_units;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const auto add_unit = [&](const auto&) {
+        if (units != nullptr) all_units.push_back((*units)[i]);
+      };
+      std::ranges::copy(elements_of((*list)[i], declares, add_unit), std::back_inserter(all));
+    }
     *list = std::move(all);
+    if (units != nullptr) *units = std::move(all_units);
   }
 
   /// Of a declaration, or of a whole array; of others the name itself.

@@ -50,6 +50,7 @@ ItemKind parse_data(Cursor& cursor) {
     cursor.expect_word("scene");
     item.scene = cursor.expect_name("the name of a scene");
   }
+  item.unit = parse_unit(cursor);
   item.when = parse_when(cursor);
   return item;
 }

@@ -106,6 +106,9 @@ void bind_parameters(Draft& draft);
 // grid.cpp
 void bind_grid(Draft& draft);
 
+// units.cpp: whether formulas fit the units that are told; after all else
+void check_units(Draft& draft);
+
 // scene_names.cpp
 void declare_scene_lets(Draft& draft);
 /// Those that nobody reads may hold mistakes all the same; after all that may read them.
