@@ -31,6 +31,7 @@ std::vector<std::string> targets_of(const std::string& text) {
 
 /// What makes them quick; the others are as they are.
 const std::map<std::string, std::string> smaller = {
+    {"air free", "--set cells=8 --set end=28800"},
     {"burgers_2d sweep", "--set cells=128"},
     {"convection heat_by_rayleigh", "--set cells=8 --set step=1/512"},
     {"convection heated_cavity", "--set cells=8 --set step=1/512"},
@@ -49,7 +50,19 @@ const std::map<std::string, std::string> smaller = {
     {"forced_burgers third_64", "--set cells=32 --set end=5"},
     {"gray_scott spots", "--set cells=64 --set end=100"},
     {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
+    {"ground seasons", "--set cells=8 --set end=28800"},
     {"heat block", "--set cells=24"},
+    {"hold by_hand", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"hold constant", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"hold free", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"hold least_effort", "--set cells=8"},
+    {"hold learned", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"hold whole_run", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"jet at_once", "--set cells.x=8 --set cells.y=32"},
+    {"jet find_drag", "--set cells.x=8 --set cells.y=32"},
+    {"jet guess", "--set cells=8 --set end=1800"},
+    {"jet truth", "--set cells=8 --set end=1800"},
+    {"jet window", "--set cells.x=8 --set cells.y=32"},
     {"learned_flux fine", "--set cells=128 --set end=5"},
     {"lorenz butterfly", "--set end=2"},
     {"plasma faster_by_eta",
@@ -82,6 +95,14 @@ const std::map<std::string, std::string> smaller = {
     {"layers growth", "--set time=euler --set end=0.04"},
     {"layers ocean", "--set time=euler --set end=400000"},
     {"layers weather", "--set time=euler --set cells=8 --set end=0.04"},
+    {"water ridge", "--set cells=8 --set end=28800"},
+    {"waves alfven", "--set cells=8 --set end=pi/16"},
+    {"waves growing", "--set cells=8 --set end=0.1"},
+    {"waves rate", "--set cells=8 --set end=0.1"},
+    {"year find_wash", "--set cells=8 --set step=14400"},
+    {"year rain_by_swell", "--set cells=8 --set step=14400"},
+    {"year ten_days", "--set cells=6 --set end=14400"},
+    {"year year", "--set cells=6 --set end=14400"},
     {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 
