@@ -139,6 +139,10 @@ static void check_gradient(const dpde_model* model) {
   dpde_sim_watch(find, NULL, NULL, 0, &error);
   expect(dpde_sim_optimise(find, 2, count, &calls, &done, &error) == DPDE_OK && done.iterations == 2, "two updates");
   expect(strlen(done.reason) > 0, "says why it ended");
+  expect(dpde_sim_get(find, DPDE_GRADIENT, "k", &slope, 1, &error) == DPDE_OK, "the gradient of the last update");
+  dpde_sim_watch(find, stop, NULL, 1, &error);
+  dpde_sim_optimise(find, 2, NULL, NULL, &done, &error);
+  expect(dpde_sim_get(find, DPDE_GRADIENT, "k", &slope, 1, NULL) == DPDE_ERROR_INPUT, "none where it was stopped");
   dpde_sim_free(find);
 }
 

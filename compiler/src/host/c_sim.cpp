@@ -285,8 +285,9 @@ int32_t dpde_sim_optimise(dpde_sim* sim, int32_t iterations, dpde_progress progr
         const dpde_report report{p.iteration, 0, 0, p.loss, p.gradient_norm};
         return progress(user, &report) != 0;
       };
+    sim->has_gradient = false;
     const Optimised done = sim->simulation.optimise(callback, iterations);
-    sim->has_gradient = true;
+    sim->has_gradient = std::isfinite(done.loss);  // nan: it was stopped before it had one
     sim->reason = describe(done.reason);
     *result = {done.loss, done.iterations, done.evaluations, done.hessian_products, sim->reason.c_str()};
   });

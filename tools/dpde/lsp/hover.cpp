@@ -8,6 +8,7 @@
 
 #include "lsp/cursor_place.h"
 #include "lsp/word_texts.h"
+#include "model/placement.h"
 #include "model/words.h"
 
 namespace dpde::lsp {
@@ -35,11 +36,8 @@ std::string cells_of(const model::Problem& problem) {
 }
 
 std::string place_of(const model::Problem& problem, const model::Placement& placement) {
-  std::vector<std::string> along;
-  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
-    if (placement[axis]) along.push_back(problem.axes[axis].name);
-  }
-  return along.empty() ? "at cell centres" : fmt::format("on faces across {}", fmt::join(along, ", "));
+  const bool is_at_centres = placement == model::Placement{};
+  return (is_at_centres ? "at " : "on ") + model::describe(placement, static_cast<int>(problem.axes.size()));
 }
 
 /// Itself, a component, or the first element of an array.

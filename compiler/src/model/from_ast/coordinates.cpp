@@ -117,7 +117,7 @@ Expr Coordinates::carried(const Expr& s, const Expr& across, bool has_s_inside) 
   return over(binary(BinaryOp::subtract, both, at_nodes, origin_), 3.0);
 }
 
-std::vector<Expr> Coordinates::turned(const Expr& s, const std::vector<Expr>& v) const {
+std::vector<Expr> Coordinates::cross(const Expr& s, const std::vector<Expr>& v) const {
   const Expr first = over(carried(s, times(scale(0), v[1]), true), scale(0));
   const Expr second = over(carried(s, times(scale(1), v[0]), false), scale(1));
   return {negate(first, origin_), second};

@@ -45,7 +45,7 @@ class Coordinates {
   /// s k x v on two axes. Of v on faces and s on nodes its sum with v is 0 over all faces, so that it takes no energy,
   /// and s that v does not spread keeps its square: A. Arakawa, Y.-J. G. Hsu, Mon. Wea. Rev. 118 (1990) 1960, the terms
   /// of flow without divergence.
-  std::vector<Expr> turned(const Expr& s, const std::vector<Expr>& v) const;
+  std::vector<Expr> cross(const Expr& s, const std::vector<Expr>& v) const;
   std::vector<Expr> speeds(std::vector<Expr> v) const;
   /// The components of v . grad f.
   std::vector<Expr> advection(const std::vector<Expr>& v, const std::vector<Expr>& f) const;
@@ -72,7 +72,7 @@ class Coordinates {
   Expr diffusion(const Expr& f, int axis) const;
   /// How axis b turns the component along axis a, d_b(h_a v_a)/(h_a h_b).
   Expr turn_of(const Expr& component, int a, int b) const;
-  /// s times v across an axis, where `turned` wants it.
+  /// s times v across an axis, where `cross` wants it.
   Expr carried(const Expr& s, const Expr& across, bool has_s_inside) const;
   /// The component as it is on faces across the axis.
   Expr on_faces(const Expr& component, int axis) const;

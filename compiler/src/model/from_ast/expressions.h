@@ -120,6 +120,7 @@ class Expressions {
   std::optional<Typed> tensor_call(const ast::Call& e, SourceRange range);
   Typed outer_product(const ast::Call& e, SourceRange range);
   Typed inner_product(const ast::Call& e, SourceRange range);
+  Typed scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range);
   Typed dot_product(const ast::Call& e, SourceRange range);
   bool can_take_tensor(const std::string& what, SourceRange range);
   Typed vector_gradient(const std::vector<Expr>& v, SourceRange range);

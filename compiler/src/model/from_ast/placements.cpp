@@ -104,10 +104,6 @@ void check_coupling(Draft& draft) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// "edges" or "faces" where the components of a vector would lie at the places that are wanted of this one; ""
 /// elsewhere.
 std::string places_wanted(const Draft& draft, const Placements::Mistake& mistake) {

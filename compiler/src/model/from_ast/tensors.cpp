@@ -128,10 +128,15 @@ Typed Expressions::inner_product(const ast::Call& e, SourceRange range) {
   if (!takes(e, 2)) return {};
   const Typed a = numeric(e.arguments[0].value), b = numeric(e.arguments[1].value);
   if (a.type == Typed::Type::none || b.type == Typed::Type::none) return {};
-  if (a.parts.size() == b.parts.size()) return number_of(contraction(a.parts, b.parts, {range}));
+  if (a.parts.size() == b.parts.size()) return scalar_product(a.parts, b.parts, range);
   draft_.sink.report("wrong-length", e.arguments[1].value.range(),
                      {counted(static_cast<int>(a.parts.size()), "component"), std::to_string(b.parts.size())});
   return {};
+}
+
+/// In a mean or a sum each product stays where it lies, if it can.
+Typed Expressions::scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range) {
+  return number_of(is_in_sum_ ? contraction(a, b, {range}) : Coordinates(draft_.problem, {range}).dot(a, b));
 }
 
 /// a . b of two vectors is a number, of a tensor and a vector a vector: the sum over the indices that are neighbours.
@@ -156,8 +161,7 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   }
   if (left_is_tensor) return {Typed::Type::vector, applied(left.parts, right.parts, {range})};
   if (right_is_tensor) return {Typed::Type::vector, applied(transposed(right.parts, n), left.parts, {range})};
-  if (is_in_sum_) return number_of(contraction(left.parts, right.parts, {range}));
-  return number_of(Coordinates(draft_.problem, {range}).dot(left.parts, right.parts));
+  return scalar_product(left.parts, right.parts, range);
 }
 
 /// With an axis of symmetry a tensor would have a component around it too.

@@ -276,7 +276,7 @@ Typed Expressions::cross_product(const ast::Call& e, SourceRange range) {
   }
   const auto parts = as_vector(v, e.arguments[1].value.range());
   if (!parts) return {};
-  return {Typed::Type::vector, Coordinates(draft_.problem, {range}).turned(*s, *parts)};
+  return {Typed::Type::vector, Coordinates(draft_.problem, {range}).cross(*s, *parts)};
 }
 
 /// |v| of a number is abs(v).
