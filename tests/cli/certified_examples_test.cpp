@@ -47,6 +47,9 @@ const std::map<std::string, std::string> smaller = {
     {"forced_burgers cubic_64", "--set cells=32"},
     {"forced_burgers fine", "--set cells=32 --set end=5"},
     {"forced_burgers plain_64", "--set end=5"},
+    {"filtered by_bump", "--set cells=16 --set end=1200 --set step=600 --set time=euler"},
+    {"filtered filtered_rotation", "--set cells=8 --set end=1200 --set step=600 --set time=euler"},
+    {"filtered galewsky", "--set cells=8 --set end=1200 --set step=600 --set time=euler"},
     {"forced_burgers third_64", "--set cells=32 --set end=5"},
     {"gray_scott spots", "--set cells=64 --set end=100"},
     {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
@@ -101,8 +104,8 @@ const std::map<std::string, std::string> smaller = {
     {"waves rate", "--set cells=8 --set end=0.1"},
     {"year find_wash", "--set cells=8 --set step=14400"},
     {"year rain_by_swell", "--set cells=8 --set step=14400"},
-    {"year ten_days", "--set cells=6 --set end=14400"},
-    {"year year", "--set cells=6 --set end=14400"},
+    {"year ten_days", "--set cells=6 --set end=14400 --set time=euler"},
+    {"year year", "--set cells=6 --set end=14400 --set time=euler"},
     {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 
