@@ -17,7 +17,9 @@ namespace dpde {
 double Engine::loss() {
   Rollout& rollout = objective();
   begin(rollout);
-  return rollout.loss();
+  const double loss = rollout.loss();
+  was_stopped_ = rollout.was_stopped();
+  return loss;
 }
 
 namespace {

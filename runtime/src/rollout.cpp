@@ -227,24 +227,31 @@ RunResult Rollout::Impl::advance(int count) {
 
 double Rollout::Impl::loss() {
   const FloatScope without_subnormals;
+  host_mode = without_subnormals.before();
   begin();
   loss_value = 0;
   current = 0;
+  steps_worked = 0;
+  result.stopped = false;
   if (setup.steady > 0) {
     const std::optional<Steady> steady = run_to_steady();
+    result.stopped = !steady && stopping();
     if (!steady) return std::numeric_limits<double>::quiet_NaN();
     add_losses(events_at(setup.steps), steady->step, buffers[static_cast<size_t>(current)]);
     return loss_value;
   }
   add_losses(0, buffers.front());
   for (int n = 0, until = 0; n < last_loss;) {  // until: where the next loss is
-    if (stopping()) return std::numeric_limits<double>::quiet_NaN();
+    result.stopped = stopping();
+    if (result.stopped) return std::numeric_limits<double>::quiet_NaN();
     if (n == until) until = std::ranges::upper_bound(events, n, {}, &LossEvent::step)->step;
     const int next = free_buffer(current, current), count = steps_at_once(n, until);
     steps(n, count, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
     n += count;
     if (n == until) add_losses(n, buffers[static_cast<size_t>(current)]);
+    result.stopped = !go_on(n, count, last_loss, false);
+    if (result.stopped) return std::numeric_limits<double>::quiet_NaN();
   }
   return loss_value;
 }

@@ -62,10 +62,12 @@ bool Rollout::Impl::run_trajectory_gradient() {
   return complete;
 }
 
-/// Counts steps, forward or back, that led to `state`; false when whoever watches wants no more.
 bool Rollout::Impl::go_on(int state, int worked, bool is_back) {
+  return go_on(state, worked, 2 * int64_t{last_loss} + result.recomputed_steps, is_back);
+}
+
+bool Rollout::Impl::go_on(int state, int worked, int64_t total, bool is_back) {
   const int64_t before = std::exchange(steps_worked, steps_worked + worked);
-  const int64_t total = 2 * int64_t{last_loss} + result.recomputed_steps;
   if (!watch || (before / watch_every == steps_worked / watch_every && steps_worked != total)) return true;
   const FloatScope of_host(host_mode);
   return watch({steps_worked, total, time(state), is_back});

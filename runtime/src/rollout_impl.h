@@ -256,7 +256,10 @@ struct Rollout::Impl {
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
   void after_reverse(int n);
+  /// Counts steps of a gradient, forward or back, that led to `state`, or of `total`; false when whoever watches wants
+  /// no more.
   bool go_on(int state, int worked = 1, bool is_back = false);
+  bool go_on(int state, int worked, int64_t total, bool is_back);
   double adjoint_norm() const;
   FieldView bar_of(std::string_view field) const;
   void copy_field_bar(std::string_view field, std::span<double> to) const;
@@ -321,8 +324,8 @@ struct Rollout::Impl {
   std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;
   int watch_every = 1;
-  FloatMode host_mode = 0;   // of whoever asked for the gradient, for `watch`
-  int64_t steps_worked = 0;  // of this gradient, in any direction
+  FloatMode host_mode = 0;   // of whoever asked for the gradient or loss, for `watch`
+  int64_t steps_worked = 0;  // of this gradient, in any direction, or loss
   GradientResult result;
   std::chrono::steady_clock::time_point start;
 };

@@ -426,6 +426,7 @@ void Rollout::watch_gradient(GradientCallback call, int every) {
   impl_->watch = std::move(call);
   impl_->watch_every = std::max(every, 1);
 }
+bool Rollout::was_stopped() const { return impl_->result.stopped; }
 double Rollout::adjoint_norm() const { return impl_->adjoint_norm(); }
 
 const std::vector<std::string>& Rollout::sought() const { return impl_->setup.sought; }

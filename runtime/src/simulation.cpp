@@ -298,6 +298,8 @@ void Simulation::set_initial(std::string_view name, Values values) {
 
 void Simulation::set_field(std::string_view name, Values values) { impl_->set_field(name, values); }
 
+std::vector<std::string> Simulation::fields() const { return keys_of(impl_->engine.given()); }
+
 std::size_t Simulation::field_size(std::string_view name) const { return impl_->field_named(name).states * size(); }
 
 void Simulation::state(std::string_view name, Target to) const {

@@ -124,9 +124,7 @@ double Simulation::loss() {
     impl_->begin_objective();
     return impl_->engine.loss();
   });
-  const std::atomic<bool>* stop = impl_->engine.options().stop;
-  const bool stopped = stop != nullptr && stop->load();
-  if (!stopped && !std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
+  if (!impl_->engine.was_stopped() && !std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
   return loss;
 }
 

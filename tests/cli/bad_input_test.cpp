@@ -212,8 +212,10 @@ TEST_F(BadInput, AFirstSceneRunsAndIsCertifiedAndIsNotWrittenTwice) {
   const Outcome found = dpde("optimize rod.dpde find_k --json");
   ASSERT_EQ(found.status, 0) << found.err;
   const Outcome again = dpde("new rod.dpde");
-  EXPECT_EQ(again.status, 3);
-  EXPECT_NE(again.err.find("it is there already"), std::string::npos);
+  EXPECT_EQ(again.status, 2);
+  EXPECT_NE(again.err.find("rod.dpde is there already"), std::string::npos);
+  const Outcome spaced = dpde("new 'my rod.dpde'");
+  EXPECT_NE(spaced.out.find("dpde run 'my rod.dpde' rod"), std::string::npos) << spaced.out;
 }
 
 TEST_F(BadInput, CodesAreExplainedByAnExample) {

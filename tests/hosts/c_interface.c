@@ -94,6 +94,13 @@ static void check_refusals(dpde_sim* rod) {
   expect(dpde_sim_set(rod, DPDE_PARAM, "q", u, 1, &error) == DPDE_ERROR_INPUT, "no parameter q");
   taken(&error, "no parameter q; it has k", "[]");
   expect(dpde_sim_get(rod, DPDE_STATE, NULL, u, CELLS, &error) == DPDE_ERROR_INPUT, "no name");
+  expect(dpde_sim_get(rod, DPDE_STATE, "u", NULL, CELLS, NULL) == DPDE_ERROR_INPUT, "nowhere to put it");
+  expect(dpde_sim_set(NULL, DPDE_STATE, "u", u, CELLS, NULL) == DPDE_ERROR_INPUT, "no simulation");
+  expect(dpde_sim_gradient(NULL, NULL, NULL) == DPDE_ERROR_INPUT && dpde_sim_step(NULL, 1, NULL) == DPDE_ERROR_INPUT,
+         "no simulation to run");
+  expect(dpde_sim_name(NULL, DPDE_STATE, 0) == NULL && dpde_sim_rank(NULL) == 0 && dpde_model_scene(NULL, 0) == NULL,
+         "nothing has no names");
+  expect(strcmp(dpde_sim_warnings_text(rod), "") == 0 && strcmp(dpde_sim_warnings_json(rod), "[]") == 0, "no warnings");
   taken(&error, "no state", "[]");
   expect(dpde_sim_set(rod, DPDE_INITIAL, "u", u, 3, &error) == DPDE_ERROR_INPUT, "three values");
   taken(&error, "3", "[]");

@@ -128,6 +128,71 @@ TEST(Arrays, WithMistakesAreReported) {
   EXPECT_EQ(said("let a[i] = i*c[i]; let b = sum(a[j], j) + sum(sum(c[i]*c[j], i), j)"), "");
 }
 
+TEST(Arrays, StandInTimesRowsOfSchemesAndLetsOfOtherScenes) {
+  const std::string by_index = R"(
+model m { field c[2]; param T[2]; dt(c[i]) = -i*advect(0.5, c[i]) }
+scheme one { advect = upwind(1); advect c[2] = central(2) }
+scene s : m with one {
+  grid x = 0 .. 1, cells 8, periodic
+  T = (1/4, 1/2)
+  let w[i] = i*T[i]
+  initial c[i] = w[i]*sin(2*pi*x)
+  time 0 .. 1, step 1/8
+  every T[1]: c[1] += 1
+  at t = T[2]: c[2] += 1
+  output c every T[1]
+}
+scene s2 = s { initial c[i] = 2*w[i] }
+task find : s2 {
+  unknown T[1]
+  minimise mean((sum(c[i], i) - sum(w[i], i))^2) at t = T[2]
+}
+)";
+  std::string by_hand = by_index;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = by_hand.find(from, at)) != std::string::npos; at += to.size())
+      by_hand.replace(at, from.size(), to);
+  };
+  replace("field c[2]; param T[2]; dt(c[i]) = -i*advect(0.5, c[i])",
+          "field c_1, c_2; param T_1, T_2; dt(c_1) = -1*advect(0.5, c_1); dt(c_2) = -2*advect(0.5, c_2)");
+  replace("let w[i] = i*T[i]", "let w_1 = 1*T_1; let w_2 = 2*T_2");
+  replace("initial c[i] = w[i]*sin(2*pi*x)", "initial c_1 = w_1*sin(2*pi*x); initial c_2 = w_2*sin(2*pi*x)");
+  replace("initial c[i] = 2*w[i]", "initial c_1 = 2*w_1; initial c_2 = 2*w_2");
+  replace("sum(c[i], i) - sum(w[i], i)", "c_1 + c_2 - (w_1 + w_2)");
+  replace("T = (1/4, 1/2)", "T_1 = 1/4; T_2 = 1/2");
+  replace("output c", "output c_1, c_2");
+  replace("[1]", "_1");
+  replace("[2]", "_2");
+  for (const char* name : {"s", "s2"})
+    EXPECT_EQ(print(problem_of(by_index, {name, {}, ""})), print(problem_of(by_hand, {name, {}, ""})));
+  const auto refusal = [](const std::string& text) {
+    const Outcome outcome = outcome_of(text, {"find", {}, ""});
+    return outcome.diagnostics.empty() ? "" : outcome.diagnostics.front().message;
+  };
+  EXPECT_EQ(refusal(by_index), refusal(by_hand));
+  std::string whole = by_index;
+  whole.replace(whole.find("advect = upwind(1); advect c[2]"), 31, "advect c[1] = upwind(1); advect c");
+  EXPECT_NE(refusal(whole).find("given twice"), std::string::npos) << refusal(whole);
+}
+
+TEST(Arrays, TuplesHaveAsManyPartsAsElements) {
+  const auto said = [](const std::string& line) {
+    const Outcome outcome = outcome_of(
+        "model m { field c[3]; param A[2, 3] = 0\ndt(c[i]) = -A[1, i]*c[i] + A[2, i] }\n"
+        "scene s : m { grid x = 0 .. 1, cells 8, periodic\n" +
+        line + "\ntime 0 .. 1, step 1/8 }\n");
+    if (outcome.problem) return print(*outcome.problem->find_state("c_2")->initial.formula);
+    return outcome.diagnostics.front().message + ": " + outcome.diagnostics.front().hint;
+  };
+  const std::string rows =
+      ": A is A[2, 3]: a tuple gives each element its own, and A[i, j] = ... with indices all the same";
+  EXPECT_EQ(said("initial c = (1, 2, 3); A = ((1, 2, 3), (4, 5, 6))"), "2");
+  EXPECT_EQ(said("initial c = 0; A = (1, 2, 3)"), "expected 2 rows but this has 3" + rows);
+  EXPECT_EQ(said("initial c = 0; A = (1, 2)"), "expected 3 elements but this has no tuple" + rows);
+  EXPECT_EQ(said("initial c = 0; A = ((1, 2, 3), (4, 5))"), "expected 3 elements but this has 2" + rows);
+  EXPECT_EQ(said("initial c = (1, 2)").substr(0, 34), "expected 3 elements but this has 2");
+}
+
 TEST(Arrays, OfTwoModelsHaveOneSize) {
   const auto said = [](int size) {
     const Outcome outcome =

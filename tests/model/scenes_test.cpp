@@ -181,9 +181,11 @@ TEST(Scenes, ThatCannotBeMadeAreReported) {
   EXPECT_EQ(code("scene b = b { cells 4 }"), "E0339 a scene is made from one that is written out");
   EXPECT_EQ(outcome_of(written_out + "scene b = a { cells 4, 4, 4 }", {"b", {}, ""}).diagnostics.front().hint,
             "write one number for all axes, or one for each");
-  EXPECT_EQ(
-      outcome_of(written_out + "scene b = a { grid x = 0 .. 2, cells 4; cells 5 }", {"b", {}, ""}).code_and_hint(),
-      "E0303 ");
+  EXPECT_EQ(outcome_of(written_out + "scene b = a { grid x = 0 .. 2, cells 4; grid y = 0 .. 2, cells 4; cells 5 }",
+                       {"b", {}, ""})
+                .diagnostics.front()
+                .message,
+            "the cells of x is given twice");
 }
 
 TEST(Scenes, LetsStandInTheSceneAlone) {
@@ -294,6 +296,20 @@ TEST(Scenes, WithoutAGridHaveNothingThatVaries) {
   EXPECT_EQ(with("field b; dt(b) = n(a)", "initial b = 0", "", narrow), "0 diagnostics:");
   const std::string shift = "operator near(u) order 1 = u[+1] - u";
   EXPECT_EQ(with("field b; dt(b) = near(a)", "initial b = 0", "", shift).substr(0, 5), "E0401");
+}
+
+TEST(Scenes, CellsOfAnAxisGoBeforeThoseOfAll) {
+  const std::string text = R"(
+model m { field u; dt(u) = lap(u) }
+scene s : m { cells 4; grid x = 0 .. 1, periodic; grid y = 0 .. 1, cells 6, periodic; initial u = 0; time 0 .. 1, step 1 }
+scene t = s { cells 5; grid y = 0 .. 1, cells 7, periodic }
+scene w = s { cells 5, 3; grid y = 0 .. 1, cells 7, periodic }
+)";
+  EXPECT_EQ(problem_of(text, {"s", {}, ""}).axes[0].cells, 4);
+  EXPECT_EQ(problem_of(text, {"s", {}, ""}).axes[1].cells, 6);
+  EXPECT_EQ(problem_of(text, {"t", {}, ""}).axes[0].cells, 5);
+  EXPECT_EQ(problem_of(text, {"t", {}, ""}).axes[1].cells, 7);
+  EXPECT_EQ(outcome_of(text, {"w", {}, ""}).diagnostics.front().message, "the cells of y is given twice");
 }
 
 }  // namespace

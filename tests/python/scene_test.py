@@ -50,9 +50,44 @@ scene box : flow {
 """
 
 
+several = """model m { field c[2]; coefficient vector w; param A[2, 2] = ((0.1, 0.2), (0.3, 0.4))
+  dt(c[i]) = -advect(w, c[i]) - sum(A[i, j]*c[j], j) }
+scene box : m {
+  grid x = 0 .. 1, cells 8, periodic
+  grid y = 0 .. 1, cells 6, periodic
+  w = (1, 2)
+  initial c[i] = sin(2*pi*x)*i
+  time 0 .. 0.1, step 1/80
+}
+"""
+
+
 def scale(k, cells=16):
     h = 2 * np.pi / cells
     return 1 - 4 * k * 0.125 / h**2 * np.sin(h / 2) ** 2
+
+
+class Several(unittest.TestCase):
+    """Vectors of coefficients and elements of arrays by name."""
+
+    def test_by_name(self):
+        model = dpde.compile(several)
+        scene = model.scene("box", inputs=["c", "w", "A[1, 2]"])
+        self.assertEqual(set(scene.unknowns), {"c_1", "c_2", "w.x", "w.y", "A_1_2"})
+        rng = np.random.default_rng(4)
+        w, seeds = rng.standard_normal((2, 6, 8)), {"c_1": rng.standard_normal((6, 8))}
+        self.assertEqual(scene.shape_of("w"), (2, 6, 8))
+        slopes = scene.vjp(seeds, w=w)
+        along, d = rng.standard_normal((2, 6, 8)), 1e-5
+        ends = [np.sum(scene.run(w=w + sign * d * along)["c_1"] * seeds["c_1"]) for sign in (1, -1)]
+        there = np.sum(slopes["w.x"] * along[0]) + np.sum(slopes["w.y"] * along[1])
+        self.assertAlmostEqual(there, (ends[0] - ends[1]) / (2 * d), delta=1e-6 * abs(there))
+        self.assertEqual(model.scene("box", inputs=["c[2]"]).unknowns, ["c_2"])
+
+    def test_seeds_of_a_vector(self):
+        scene = dpde.compile(carried).scene("box", inputs=["nu"])
+        seed = np.random.default_rng(5).standard_normal((2, 6, 8))
+        self.assertEqual(scene.vjp({"v": seed}), scene.vjp({"v.x": seed[0], "v.y": seed[1]}))
 
 
 class Runs(unittest.TestCase):
@@ -136,6 +171,29 @@ class Runs(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             long.run()
         timer.join()
+
+    def test_ctrl_c_ends_losses_and_rare_reports(self):
+        text = rod.replace("time 0 .. 1,", "time 0 .. 1e8,").partition("task find")[0]
+        text += "task long : rod { unknown k from 0.1; minimise mean(u^2) at t = 1e8 }"
+        find = dpde.compile(text).scene("long", slots=8, certify=False)
+        for call in (find.loss, lambda: find.gradient(every=10**9), lambda: find.run(every=10**9)):
+            timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+            timer.start()
+            with self.assertRaises(KeyboardInterrupt):
+                call()
+            timer.join()
+
+    def test_progress_comes_every_so_many_steps(self):
+        scene = dpde.compile(rod).scene("rod", step=1/1024)
+        seen = []
+        scene.run(every=300, progress=lambda p: seen.append(p.done))
+        self.assertEqual(seen[:3], [300, 600, 900])
+
+    def test_warnings(self):
+        text = rod.replace("model heat {", "model heat { param spare = 1;")
+        with self.assertWarnsRegex(dpde.CompilerWarning, "spare") as caught:
+            dpde.compile(text).scene("rod")
+        self.assertEqual(caught.warning.messages[0].severity, "warning")
 
     def test_one_call_at_a_time(self):
         with self.assertRaisesRegex(RuntimeError, "in use"):

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 
@@ -41,17 +43,27 @@ task find_k : rod {
 }
 )";
 
+std::string for_a_shell(const std::string& path) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '/' || c == '.' || c == '_' || c == '-';
+  };
+  if (std::ranges::all_of(path, is_plain)) return path;
+  std::string quoted = "'";
+  for (const char c : path) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 int write_first_scene(const CommonOptions& options) {
   Job job(options);
   guarded(job, [&] {
     if (std::filesystem::exists(options.file)) {
-      job.sink().report("cannot-write", {}, {options.file, "it is there already"}, "give another name");
+      job.sink().report("bad-option", {}, {options.file + " is there already"}, "give another name");
       return;
     }
     if (!files::write_file(options.file, first_scene, job.sink())) return;
     job.wrote(options.file);
-    job.say(
-        fmt::format("next:  dpde run {0} rod    dpde verify {0} find_k    dpde optimize {0} find_k\n", options.file));
+    job.say(fmt::format("next:  dpde run {0} rod    dpde verify {0} find_k    dpde optimize {0} find_k\n",
+                        for_a_shell(options.file)));
   });
   return job.finish({{"files", job.files()}});
 }

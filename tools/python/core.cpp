@@ -7,6 +7,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <exception>
@@ -188,12 +189,18 @@ class Sim {
   }
   void run(std::optional<double> until, const py::object& progress, int every) {
     const double end = until.value_or(std::nan(""));
-    slow([&](dpde_error** error) { return dpde_sim_run(sim_.get(), end, report, this, every, error); }, {progress});
+    const int interval = interval_of(every);
+    slow([&](dpde_error** error) { return dpde_sim_run(sim_.get(), end, report, this, interval, error); },
+         {progress, py::none(), every});
   }
   double loss() {
     double loss = 0;
-    slow([&](dpde_error** error) { return dpde_sim_loss(sim_.get(), &loss, error); });
+    slow([&](dpde_error** error) { return dpde_sim_loss(sim_.get(), &loss, error); },
+         {py::none(), py::none(), usual_interval});
     return loss;
+  }
+  py::tuple warnings() const {
+    return py::make_tuple(dpde_sim_warnings_text(sim_.get()), dpde_sim_warnings_json(sim_.get()));
   }
   double gradient(const py::object& progress, int every) {
     double loss = 0;
@@ -242,11 +249,18 @@ class Sim {
     if (call(&error) != DPDE_OK) raise(error);
   }
 
-  /// Who is told: of steps, of updates; steps of gradients that are watched, 0 as they are.
+  /// Who is told: of so many steps, of updates.
   struct Told {
     py::object progress = py::none(), updates = py::none();
-    int every = 0;
+    int every = usual_interval;
   };
+
+  /// Steps between looks for signals: of those that are told none is left out.
+  static int interval_of(int every) {
+    int interval = std::min(every, usual_interval);
+    while (every % interval != 0) --interval;
+    return interval;
+  }
 
   template <class Call>
   void slow(const Call& call, const Told& told = {}) {
@@ -255,10 +269,13 @@ class Sim {
     thrown_ = nullptr;
     progress_ = told.progress;
     updates_ = told.updates;
+    const int interval = interval_of(told.every);
+    looks_a_call_ = told.every / interval;
+    looks_ = 0;
     std::int32_t code = DPDE_OK;
-    if (told.every != 0 && told.every != watched_) {
-      code = dpde_sim_watch(sim_.get(), report, this, told.every, &error);
-      watched_ = told.every;
+    if (interval != watched_) {
+      code = dpde_sim_watch(sim_.get(), report, this, interval, &error);
+      watched_ = interval;
     }
     if (code == DPDE_OK) code = without_lock([&] { return call(&error); });
     progress_ = updates_ = py::none();
@@ -271,7 +288,8 @@ class Sim {
 
   static std::int32_t report(void* user, const dpde_report* now) {
     Sim& self = *static_cast<Sim*>(user);
-    return self.tell(self.progress_, *now);
+    const bool is_due = ++self.looks_ % self.looks_a_call_ == 0 || now->done == now->total;
+    return self.tell(is_due ? self.progress_ : py::none(), *now);
   }
   static std::int32_t report_update(void* user, const dpde_report* now) {
     Sim& self = *static_cast<Sim*>(user);
@@ -298,6 +316,8 @@ class Sim {
              updates_ = py::none();  // of what runs now: of its steps, of an optimiser's updates
   std::exception_ptr thrown_;
   int watched_ = 0;  // steps between calls of report()
+  int looks_a_call_ = 1;
+  std::int64_t looks_ = 0;
 };
 
 void add_kinds(py::module_& module) {
@@ -337,6 +357,7 @@ PYBIND11_MODULE(_core, module) {
       .def_readwrite("checkpoint_bytes", &Settings::checkpoint_bytes);
   py::class_<Sim>(module, "Sim")
       .def(py::init<const Model&, const Settings&>())
+      .def("warnings", &Sim::warnings)
       .def("names", &Sim::names)
       .def("cells", &Sim::cells)
       .def("size", &Sim::size)

@@ -41,6 +41,7 @@ struct HostOptions {
   /// are the unknowns; gradient() is the transposed derivative of the states at the end, times a seed for each state u,
   /// which set_field("u_seed", values) gives (u_seed_ where the model has that name).
   std::vector<std::string> inputs{};
+  std::vector<Message>* warnings = nullptr;  // where what the compiler warns of is put
 };
 
 /// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins

@@ -85,6 +85,9 @@ typedef struct dpde_sim dpde_sim;
 /* Compiles: machine code, and of tasks and inputs its derivative, checked. */
 dpde_sim* dpde_model_open(const dpde_model* model, const dpde_options* options, dpde_error** error);
 void dpde_sim_free(dpde_sim* sim);
+/* What the compiler warns of, "" where of nothing: for people, and for programs as dpde_error_json(). */
+const char* dpde_sim_warnings_text(const dpde_sim* sim);
+const char* dpde_sim_warnings_json(const dpde_sim* sim);
 
 /* What names mean and values are of. */
 #define DPDE_PARAM 0
@@ -97,7 +100,7 @@ void dpde_sim_free(dpde_sim* sim);
 #define DPDE_GRADIENT 7 /* of the last gradient; names: the unknowns; to be read alone */
 #define DPDE_SEED 8 /* with inputs: what the state at the end is multiplied by; names: the states; to be set alone */
 
-/* The index-th name, NULL behind the last; there are none of DPDE_FIELD and DPDE_CONTROL. */
+/* The index-th name, NULL behind the last; there are none of DPDE_CONTROL. */
 const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index);
 /* How many values it has. */
 int32_t dpde_sim_size(dpde_sim* sim, int32_t kind, const char* name, size_t* size, dpde_error** error);
@@ -140,7 +143,7 @@ int32_t dpde_sim_set_unknowns(dpde_sim* sim, const double* values, size_t size, 
 /* The Hessian of the loss, or with gauss_newton 1 that matrix, times a vector of all unknowns. */
 int32_t dpde_sim_hessian_vector(dpde_sim* sim, const double* direction, double* product, size_t size,
                                 int32_t gauss_newton, dpde_error** error);
-/* From now on gradients and products call `progress` every so many steps; NULL ends it. */
+/* From now on losses, gradients and products call `progress` every so many steps; NULL ends it. */
 int32_t dpde_sim_watch(dpde_sim* sim, dpde_progress progress, void* user, int32_t every, dpde_error** error);
 
 typedef struct {

@@ -23,7 +23,8 @@ struct dpde_model {
 struct dpde_sim {
   explicit dpde_sim(dpde::host::Opened opened);
   dpde::Simulation simulation;
-  std::vector<std::string> params, states, networks, unknowns, seeds;
+  std::vector<std::string> params, states, fields, networks, unknowns, seeds;
+  std::string warnings_text, warnings_json;
   std::string reason;        // of the last optimisation
   bool was_stopped = false;  // by a watch, in the present call
   bool has_gradient = false;
@@ -39,6 +40,15 @@ struct Stopped {};
 
 /// Input that the C interface itself refuses.
 [[noreturn]] void refuse(const std::string& why);
+
+/// @throws Error(input) for NULL.
+template <class... Pointers>
+void need(const Pointers*... pointers) {
+  if (((pointers == nullptr) || ...)) refuse("NULL where a simulation, a vector or a place for the result is needed");
+}
+
+/// As dpde_error_json().
+std::string json_of(const std::vector<Message>& messages);
 
 /// What `call` does; DPDE_OK, or the code of what it threw.
 template <class Call>

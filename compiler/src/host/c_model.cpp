@@ -25,20 +25,6 @@ int32_t code_of(ErrorKind kind) {
   return DPDE_ERROR_MACHINE;
 }
 
-std::string json_of(const std::vector<Message>& messages) {
-  Json all = Json::array();
-  for (const Message& m : messages) {
-    all.push_back(Json{{"code", m.code},
-                       {"severity", m.severity},
-                       {"message", m.text},
-                       {"file", m.file},
-                       {"line", m.line},
-                       {"column", m.column},
-                       {"hint", m.hint}});
-  }
-  return all.dump();
-}
-
 dpde_error described(std::exception_ptr thrown) {
   try {
     std::rethrow_exception(std::move(thrown));
@@ -98,6 +84,20 @@ dpde_error* error_of_exception() noexcept {
   }
 }
 
+std::string json_of(const std::vector<Message>& messages) {
+  Json all = Json::array();
+  for (const Message& m : messages) {
+    all.push_back(Json{{"code", m.code},
+                       {"severity", m.severity},
+                       {"message", m.text},
+                       {"file", m.file},
+                       {"line", m.line},
+                       {"column", m.column},
+                       {"hint", m.hint}});
+  }
+  return all.dump();
+}
+
 void refuse(const std::string& why) { throw Error(ErrorKind::input, why); }
 
 }  // namespace dpde::host
@@ -125,6 +125,10 @@ dpde_model* dpde_model_from_file(const char* path, dpde_error** error) {
   });
 }
 
-const char* dpde_model_scene(const dpde_model* model, size_t index) { return host::name_in(model->scenes, index); }
-const char* dpde_model_task(const dpde_model* model, size_t index) { return host::name_in(model->tasks, index); }
+const char* dpde_model_scene(const dpde_model* model, size_t index) {
+  return model == nullptr ? nullptr : host::name_in(model->scenes, index);
+}
+const char* dpde_model_task(const dpde_model* model, size_t index) {
+  return model == nullptr ? nullptr : host::name_in(model->tasks, index);
+}
 void dpde_model_free(dpde_model* model) { delete model; }

@@ -15,9 +15,14 @@ dpde_sim::dpde_sim(dpde::host::Opened opened)
     : simulation(std::move(opened.simulation)),
       params(simulation.params()),
       states(simulation.states()),
+      fields(simulation.fields()),
       networks(simulation.networks()),
       unknowns(simulation.unknowns()),
-      seeds(std::move(opened.seeds)) {}
+      seeds(std::move(opened.seeds)),
+      warnings_text(std::move(opened.warnings_text)),
+      warnings_json(dpde::host::json_of(opened.warnings)) {
+  std::erase_if(fields, [&](const std::string& name) { return std::ranges::find(seeds, name) != seeds.end(); });
+}
 
 namespace dpde::host {
 
@@ -128,7 +133,7 @@ void require(bool reached_end) {
   if (!reached_end) throw Stopped();
 }
 
-/// Steps, gradients and products that a watch ends.
+/// Losses, gradients and products that a watch ends.
 template <class Call>
 auto watched(dpde_sim& sim, const Call& call) {
   sim.was_stopped = false;
@@ -143,6 +148,7 @@ auto watched(dpde_sim& sim, const Call& call) {
 using namespace dpde;
 
 void dpde_options_init(dpde_options* options, int32_t version) {
+  if (options == nullptr) return;
   *options = {};
   options->version = version;
   options->threads = 1;
@@ -161,13 +167,18 @@ dpde_sim* dpde_model_open(const dpde_model* model, const dpde_options* options, 
 
 void dpde_sim_free(dpde_sim* sim) { delete sim; }
 
+const char* dpde_sim_warnings_text(const dpde_sim* sim) { return sim == nullptr ? "" : sim->warnings_text.c_str(); }
+const char* dpde_sim_warnings_json(const dpde_sim* sim) { return sim == nullptr ? "[]" : sim->warnings_json.c_str(); }
+
 const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index) {
+  if (sim == nullptr) return nullptr;
   const std::vector<std::string>* names = nullptr;
   switch (kind) {
     case DPDE_PARAM: names = &sim->params; break;
     case DPDE_STATE:
     case DPDE_INITIAL: names = &sim->states; break;
     case DPDE_SEED: names = sim->seeds.empty() ? nullptr : &sim->states; break;
+    case DPDE_FIELD: names = &sim->fields; break;
     case DPDE_WEIGHTS: names = &sim->networks; break;
     case DPDE_UNKNOWN:
     case DPDE_GRADIENT: names = &sim->unknowns; break;
@@ -177,51 +188,72 @@ const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index) {
 }
 
 int32_t dpde_sim_size(dpde_sim* sim, int32_t kind, const char* name, size_t* size, dpde_error** error) {
-  return host::guarded(error, [&] { *size = host::size_of(*sim, kind, host::text_of(name)); });
+  return host::guarded(error, [&] {
+    host::need(sim, size);
+    *size = host::size_of(*sim, kind, host::text_of(name));
+  });
 }
 
 int32_t dpde_sim_set(dpde_sim* sim, int32_t kind, const char* name, const double* values, size_t size,
                      dpde_error** error) {
-  return host::guarded(error, [&] { host::set(*sim, kind, host::text_of(name), {values, size}); });
+  return host::guarded(error, [&] {
+    host::need(sim, values);
+    host::set(*sim, kind, host::text_of(name), {values, size});
+  });
 }
 
 int32_t dpde_sim_get(dpde_sim* sim, int32_t kind, const char* name, double* to, size_t size, dpde_error** error) {
-  return host::guarded(error, [&] { host::get(*sim, kind, host::text_of(name), {to, size}); });
+  return host::guarded(error, [&] {
+    host::need(sim, to);
+    host::get(*sim, kind, host::text_of(name), {to, size});
+  });
 }
 
 int32_t dpde_sim_observe(dpde_sim* sim, const char* name, double* value, dpde_error** error) {
-  return host::guarded(error, [&] { *value = sim->simulation.observe(host::text_of(name)); });
+  return host::guarded(error, [&] {
+    host::need(sim, value);
+    *value = sim->simulation.observe(host::text_of(name));
+  });
 }
 
-size_t dpde_sim_rank(const dpde_sim* sim) { return sim->simulation.cells().size(); }
+size_t dpde_sim_rank(const dpde_sim* sim) { return sim == nullptr ? 0 : sim->simulation.cells().size(); }
 
 size_t dpde_sim_cells(const dpde_sim* sim, size_t axis) {
+  if (sim == nullptr) return 0;
   const std::vector<std::int64_t>& cells = sim->simulation.cells();
   return axis < cells.size() ? static_cast<size_t>(cells[axis]) : 0;
 }
 
 int32_t dpde_sim_coordinates(const dpde_sim* sim, size_t axis, double* to, size_t size, dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim, to);
     const int number = axis < 3 ? static_cast<int>(axis) : 3;  // there are no more
     host::copy_to("the axis", sim->simulation.coordinates(number), {to, size});
   });
 }
 
-double dpde_sim_time(const dpde_sim* sim) { return sim->simulation.time(); }
-double dpde_sim_time_step(const dpde_sim* sim) { return sim->simulation.time_step(); }
-int64_t dpde_sim_steps_done(const dpde_sim* sim) { return sim->simulation.steps_done(); }
+double dpde_sim_time(const dpde_sim* sim) { return sim == nullptr ? NAN : sim->simulation.time(); }
+double dpde_sim_time_step(const dpde_sim* sim) { return sim == nullptr ? NAN : sim->simulation.time_step(); }
+int64_t dpde_sim_steps_done(const dpde_sim* sim) { return sim == nullptr ? 0 : sim->simulation.steps_done(); }
 
 int32_t dpde_sim_reset(dpde_sim* sim, dpde_error** error) {
-  return host::guarded(error, [&] { sim->simulation.reset(); });
+  return host::guarded(error, [&] {
+    host::need(sim);
+    sim->simulation.reset();
+  });
 }
 
 int32_t dpde_sim_step(dpde_sim* sim, int32_t count, dpde_error** error) {
-  return host::guarded(error, [&] { host::require(sim->simulation.step(count)); });
+  return host::guarded(error, [&] {
+    host::need(sim);
+    host::require(sim->simulation.step(count));
+  });
 }
 
 int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* user, int32_t every,
                      dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim);
     ProgressCallback callback;
     if (progress != nullptr)
       callback = [&](const Progress& p) {
@@ -234,26 +266,36 @@ int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* 
 }
 
 int32_t dpde_sim_loss(dpde_sim* sim, double* loss, dpde_error** error) {
-  return host::guarded(error, [&] { *loss = sim->simulation.loss(); });
+  return host::guarded(error, [&] {
+    host::need(sim, loss);
+    *loss = host::watched(*sim, [&] { return sim->simulation.loss(); });
+  });
 }
 
 int32_t dpde_sim_gradient(dpde_sim* sim, double* loss, dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim, loss);
     sim->has_gradient = false;
     *loss = host::watched(*sim, [&] { return sim->simulation.gradient(); });
     sim->has_gradient = true;
   });
 }
 
-size_t dpde_sim_unknown_count(const dpde_sim* sim) { return sim->simulation.gradient_vector().size(); }
+size_t dpde_sim_unknown_count(const dpde_sim* sim) {
+  return sim == nullptr ? 0 : sim->simulation.gradient_vector().size();
+}
 
 int32_t dpde_sim_set_unknowns(dpde_sim* sim, const double* values, size_t size, dpde_error** error) {
-  return host::guarded(error, [&] { sim->simulation.set_unknowns({values, size}); });
+  return host::guarded(error, [&] {
+    host::need(sim, values);
+    sim->simulation.set_unknowns({values, size});
+  });
 }
 
 int32_t dpde_sim_hessian_vector(dpde_sim* sim, const double* direction, double* product, size_t size,
                                 int32_t gauss_newton, dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim, direction, product);
     const Curvature curvature = gauss_newton != 0 ? Curvature::gauss_newton : Curvature::full;
     host::watched(*sim, [&] {
       sim->simulation.hessian_vector({direction, size}, Target(product, size), curvature);
@@ -264,6 +306,7 @@ int32_t dpde_sim_hessian_vector(dpde_sim* sim, const double* direction, double* 
 
 int32_t dpde_sim_watch(dpde_sim* sim, dpde_progress progress, void* user, int32_t every, dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim);
     if (progress == nullptr) return sim->simulation.watch_gradients({});
     sim->simulation.watch_gradients(
         [=](const GradientProgress& p) {
@@ -279,6 +322,7 @@ int32_t dpde_sim_watch(dpde_sim* sim, dpde_progress progress, void* user, int32_
 int32_t dpde_sim_optimise(dpde_sim* sim, int32_t iterations, dpde_progress progress, void* user, dpde_optimised* result,
                           dpde_error** error) {
   return host::guarded(error, [&] {
+    host::need(sim, result);
     OptimiserCallback callback;
     if (progress != nullptr)
       callback = [&](const OptimiserProgress& p) {

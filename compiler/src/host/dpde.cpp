@@ -136,7 +136,10 @@ Opened open(const SourceFile& file, const HostOptions& options) {
                          .explain = explaining(source, kept)},
                         table);
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
-  return {std::move(simulation), seeds_of(*kept->problem, options)};
+  Told warnings = told(source, sink);
+  if (options.warnings != nullptr) *options.warnings = warnings.messages;
+  return {std::move(simulation), seeds_of(*kept->problem, options), std::move(warnings.messages),
+          std::move(warnings.text)};
 }
 
 SourceFile read(const std::string& path) {

@@ -12,16 +12,32 @@
 
 #include "model/from_ast.h"
 #include "model/from_ast/names.h"
+#include "syntax/elements.h"
 #include "syntax/parser.h"
 
 namespace dpde::host {
 
 namespace {
 
+/// What models of the file declare as fields; of an array the name without its elements.
+std::vector<std::string> fields_of(const ast::File& file) {
+  std::vector<std::string> names;
+  for (const ast::Declaration& declaration : file.declarations) {
+    const auto* model = std::get_if<ast::Model>(&declaration.kind);
+    if (model == nullptr) continue;
+    for (const ast::Item& item : model->items) {
+      const auto* declared = get_if<ast::FieldItem>(&item.kind);
+      if (declared == nullptr) continue;
+      for (const ast::Identifier& name : declared->names) names.push_back(ast::element_of(name.name).array);
+    }
+  }
+  return names;
+}
+
 /// As the task says that it seeks the value. @throws Error(input) for what is no name: it would be read as text.
-std::string line_for(const model::Problem& problem, const std::string& input) {
+std::string line_for(const model::Problem& problem, const std::vector<std::string>& fields, const std::string& input) {
   const auto is_of_names = [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("_.()").find(static_cast<char>(c)) != std::string_view::npos;
+    return std::isalnum(c) != 0 || std::string_view("_.()[], ").find(static_cast<char>(c)) != std::string_view::npos;
   };
   if (input.empty() || !std::ranges::all_of(input, is_of_names))
     throw Error(ErrorKind::input, fmt::format("inputs are names, and \"{}\" is none", input));
@@ -29,6 +45,9 @@ std::string line_for(const model::Problem& problem, const std::string& input) {
     return state.name == input || model::vector_of(state.name) == input;
   };
   if (std::ranges::any_of(problem.states, is_state)) return "  unknown initial " + input;
+  const std::string array = ast::element_of(input).array;
+  const bool is_other = problem.find_param(input) != nullptr || problem.find_coefficient(input) != nullptr;
+  if (!is_other && std::ranges::find(fields, array) != fields.end()) return "  unknown initial " + input;
   if (problem.find_network(input) != nullptr) return "  learn " + input;
   return "  unknown " + input;
 }
@@ -52,7 +71,7 @@ std::string append_input_task(SourceFile& source, const HostOptions& options, Di
   };
   while (is_used(scenes) || is_used(tasks)) name += "_";
   std::string text = fmt::format("task {} : {} {{\n", name, scene);
-  for (const std::string& input : options.inputs) text += line_for(*problem, input) + "\n";
+  for (const std::string& input : options.inputs) text += line_for(*problem, fields_of(file), input) + "\n";
   source.append("inputs", text + "  minimise sum(" + problem->states.front().name + ")\n}\n");
   return name;
 }

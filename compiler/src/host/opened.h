@@ -13,6 +13,8 @@ namespace dpde::host {
 struct Opened {
   Simulation simulation;
   std::vector<std::string> seeds;  // with HostOptions::inputs: of each state the datum that is its seed
+  std::vector<Message> warnings;
+  std::string warnings_text;
 };
 
 /// @throws Error as compile_text().

@@ -11,6 +11,13 @@ void add(std::vector<Expr*>& formulas, Expr& e) { formulas.push_back(&e); }
 void add(std::vector<Expr*>& formulas, std::optional<Expr>& e) {
   if (e) formulas.push_back(&*e);
 }
+void add(std::vector<Expr*>& formulas, std::vector<Expr>& all) {
+  for (Expr& e : all) formulas.push_back(&e);
+}
+void add(std::vector<Expr*>& formulas, When& when) {
+  if (auto* at = std::get_if<WhenAt>(&when)) add(formulas, at->times);
+  if (auto* steps = std::get_if<WhenSteps>(&when)) add(formulas, steps->steps);
+}
 
 }  // namespace
 
@@ -61,13 +68,17 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](ParamItem& i) {
         for (std::optional<Expr>& value : i.values) all(value);
       },
-      [&](GridItem& i) { all(i.low, i.high, i.cells, i.stretched); },
+      [&](GridItem& i) { all(i.low, i.high, i.cells, i.stretched); }, [&](CellsItem& i) { all(i.counts); },
+      [&](CoordinatesItem& i) { all(i.kind); }, [&](StepItem& i) { all(i.step); },
       [&](TimeItem& i) { all(i.from, i.to, i.step, i.courant, i.speed, i.tolerance, i.absolute, i.first, i.steady); },
       [&](EventItem& i) {
+        all(i.every, i.times);
         for (EventItem::Update& update : i.updates) all(update.value);
       },
-      [&](ObserveItem& i) { all(i.value); }, [&](UnknownItem& i) { all(i.from, i.low, i.high); },
-      [&](DataItem& i) { all(i.value); }, [&](MinimiseItem& i) { all(i.loss); }, [&](TestItem& i) { all(i.value); },
+      [&](SubcycleItem& i) { all(i.parts); }, [&](OutputItem& i) { all(i.every); },
+      [&](AccuracyItem& i) { all(i.tolerance); }, [&](ObserveItem& i) { all(i.value); },
+      [&](UnknownItem& i) { all(i.from, i.low, i.high); }, [&](DataItem& i) { all(i.value, i.when); },
+      [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
       [](auto&) {});
   return found;
 }

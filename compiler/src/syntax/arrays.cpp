@@ -5,13 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <map>
+#include <ranges>
 #include <set>
 
 #include "syntax/array_places.h"
 #include "syntax/calls.h"
+#include "syntax/elements.h"
 
 namespace dpde::ast {
 
@@ -22,50 +23,6 @@ constexpr int most_terms = 100000;  // of the sums of a block
 
 using Arrays = std::map<std::string, std::vector<int>>;  // how many elements along each index
 using Values = std::map<std::string, int>;               // of indices
-
-/// dt(A[i, 2]) in parts.
-struct Element {
-  std::string before, array;
-  std::vector<std::string> indices;  // none: no element
-  std::string behind;
-};
-
-Element element_of(const std::string& name) {
-  Element element;
-  const std::size_t begin = name.rfind('(') + 1, open = name.find('['), close = name.find(']');
-  const std::size_t end = open != std::string::npos ? open : std::min(name.size(), name.find(')'));
-  element.before = name.substr(0, begin);
-  element.array = name.substr(begin, end - begin);
-  element.behind = name.substr(open != std::string::npos ? close + 1 : end);
-  for (std::size_t at = open; open != std::string::npos && at < close;) {
-    const std::size_t comma = std::min(name.find(", ", at + 1), close);
-    element.indices.push_back(name.substr(at + 1, comma - at - 1));
-    at = comma == close ? close : comma + 1;
-  }
-  return element;
-}
-
-std::optional<int> number_in(const std::string& index) {
-  int value = 0;
-  const auto result = std::from_chars(index.data(), index.data() + index.size(), value);
-  return result.ec == std::errc() ? std::optional(value) : std::nullopt;
-}
-
-std::string text_of(const std::string& array, const std::vector<int>& extents) {
-  return fmt::format("{}[{}]", array, fmt::join(extents, ", "));
-}
-
-/// All values of indices, the last one running first.
-void for_each_value(const std::vector<int>& extents, const std::function<void(const std::vector<int>&)>& f) {
-  std::vector<int> at(extents.size(), 1);
-  while (true) {
-    f(at);
-    std::size_t k = extents.size();
-    while (k > 0 && at[k - 1] == extents[k - 1]) at[--k] = 1;
-    if (k == 0) return;
-    ++at[k - 1];
-  }
-}
 
 /// One block of the file: its lines with the arrays that are known in it.
 class ArrayBlock {
@@ -96,6 +53,23 @@ class ArrayBlock {
     if (arrays_.empty() && std::ranges::none_of(items, [&](Item& item) { return has_index(item); })) return items;
     std::vector<Item> all;
     for (Item& item : items) add(item, all);
+    return all;
+  }
+
+  /// Rows of a scheme: advect c = upwind(1) is one for each element.
+  std::vector<Item> rows_of_elements(const std::vector<Item>& rows) {
+    std::vector<Item> all;
+    for (const Item& row : rows) {
+      const auto* value = get_if<ValueItem>(&row.kind);
+      if (value == nullptr || !value->of) {
+        all.push_back(row);
+        continue;
+      }
+      for (const Identifier& element : elements_of(*value->of, false, [](const auto&) {})) {
+        Item& one = all.emplace_back(row);
+        get_if<ValueItem>(&one.kind)->of = element;
+      }
+    }
     return all;
   }
 
@@ -285,23 +259,42 @@ class ArrayBlock {
       extents.push_back(std::max(1, extent_of(index, item)));
     }
     if (!fits(extents)) return refuse_size(*target);
+    const bool is_whole = !open.empty() && open.front().starts_with("#");
+    Expr* whole = is_whole ? value_of(item) : nullptr;
+    if (whole != nullptr && !has_parts(*whole, extents, 0, *target)) return;
     for_each_value(extents, [&](const std::vector<int>& at) {
       Values values;
       for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
       Item& one = all.emplace_back(item);
       Identifier* name = target_of(one);
       if (name != nullptr) name->name = named(name->name, values, name->range);
-      Expr* value = !open.empty() && open.front().starts_with("#") ? value_of(one) : nullptr;
-      for (std::size_t k = 0; value != nullptr && k < at.size(); ++k) take_part(*value, at[k], extents[k]);
+      if (whole != nullptr) take_part(*value_of(one), at);
       set_formulas(one, values);
     });
   }
 
-  /// D = (1, 2, 3): each element its own.
-  static void take_part(Expr& value, int index, int extent) {
-    const auto* tuple = std::get_if<Tuple>(&value->kind);
-    if (tuple == nullptr || std::ssize(tuple->elements) != extent) return;
-    value = Expr(tuple->elements[static_cast<std::size_t>(index - 1)]);
+  /// D = (1, 2, 3), A = ((1, 2), (3, 4)): a tuple has as many parts as the array has elements, and so has each part.
+  bool has_parts(const Expr& value, const std::vector<int>& extents, std::size_t index, const Identifier& name) {
+    const auto* tuple = index < extents.size() ? std::get_if<Tuple>(&value->kind) : nullptr;
+    if (tuple == nullptr && (index == 0 || index == extents.size())) return true;
+    const std::string expected = fmt::format("{} {}", extents[index], index + 1 < extents.size() ? "rows" : "elements");
+    if (tuple == nullptr || std::ssize(tuple->elements) != extents[index]) {
+      const std::string found = tuple == nullptr ? "no tuple" : std::to_string(tuple->elements.size());
+      sink_.report("wrong-length", value.range(), {expected, found},
+                   fmt::format("{} is {}: a tuple gives each element its own, and {} = ... with indices all the same",
+                               element_of(name.name).array, text_of(element_of(name.name).array, extents),
+                               element_of(name.name).array + (extents.size() == 1 ? "[i]" : "[i, j]")));
+      return false;
+    }
+    return std::ranges::all_of(tuple->elements,
+                               [&](const Expr& part) { return has_parts(part, extents, index + 1, name); });
+  }
+
+  static void take_part(Expr& value, const std::vector<int>& at) {
+    for (const int index : at) {
+      const auto* tuple = std::get_if<Tuple>(&value->kind);
+      if (tuple != nullptr) value = Expr(tuple->elements[static_cast<std::size_t>(index - 1)]);
+    }
   }
 
   /// Each element by itself.
@@ -309,11 +302,13 @@ class ArrayBlock {
     if (auto* param = get_if<ParamItem>(&item.kind)) {
       ParamItem all;
       for (std::size_t i = 0; i < param->names.size(); ++i) {
+        std::optional<Expr>& value = param->values[i];
+        const auto array = arrays_.find(element_of(param->names[i].name).array);
+        const bool is_array = value && array != arrays_.end();
+        if (is_array && !has_parts(*value, array->second, 0, param->names[i])) value.reset();
         for (const Identifier& name : elements_of(param->names[i], true, [&](const std::vector<int>& at) {
-               all.values.push_back(param->values[i]);
-               const auto array = arrays_.find(element_of(param->names[i].name).array);
-               for (std::size_t k = 0; all.values.back() && k < at.size(); ++k)
-                 take_part(*all.values.back(), at[k], array->second[k]);
+               all.values.push_back(value);
+               if (value) take_part(*all.values.back(), at);
              }))
           all.names.push_back(name);
       }
@@ -388,11 +383,14 @@ class ArrayWriter {
       auto* model = std::get_if<Model>(&declaration.kind);
       if (model != nullptr) models_[model->name.name] = write(model->items, {});
     }
-    std::map<std::string, Arrays> of_scenes;
-    for (auto& [name, scene] : scenes_) of_scenes[name] = write(scene->items, arrays_of_models(*scene));
+    for (auto& [name, scene] : scenes_) write(*scene);
+    Arrays of_all;
+    for (const auto& [name, arrays] : models_) of_all.insert(arrays.begin(), arrays.end());
     for (Declaration& declaration : file_.declarations) {
       auto* task = std::get_if<Task>(&declaration.kind);
-      if (task != nullptr) write(task->items, of_scenes[task->of.name]);
+      if (task != nullptr) write(task->items, known_in(task->of.name));
+      auto* scheme = std::get_if<Scheme>(&declaration.kind);
+      if (scheme != nullptr) scheme->items = ArrayBlock(of_all, taken_, sink_).rows_of_elements(scheme->items);
     }
   }
 
@@ -425,23 +423,29 @@ class ArrayWriter {
     }
   }
 
-  /// The scene that this one is made from in the end: chains may be long.
-  const Scene& first_of(const Scene& scene) {
-    std::vector<const Scene*> chain{&scene};
-    while (chain.back()->like && scenes_.contains(chain.back()->like->name) && chain.size() <= scenes_.size()) {
-      const Scene* next = scenes_.at(chain.back()->like->name);
-      const auto known = first_.find(next);
-      chain.push_back(known == first_.end() ? next : known->second);
-      if (known != first_.end()) break;
+  Arrays known_in(const std::string& scene) {
+    const auto known = of_scenes_.find(scene);
+    return known == of_scenes_.end() ? Arrays{} : known->second;
+  }
+
+  /// Behind those that it is made from, one from another, whose arrays it knows: chains may be long.
+  void write(Scene& scene) {
+    std::vector<Scene*> chain;
+    std::set<Scene*> open;
+    for (Scene* next = &scene; !of_scenes_.contains(next->name.name) && open.insert(next).second;) {
+      chain.push_back(next);
+      if (!next->like || !scenes_.contains(next->like->name)) break;
+      next = scenes_.at(next->like->name);
     }
-    for (const Scene* made : chain) first_[made] = chain.back();
-    return *chain.back();
+    for (Scene* made : std::views::reverse(chain)) {
+      const Arrays known = made->like ? known_in(made->like->name) : arrays_of_models(*made);
+      of_scenes_[made->name.name] = write(made->items, known);
+    }
   }
 
   Arrays arrays_of_models(const Scene& scene) {
-    const Scene* from = &first_of(scene);
-    Arrays arrays = models_.contains(from->of.name) ? models_.at(from->of.name) : Arrays{};
-    for (const Identifier& model : from->also) {
+    Arrays arrays = models_.contains(scene.of.name) ? models_.at(scene.of.name) : Arrays{};
+    for (const Identifier& model : scene.also) {
       if (!models_.contains(model.name)) continue;
       for (const auto& [name, extents] : models_.at(model.name)) {
         const auto [known, is_new] = arrays.emplace(name, extents);
@@ -457,7 +461,7 @@ class ArrayWriter {
   File& file_;
   DiagnosticSink& sink_;
   std::map<std::string, Scene*> scenes_;
-  std::map<const Scene*, const Scene*> first_;
+  std::map<std::string, Arrays> of_scenes_;
   std::map<std::string, Arrays> models_;
   std::set<std::string> taken_;
 };

@@ -64,7 +64,7 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
 };
 struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or of one after the other)
   std::vector<Expr> counts;
-  bool is_of_other = false;  // the scene that this one is made from says so: cells of an axis go before it
+  bool is_of_other = false;  // the scene that this one is made from says so
 };
 struct CoordinatesItem {  // coordinates polar     coordinates sphere(a)     coordinates metric(1, x)
   Expr kind;              // the Name of a kind, or a Call of one

@@ -9,13 +9,15 @@
 dpde.torch and dpde.jax make a scene an operator of these libraries.
 """
 import os
+import warnings
 
 from . import _core
-from .errors import Error, InputError, MachineError, Message, NotFiniteError, RunError, Stopped
+from .errors import (CompilerWarning, Error, InputError, MachineError, Message, NotFiniteError, RunError, Stopped,
+                     messages_of)
 from .scene import Optimised, Progress, Result, Scene
 
-__all__ = ["Error", "InputError", "MachineError", "Message", "Model", "NotFiniteError", "Optimised", "Progress",
-           "Result", "RunError", "Scene", "Stopped", "compile"]
+__all__ = ["CompilerWarning", "Error", "InputError", "MachineError", "Message", "Model", "NotFiniteError", "Optimised",
+           "Progress", "Result", "RunError", "Scene", "Stopped", "compile"]
 
 _backends = {"jit": 0, "cpp": 1, "interpreter": 2}
 
@@ -34,7 +36,7 @@ class Model:
 
         settings: what `--set` says, {"cells.x": 64, "time": "rk4"}; names without a dot may be given as keywords.
         inputs: of a scene, the initial states, parameters, coefficients ... by which vjp() differentiates its end.
-        The other arguments are those of HostOptions in dpde/dpde.h.
+        The other arguments are those of HostOptions in dpde/dpde.h. What the compiler warns of is a CompilerWarning.
         """
         if not isinstance(name, str):
             raise TypeError(f"the name of a scene or a task is wanted, not {type(name).__name__}")
@@ -47,6 +49,9 @@ class Model:
         chosen.threads, chosen.slots, chosen.force, chosen.certify = threads, slots, force, certify
         chosen.second_order, chosen.checkpoint_bytes = second_order, checkpoint_bytes
         opened = _core.Sim(self._core, chosen)
+        text, messages = opened.warnings()
+        if text:
+            warnings.warn(CompilerWarning(text.rstrip("\n"), messages_of(messages)), stacklevel=2)
         return Scene(opened, name or (self.scenes if chosen.inputs else self.tasks or self.scenes)[0])
 
     def __repr__(self):

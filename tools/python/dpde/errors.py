@@ -48,10 +48,21 @@ class Stopped(Error):
     """`progress` returned False."""
 
 
+class CompilerWarning(UserWarning):
+    """What the compiler warns of; `messages` are the same as data."""
+
+    def __init__(self, text, messages=()):
+        super().__init__(text)
+        self.messages = list(messages)
+
+
+def messages_of(text):
+    return [Message(text=m.pop("message"), **m) for m in json.loads(text)]
+
+
 _by_code = {1: InputError, 2: RunError, 3: MachineError, 4: NotFiniteError, 5: Stopped}  # DPDE_ERROR_* of dpde_c.h
 
 
 def made(code, text, messages):
     """The exception for an error of the C interface."""
-    named = [Message(text=m.pop("message"), **m) for m in json.loads(messages)]
-    return _by_code.get(code, MachineError)(text.rstrip("\n"), named)
+    return _by_code.get(code, MachineError)(text.rstrip("\n"), messages_of(messages))

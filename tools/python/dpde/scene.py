@@ -87,11 +87,13 @@ class Scene:
         self.has_seeds = bool(core.names(_core.SEED))
         self.shape = tuple(reversed(core.cells()))
         self._vectors = {}
-        for state in self.states:
-            if "." in state:
-                self._vectors.setdefault(state.partition(".")[0], []).append(state)
+        self._state_vectors = {state.partition(".")[0] for state in self.states if "." in state}
+        for field in self.states + core.names(_core.FIELD):
+            if "." in field:
+                self._vectors.setdefault(field.partition(".")[0], []).append(field)
         self._places = {name: (_core.WEIGHTS, (core.size(_core.WEIGHTS, name),)) for name in self.networks}
-        self._places.update({name: (_core.INITIAL, (len(parts), *self.shape)) for name, parts in self._vectors.items()})
+        self._places.update({name: (_core.INITIAL, (len(self._vectors[name]), *self.shape))
+                             for name in self._state_vectors})
         self._places.update({name: (_core.INITIAL, self.shape) for name in self.states})
         self._places.update({name: (_core.PARAM, ()) for name in self.params})
         self._sets = collections.Counter()  # how often each name was set
@@ -134,6 +136,10 @@ class Scene:
 
     def _find(self, name):
         """A control, or a field that is no state: where its values go and their shape."""
+        if name in self._vectors:
+            kind, shape = self._find(self._vectors[name][0])
+            self._places[name] = kind, (len(self._vectors[name]), *shape)
+            return self._places[name]
         try:
             place = _core.CONTROL, (self._core.size(_core.CONTROL, name),)
         except InputError:
@@ -277,9 +283,14 @@ class Scene:
 
     def vjp(self, seeds, values=None, /, *, progress=None, every=256, **named):
         """Of a scene opened with inputs: the transposed derivative of its end times `seeds`, an array for each state
-        (those that are left out are zero), by input."""
+        (those that are left out are zero; of a vector all components), by input."""
         if not self.has_seeds:
             raise InputError("vjp() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
+        self._require_once(seeds)
+        for vector in self._state_vectors & set(seeds):
+            parts = self._vectors[vector]
+            seeds = {**seeds, **dict(zip(parts, shaped(vector, seeds[vector], (len(parts), *self.shape))))}
+            del seeds[vector]
         for name in seeds:
             if name not in self.states:
                 raise InputError(f"seeds: there is no state {name}; there is {', '.join(self.states)}")

@@ -25,7 +25,7 @@ std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
 /// What the line `cells` says of each axis; none without one.
 struct Counts {
   std::vector<const ast::Expr*> of_axes;
-  bool are_of_other = false;  // the scene that this one is made from says so
+  bool are_of_each = false;  // cells 64, 32, or 64 where no axis would take it: an axis has none of its own beside
 };
 
 /// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
@@ -40,7 +40,7 @@ int cells_of(Draft& draft, const ast::GridItem& item, const Counts& counts, std:
     return value ? as_cells(draft, *value, {}).value_or(1) : 1;
   }
   draft.settings.add_known(key);
-  if (item.cells && counted && !counts.are_of_other)
+  if (item.cells && counted && counts.are_of_each)
     report_duplicate(draft, "the cells of " + item.axis.name, counted->range(), item.cells->range());
   if (item.cells) counted = &*item.cells;
   if (!counted) {
@@ -64,7 +64,9 @@ Counts counts_of(Draft& draft, std::size_t axes) {
   }
   // after a mistake any of them will do
   for (std::size_t i = 0; i < axes; ++i) counts.of_axes[i] = &written[written.size() == axes ? i : 0];
-  counts.are_of_other = lines.front().kind.is_of_other;
+  const bool is_unused = std::ranges::all_of(items_of<ast::GridItem>(draft.scene->items),
+                                             [](const auto& line) { return line.kind.cells.has_value(); });
+  counts.are_of_each = !lines.front().kind.is_of_other && (written.size() > 1 || is_unused);
   return counts;
 }
 

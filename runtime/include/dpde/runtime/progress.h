@@ -16,13 +16,14 @@ struct Progress {
 /// False stops the run.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
-/// Of a gradient: `done` of `total` steps, those forward, those computed again from stored states, and those back.
+/// Of a loss or a gradient: `done` of `total` steps, those forward, those computed again from stored states, and those
+/// back.
 struct GradientProgress {
   std::int64_t done, total;
   double time;           // of the state it is at: it rises, and falls on the way back
   bool is_back = false;  // that state's adjoint has just been found
 };
-/// False stops the gradient.
+/// False stops it.
 using GradientCallback = std::function<bool(const GradientProgress&)>;
 
 /// Of an optimiser: before update `iteration` (0, 1, ...), and once more after the last one.

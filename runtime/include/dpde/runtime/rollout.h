@@ -330,7 +330,9 @@ class Rollout {
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.
   const GradientResult& gradient();
-  /// Calls `call` every so many steps of gradient() and at its end; an empty one ends that.
+  /// Whether the last loss() or gradient() was.
+  bool was_stopped() const;
+  /// Calls `call` every so many steps of gradient() and loss() and at their end; an empty one ends that.
   void watch_gradient(GradientCallback call, int every);
   /// Root of the sum of squares over all states and cells of the adjoint at the state that a call of watch_gradient()
   /// is at, where that is on its way back.

@@ -84,6 +84,8 @@ class Simulation {
   void set_initial(std::string_view name, Values values);
   /// A coefficient; a control field, one interval after the other; or data of the task: as many states as it has times.
   void set_field(std::string_view name, Values values);
+  /// The names that set_field() knows.
+  std::vector<std::string> fields() const;
   /// How many values set_field() wants of it.
   std::size_t field_size(std::string_view name) const;
   /// @throws NotFinite when a state is no longer finite; what is asked for after that comes as it is.
@@ -133,9 +135,8 @@ class Simulation {
   /// update.
   Optimised optimise(const OptimiserCallback& progress = {}, int iterations = 0);
 
-  /// Calls `progress` every so many steps of each gradient and product from now on, those of optimise() too. When it
-  /// returns false, gradient() and products are not a number and optimise() ends with StopReason::observer. An empty
-  /// one ends it.
+  /// Calls `progress` every so many steps of each loss, gradient and product from now on, those of optimise() too. When
+  /// it returns false, they are not a number and optimise() ends with StopReason::observer. An empty one ends it.
   void watch_gradients(GradientCallback progress, int every = 64);
 
  private:
