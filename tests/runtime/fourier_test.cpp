@@ -136,6 +136,43 @@ TEST(FourierSolvers, WavesAtAnEigenvalueAreDropped) {
   }
 }
 
+/// 2 + line*(a second derivative) + a first one along `axis`: lines know nothing of one another.
+StencilMatrix lines_along(const GridCells& cells, std::size_t axis) {
+  StencilMatrix matrix{.cells = cells};
+  matrix.periodic[axis] = true;
+  std::int64_t step = 1;
+  for (std::size_t before = 0; before < axis; ++before) step *= cells[before];
+  for (int offset = -2; offset <= 2; ++offset) {
+    std::array<int, 3> place{};
+    place[axis] = offset;
+    matrix.offsets.push_back(place);
+    std::vector<double>& values = matrix.values.emplace_back();
+    for (std::int64_t cell = 0; cell < matrix.size(); ++cell) {
+      const auto line = static_cast<double>(cell % step + cell / step / cells[axis] * step);
+      values.push_back(offset == 0 ? 2 + 2 * line : std::abs(offset) == 1 ? 0.3 * offset : -line);
+    }
+  }
+  return matrix;
+}
+
+TEST(FourierSolvers, LinesThatDifferFromOneAnother) {
+  for (const auto& [cells, axis] : {std::pair<GridCells, std::size_t>{{8, 5, 1}, 0},
+                                    {{7, 3, 4}, 0},
+                                    {{5, 8, 1}, 1},
+                                    {{1, 9, 3}, 1},
+                                    {{3, 2, 7}, 2},
+                                    {{2, 9, 1}, 0},
+                                    {{9, 3, 1}, 1}}) {
+    const StencilMatrix matrix = lines_along(cells, axis);
+    expect_right(matrix, name_of(matrix, {every_pair[0], every_pair[0], every_pair[0]}));
+    EXPECT_EQ(LinearSolver(matrix, {}).method(), SolverMethod::fourier);
+    StencilMatrix uneven = matrix;
+    uneven.values[2][1] *= 2;
+    EXPECT_NE(LinearSolver(uneven, {}).method(), SolverMethod::fourier);
+  }
+  EXPECT_NE(LinearSolver(lines_along({3, 8, 2}, 1), {}).method(), SolverMethod::fourier);  // lines of two distances
+}
+
 TEST(FourierSolvers, LongLinesAreAsExactAsShortOnes) {
   for (const Pair& along : every_pair) {
     for (const std::int64_t n : {1000, 1001, 1024, 997}) {

@@ -146,6 +146,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0437", "pole-without-boundary", Severity::error, "{} has no condition for the pole at {}"},
     {"E0438", "no-pole", Severity::error, "there is no pole at {}"},
     {"E0439", "not-around-pole", Severity::error, "{} does not run around the pole at {}: {}"},
+    {"E0441", "on-pole", Severity::error, "this is taken on a pole, where it is divided by a length of 0"},
     {"E0440", "in-curved-coordinates", Severity::error, "{} is not possible in {}"},
     {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) says nothing about {}"},
     {"E0433", "condition-too-coarse", Severity::error, "{} has no image beyond this wall: {}"},

@@ -18,6 +18,7 @@
 #include "solve/fourier.h"
 #include "solve/gmres.h"
 #include "solve/krylov.h"
+#include "solve/line_series.h"
 #include "solve/multigrid.h"
 #include "solve/null_space.h"
 #include "solve/tridiagonal.h"
@@ -136,7 +137,8 @@ struct LinearSolver::Impl {
   std::optional<DirectSolver> direct;
   std::optional<TridiagonalSolver> tridiagonal;
   std::optional<FourierSolver> fourier;
-  std::optional<double> fourier_residual;  // of the first solve that came near enough
+  std::optional<LineSeries> line_series;
+  std::optional<double> fourier_residual;  // of the first solve by either that came near enough
   std::optional<Multigrid> multigrid;
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
@@ -156,8 +158,13 @@ bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
 
 bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
   fourier = FourierSolver::of(matrix, options.rounding, !null_space.is_empty());
-  if (!fourier) return false;
+  if (!fourier && null_space.is_empty()) line_series = LineSeries::of(matrix, options.rounding);
+  if (!fourier && !line_series) return false;
   method = SolverMethod::fourier;
+  if (line_series) {
+    reason = "coupled along one periodic axis, with the same coefficients along it: Fourier series of each line";
+    return true;
+  }
   reason = fourier->has_walls()
                ? "the same coefficients everywhere, walls that are mirrors: Fourier series of the images"
                : "the same coefficients everywhere, periodic: Fourier series";
@@ -314,13 +321,13 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
   report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
-  if (fourier && report.converged) fourier_residual = report.residual;
+  if ((fourier || line_series) && report.converged) fourier_residual = report.residual;
   report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
 }
 
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
-  fourier->divide(b, x);
+  fourier ? fourier->divide(b, x) : line_series->divide(b, x);
   SolveReport report{.method = method,
                      .residual = *fourier_residual,
                      .incompatible = null_space.share_of_mean(b),
@@ -341,12 +348,13 @@ void LinearSolver::begin(std::span<const double> b, std::span<const double> gues
 
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {
   Impl& own = *impl_;
-  if (own.fourier_residual && !own.fourier->drops_waves()) return own.solve_by_known_waves(b, x);
+  if (own.fourier_residual && !(own.fourier && own.fourier->drops_waves())) return own.solve_by_known_waves(b, x);
   std::ranges::copy(b, own.right.begin());
   SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right)};
   IterationReport way{.converged = true};
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
+  if (own.line_series) own.line_series->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.has_steps()) way = own.iterate(x);
   if (!own.fourier) own.null_space.remove(x);  // whose waves have none of it

@@ -69,6 +69,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
   if (name == "interpolate") return interpolation(e, range);
   if (name == "if") return choice(e, range);
+  if (is_quadrature(e)) return quadrature(e, range);
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
   if (name == "force_on") return force(e, range);
   if (name == "torque_on") return torque(e, range);

@@ -251,6 +251,7 @@ std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range
 }
 
 Typed Expressions::name(const ast::Name& e, SourceRange range) {
+  if (const auto running = running_.find(e.name); running != running_.end()) return running->second;
   if (function_) return name_in_function(e.name, range);
   const Meaning* meaning = draft_.scope.find(e.name);
   if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});

@@ -77,6 +77,7 @@ class Expressions {
   Typed tuple(const ast::Tuple& e);
   // functions.cpp: those of the file
   Typed user_call(const ast::Function& function, const ast::Call& e, SourceRange range);
+  Typed body(FunctionScope& scope, const ast::Call& e, SourceRange range);
   void note_order(const FunctionScope& call, const Typed& value);
   // operators.cpp: those whose adjoint is given
   Typed application(const FunctionScope& call, const ast::Call& e, SourceRange range);
@@ -154,6 +155,10 @@ class Expressions {
   /// Marks the axis that `e` names.
   bool add_axis(const ast::Expr& e, std::array<bool, 3>& over);
 
+  // quadrature.cpp
+  static bool is_quadrature(const ast::Call& e);
+  Typed quadrature(const ast::Call& e, SourceRange range);
+
   // random.cpp
   struct Spectrum {
     double seed = 0, lowest = 1, highest = 1, slope = 0;
@@ -189,11 +194,12 @@ class Expressions {
   Draft& draft_;
   Purpose purpose_;
   std::string subject_;
-  const FunctionScope* function_ = nullptr;   // whose body this is
-  std::set<std::string> open_ = {};           // names whose formulas of the scene are being put in
-  std::map<std::string, Typed> put_in_ = {};  // and those that were
-  bool is_measuring_ = false;                 // this body is read for its order only
-  bool is_in_sum_ = false;                    // products of dot are left where they lie
+  const FunctionScope* function_ = nullptr;    // whose body this is
+  std::map<std::string, Typed> running_ = {};  // what stands for the variables of integrals of formulas
+  std::set<std::string> open_ = {};            // names whose formulas of the scene are being put in
+  std::map<std::string, Typed> put_in_ = {};   // and those that were
+  bool is_measuring_ = false;                  // this body is read for its order only
+  bool is_in_sum_ = false;                     // products of dot are left where they lie
 };
 
 /// "an equation", "an initial state", ...

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
@@ -51,6 +52,14 @@ Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, 
     if (argument.type == Typed::Type::none) return {};
     scope.arguments.emplace(function.parameters[i].name, std::move(argument));
   }
+  const std::map<std::string, Typed> running = std::exchange(running_, {});  // a body does not know them
+  Typed value = body(scope, e, range);
+  running_ = running;
+  return value;
+}
+
+Typed Expressions::body(FunctionScope& scope, const ast::Call& e, SourceRange range) {
+  const ast::Function& function = scope.function;
   if (!function.adjoints.empty() && !is_measuring_) {
     const Typed value = application(scope, e, range);
     if (value.type != Typed::Type::none) note_order(scope, value);

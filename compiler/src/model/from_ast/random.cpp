@@ -158,6 +158,7 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
   const bool in_time = e.callee == "random_signal";
   std::vector<Direction> directions;
   const FunctionScope* const function = std::exchange(function_, nullptr);  // its x is not the coordinate
+  const std::map<std::string, Typed> running = std::exchange(running_, {});
   for (int axis = 0; axis < (in_time ? 1 : axis_count()); ++axis) {
     const Typed place = name({in_time ? "t" : axis_name(axis)}, range);
     if (place.type == Typed::Type::none) break;
@@ -167,6 +168,7 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
                 : Direction{place.parts[0], along.low, along.high - along.low});
   }
   function_ = function;
+  running_ = running;
   const int count = static_cast<int>(directions.size());
   if (count != (in_time ? 1 : axis_count())) return {};
   std::mt19937_64 random(static_cast<std::uint64_t>(given->seed));

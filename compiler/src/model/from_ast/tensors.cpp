@@ -10,6 +10,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 
 namespace dpde::model {
 
@@ -181,6 +182,13 @@ Typed Expressions::vector_gradient(const std::vector<Expr>& v, SourceRange range
 
 Typed Expressions::tensor_divergence(const std::vector<Expr>& s, SourceRange range) {
   if (!can_take_tensor("div of a tensor", range)) return {};
+  if (has_pole(
+          draft_.problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
+    draft_.sink.report(
+        "in-curved-coordinates", range, {"div of a tensor", "coordinates with a pole"},
+        "lap(v) is div(grad(v)); let the axis end before the pole, or write the terms of each component");
+    return {};
+  }
   return {Typed::Type::vector, Coordinates(draft_.problem, {range}).tensor_divergence(s)};
 }
 

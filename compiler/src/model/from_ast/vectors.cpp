@@ -9,6 +9,8 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
+#include "model/placement.h"
 
 namespace dpde::model {
 
@@ -202,6 +204,16 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
   const Typed operand = numeric(e.arguments[1].value);
   if (!velocity || operand.type == Typed::Type::none) return {};
   if (operand.type == Typed::Type::tensor && is_refused_in_curves(draft_, "advect of a tensor", range)) return {};
+  const Placements placements(draft_.problem);
+  const auto is_apart = [&](const Expr& part) {
+    return placements.natural(part) != placements.natural(operand.parts.front());
+  };
+  if (has_pole(draft_.problem) &&
+      std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
+    draft_.sink.report("in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
+                       "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
+    return {};
+  }
   return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};
 }
 
