@@ -311,6 +311,10 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
     const std::string unit = problem.unit_of(name);
     text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);
   }
+  for (const auto& [name, unit] : problem.units) {
+    const bool is_axis = std::ranges::find(problem.axes, name, &model::Axis::name) != problem.axes.end();
+    if (!is_axis && name != "t" && !result["types"].contains(name)) text += fmt::format("  {}: in {}\n", name, unit);
+  }
   text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);
