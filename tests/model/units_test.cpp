@@ -262,6 +262,19 @@ TEST(Units, OfTasks) {
   EXPECT_EQ(misfit(task("data e = load(\"e.npy\") in m; minimise mean((u - e)^2)")), "this is in m, but u in K");
 }
 
+TEST(Units, OfScenesMadeFromOthersStay) {
+  const Selection longer{"longer"};
+  const auto units = [&](const std::string& lines) {
+    return problem_of(rod("k*lap(u)") + "scene longer = rod { " + lines + " }\n", longer).units;
+  };
+  EXPECT_EQ(units("grid x = 0 .. 2, cells 16, periodic; time 0 .. 2, step 1/8"), units(""));
+  EXPECT_EQ(units("k = 2").at("k"), "m^2/s");
+  const Outcome other =
+      outcome_of(rod("k*lap(u)") + "scene longer = rod { grid x = 0 .. 2 in km, cells 8, periodic }\n", longer);
+  ASSERT_EQ(other.diagnostics.size(), 1u);
+  EXPECT_EQ(other.diagnostics[0].kind->name, "units-of-other-scale");
+}
+
 TEST(Units, OfFilesAndNetworksAreUnknown) {
   const std::string net = "network law(u) { dense out }\n";
   EXPECT_EQ(misfit(rod("law(u)", "", "", net)), "");

@@ -182,12 +182,24 @@ std::string limits_of(const LinePanel& panel) {
   return std::ranges::all_of(panel.curves, is_line) ? "set autoscale xfix\n" : "";
 }
 
+/// 1, 10, 100 where that is short, else 1e-07.
+const char* format_of_decades(const LinePanel& panel, std::vector<double> Curve::*values) {
+  constexpr double least = 1e-3, most = 1e4;
+  const auto is_short = [](double value) { return !std::isfinite(value) || (value >= least && value <= most); };
+  return std::ranges::all_of(panel.curves,
+                             [&](const Curve& curve) { return std::ranges::all_of(curve.*values, is_short); })
+             ? "%g"
+             : "%.0e";
+}
+
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   if (panel.names_below || panel.curves.size() > 1)  // a second line keeps them off the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
-  text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
-  text += panel.log_x ? "set logscale x\nset format x '%.0e'\n" : "set format x '%g'\n";
+  text += fmt::format("unset logscale\n{}set format y '{}'\n", panel.log_y ? "set logscale y\n" : "",
+                      panel.log_y ? format_of_decades(panel, &Curve::y) : "%g");
+  text += fmt::format("{}set format x '{}'\n", panel.log_x ? "set logscale x\n" : "",
+                      panel.log_x ? format_of_decades(panel, &Curve::x) : "%g");
   text += "set autoscale\n" + limits_of(panel);
   // Room above and below; equal values have none of their own.
   if (panel.range) {
@@ -230,7 +242,7 @@ std::string plot_of(const MapPanel& panel, int index) {
       "cb '%g'\n";
   text += is_signed ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
                     : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
-  text += fmt::format("set cblabel {} noenhanced\n", quoted(typeset(panel.value_label)));
+  text += fmt::format("set cblabel {} noenhanced offset 1,0\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
   text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x_low), number(panel.x_high),
                       number(panel.y_low), number(panel.y_high));
