@@ -80,7 +80,6 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (draft.model) check_guess(draft);
   if (draft.model) check_smoother(draft);
   check_placements(draft);
-  if (draft.model && !sink.has_errors()) check_pole_places(draft);
   check_scene_lets(draft);
   check_gridless(draft);
   check_units(draft);

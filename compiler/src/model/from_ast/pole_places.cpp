@@ -100,9 +100,10 @@ class PolePlaces {
     const Expr* division = divisions_.find(e, at);
     if (division == nullptr) return;
     const SourceRange own = (*division)->origin.range;
-    draft_.sink.report("on-pole", own.is_known() ? own : origin.range, {},
-                       "take fields at cell centres, and a derivative of a derivative as lap(u), div(k*grad(u)) or "
-                       "grad(div(v)), or let the axis end before the pole");
+    draft_.sink.report(
+        "on-pole", own.is_known() ? own : origin.range, {},
+        "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let "
+        "the axis end before the pole");
   }
 
   Draft& draft_;

@@ -165,6 +165,15 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   return scalar_product(left.parts, right.parts, range);
 }
 
+/// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
+/// fluxes alone do not.
+void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
+  const auto is_deep = [&](const Expr& e) { return nested_order(e) > allowed; };
+  if (!has_pole(draft_.problem) || std::ranges::none_of(operand, is_deep)) return;
+  draft_.sink.report("beside-pole", range, {},
+                     "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out");
+}
+
 /// With an axis of symmetry a tensor would have a component around it too.
 bool Expressions::can_take_tensor(const std::string& what, SourceRange range) {
   const std::optional<Metric>& metric = draft_.problem.metric;

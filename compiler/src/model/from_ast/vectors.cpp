@@ -155,6 +155,7 @@ Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   if (operand.type == Typed::Type::none) return {};
+  look_beside_poles(operand.parts, 0, range);
   const Coordinates coordinates(draft_.problem, {range});
   if (operand.type == Typed::Type::number) return number_of(coordinates.laplacian(operand.parts.front()));
   if (!can_take_vector_laplacian(operand, range)) return {};
@@ -183,6 +184,7 @@ Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
   if (value.type == Typed::Type::vector && value.parts.size() > 1) return vector_gradient(value.parts, range);
   const auto operand = as_number(value, e.arguments[0].value.range());
   if (!operand) return {};
+  look_beside_poles({*operand}, 0, range);
   Typed result{Typed::Type::vector, {}};
   const Coordinates coordinates(draft_.problem, {range});
   for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(coordinates.slope(*operand, axis));
@@ -195,6 +197,7 @@ Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
   if (value.type == Typed::Type::tensor) return tensor_divergence(value.parts, range);
   const auto components = as_vector(value, e.arguments[0].value.range());
   if (!components) return {};
+  look_beside_poles(*components, 1, range);
   return number_of(Coordinates(draft_.problem, {range}).divergence(*components));
 }
 
@@ -253,6 +256,7 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed value = numeric(e.arguments[0].value);
   if (value.type == Typed::Type::none) return {};
+  look_beside_poles(value.parts, 0, range);
   const Coordinates coordinates(draft_.problem, {range});
   if (axis_count() == 2 && value.type == Typed::Type::number) {
     if (draft_.problem.metric && !is_constant(draft_.problem.metric->around, 1)) {
