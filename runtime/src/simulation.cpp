@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "simulation_impl.h"
 
@@ -163,6 +164,7 @@ void Simulation::Impl::look_for_blow_up() {
 }
 
 bool Simulation::Impl::advance(int count, bool look) {
+  if (count < 0) throw Error(ErrorKind::input, fmt::format("{} steps cannot be made", count));
   begin_stepping();
   while (count > 0) {
     const int now = std::min(count, look_interval - (reached - looked_at) % look_interval);
@@ -183,7 +185,11 @@ double Simulation::Impl::observe(std::string_view name) {
   for (int32_t s = 0; program != nullptr && s < program->sum_count; ++s) {
     if (name == program->sums[s]) sum = s;
   }
-  if (sum < 0) throw Error(ErrorKind::input, fmt::format("scene {} has no observable {}", engine.scene().name, name));
+  if (sum < 0) {
+    const auto known = std::span(program == nullptr ? nullptr : program->sums,
+                                 program == nullptr ? 0 : static_cast<std::size_t>(program->sum_count));
+    no_such(engine.scene(), "observable", name, known);
+  }
   Workspace::Bound bound;
   for (std::size_t s = 0; s < engine.states().size(); ++s)
     bound[engine.states()[s].name] = engine.stepper().present()[s];

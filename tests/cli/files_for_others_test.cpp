@@ -28,12 +28,35 @@ TEST_F(FilesForOthers, NamesAreWordsAndTimeHasAUnit) {
   EXPECT_EQ(file.text("u_x", "dpde_name"), "u.x");
   EXPECT_EQ(file.text("u_x", "long_name"), "field u.x");
   EXPECT_EQ(file.text("time", "standard_name"), "time");
-  EXPECT_EQ(file.text("time", "units"), "s");
+  EXPECT_EQ(file.text("time", "units"), "1");
   // At the centres: the mean of the faces, the one on the low wall being the boundary's.
   EXPECT_EQ(file.dimensions("u_x_centre"), (std::vector<std::string>{"time", "x"}));
   const std::vector<double> faces = file.values("u_x"), centres = file.values("u_x_centre");
   for (std::size_t i = 0; i < 8; ++i)
     EXPECT_NEAR(centres[i], 0.5 * ((i == 0 ? 0.25 : faces[i - 1]) + faces[i]), 1e-15) << i;
+}
+
+TEST_F(FilesForOthers, UnitsThatTheModelTells) {
+  write("rod.dpde",
+        "model heat { field T in K; param k = 1e-3 in m^2/s, n = 2; dt(T) = k*lap(T) }\nscene rod : heat {\n"
+        "  grid x = 0 .. 1 in m, cells 8, periodic\n  initial T = 1\n  observe heat = integral(T)\n"
+        "  time 0 .. 1 in day, step 1/8\n}\n");
+  const Outcome scaled = dpde("run rod.dpde --quiet --out o");
+  EXPECT_EQ(scaled.status, 2);
+  EXPECT_NE(scaled.err.find("E0342"), std::string::npos) << scaled.err;
+  const std::string text = content(path("rod.dpde"));
+  write("rod.dpde", std::string(text).replace(text.find("m^2/s"), 5, "m^2/day"));
+  const Outcome run = dpde("run rod.dpde --json --out o");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.json().at("units"), (Json{{"T", "K"}, {"heat", "K*m"}, {"k", "m^2/day"}, {"t", "day"}, {"x", "m"}}));
+  const NetcdfFile file(path("o/rod.nc").string());
+  EXPECT_EQ(file.text("T", "units"), "K");
+  EXPECT_EQ(file.text("x", "units"), "m");
+  EXPECT_EQ(file.text("time", "units"), "day");
+  EXPECT_NE(dpde("run rod.dpde").out.find("heat = 1 K*m\n"), std::string::npos);
+  EXPECT_NE(dpde("check rod.dpde").out.find("T: state in K\n"), std::string::npos);
+  EXPECT_NE(dpde("emit rod.dpde --stage model").out.find("# units: T in K, heat in K*m, k in m^2/day"),
+            std::string::npos);
 }
 
 TEST_F(FilesForOthers, CentresOnPeriodicAndSlopingSides) {

@@ -51,6 +51,35 @@ TEST_F(PicturePages, TwoColumnsAndNoMore) {
   EXPECT_NE(script.find("pngcairo size 1280,1320"), std::string::npos);
 }
 
+TEST_F(PicturePages, AxesHaveTheirUnits) {
+  const std::string head = "model m { field u in m/s; field h in m; dt(u) = 0*u; dt(h) = 0*h }\nscene s : m {\n";
+  const std::string tail =
+      "  initial u = 1\n  initial h = 2\n  observe kick = mean(u^2)\n  time 0 .. 1 in s, step 1/4\n"
+      "  output u, h every 1/4\n}\n";
+  write("line.dpde", head + "  grid x = 0 .. 1 in km, cells 4, periodic\n" + tail);
+  const std::string line = scripts_of("run line.dpde --quiet --out o --every 1");
+  EXPECT_NE(line.find("set ylabel 'u [m/s], h [m]'"), std::string::npos) << line;
+  EXPECT_NE(line.find("set xlabel 'x [km]'"), std::string::npos);
+  EXPECT_NE(line.find("set title 't = 1 s'"), std::string::npos);
+  EXPECT_NE(line.find("set ylabel 'kick [m\u00b2/s\u00b2]'"), std::string::npos);
+  EXPECT_NE(line.find("set xlabel 't [s]'"), std::string::npos);
+  write("map.dpde",
+        head + "  grid x = 0 .. 1 in m, cells 4, periodic\n  grid y = 0 .. 1 in m, cells 4, periodic\n" + tail);
+  const std::string map = scripts_of("run map.dpde --quiet --out o");
+  EXPECT_NE(map.find("set cblabel 'u [m/s]'"), std::string::npos) << map;
+  EXPECT_NE(map.find("set ylabel 'y [m]'"), std::string::npos);
+  const std::string again = scripts_of("plot o/s.nc --field u --out p");
+  EXPECT_NE(again.find("set title 'u at t = 1 s'"), std::string::npos) << again;
+  EXPECT_NE(again.find("set cblabel 'u [m/s]'"), std::string::npos);
+}
+
+TEST_F(PicturePages, SeveralCurvesSayWhatTheyAre) {
+  write("two.dpde",
+        "model m { field u, v; dt(u) = -u; dt(v) = -v }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n"
+        "  initial u = 1\n  initial v = 2\n  time 0 .. 1, step 1/4\n}\n");
+  EXPECT_NE(scripts_of("run two.dpde --quiet --out o").find("set ylabel 'u, v'"), std::string::npos);
+}
+
 TEST_F(PicturePages, WhatIsComparedHasOneScale) {
   write("plate.dpde",
         "model m { field u; coefficient k; dt(u) = k*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 6, periodic\n"

@@ -11,6 +11,7 @@
 #include "lsp/client.h"
 #include "lsp/word_texts.h"
 #include "support/side_conditions.h"
+#include "support/units.h"
 #include "syntax/words.h"
 
 namespace dpde::lsp {
@@ -42,6 +43,19 @@ TEST(LanguageServer, HoverTellsWhatNamesAre) {
   const std::string typed = replaced(text, "dt(u) = k*lap(u)", "dt(u) = k*lap(u");
   client.change(typed);
   EXPECT_NE(client.hover(typed, "k*lap", 0).find("`rod`: k = 0.3"), std::string::npos);
+}
+
+TEST(LanguageServer, HoverTellsUnits) {
+  const std::string text =
+      "model m {\n  field u in K\n  param k = 1 in m^2/s\n  let flux = -k*dx(u)\n  dt(u) = -dx(flux)\n}\n"
+      "scene s : m {\n  grid x = 0 .. 1 in m, cells 8, periodic\n  initial u = 0\n  observe heat = integral(u)\n"
+      "  time 0 .. 1 in s, step 1/8\n}\n";
+  Client client;
+  client.open(text);
+  EXPECT_NE(client.hover(text, "field u", 6).find("; in K"), std::string::npos) << client.hover(text, "field u", 6);
+  EXPECT_NE(client.hover(text, "k*dx", 0).find("`s`: k = 1; in m^2/s"), std::string::npos);
+  EXPECT_NE(client.hover(text, "dx(flux)", 3).find("`s`: in K*m/s"), std::string::npos);
+  EXPECT_NE(client.hover(text, "heat =", 0).find("`s`: in K*m"), std::string::npos);
 }
 
 TEST(LanguageServer, CompletesWhatMayStandThere) {
@@ -148,6 +162,13 @@ TEST(Editors, GrammarsHaveTheWordsOfTheParser) {
   EXPECT_EQ(of_grammar("function"), functions);
   EXPECT_EQ(of_grammar("option"), words_in_lines());
   EXPECT_EQ(of_grammar("side"), words_of_sides());
+  const std::regex unit(grammar->at("repository").at("unit").at("match").get<std::string>());
+  for (const std::string& symbol : unit_symbols()) {
+    for (const std::string& written : {"in " + symbol, "in " + symbol + "^2/s", "in 1/" + symbol})
+      EXPECT_TRUE(std::regex_match(written, unit)) << written;
+  }
+  for (const char* other : {"in 0 .. 1", "in central(2), upwind(3)", "in cheap, precise", "in 4"})
+    EXPECT_FALSE(std::regex_search(other, unit)) << other;
   const std::string vim = content("tools/editors/vim/syntax/dpde.vim");
   EXPECT_EQ(words_behind(vim, "dpdeDeclaration /\\v(^|[};])@1<=\\s*<("), as_set(ast::words_of_declarations()));
   EXPECT_EQ(words_behind(vim, "dpdeLine /\\v(^|[{};])@1<=\\s*<("), words_of_lines());

@@ -191,6 +191,19 @@ TEST(Arrays, TuplesHaveAsManyPartsAsElements) {
   EXPECT_EQ(said("initial c = 0; A = (1, 2)"), "expected 3 elements but this has no tuple" + rows);
   EXPECT_EQ(said("initial c = 0; A = ((1, 2, 3), (4, 5))"), "expected 3 elements but this has 2" + rows);
   EXPECT_EQ(said("initial c = (1, 2)").substr(0, 34), "expected 3 elements but this has 2");
+  EXPECT_EQ(said("initial c = 0; after step: c = (1, 2)").substr(0, 34), "expected 3 elements but this has 2");
+}
+
+TEST(Arrays, TuplesGiveEachItsOwnAtWallsAndInEvents) {
+  const Problem problem = problem_of(
+      "model m { field c[2]; dt(c[i]) = lap(c[i]) }\nscene s : m { grid x = 0 .. 1, cells 8\n"
+      "boundary c: x.low = (3, 4), x.high = zero_gradient; initial c = 0\n"
+      "after step: c = (c[2], c[1])\ntime 0 .. 1, step 1/8 }\n");
+  EXPECT_EQ(print(problem.find_state("c_1")->boundary[0].low.value), "3");
+  EXPECT_EQ(print(problem.find_state("c_2")->boundary[0].low.value), "4");
+  ASSERT_EQ(problem.events.front().updates.size(), 2U);
+  EXPECT_EQ(print(problem.events.front().updates[0].value), "c_2");
+  EXPECT_EQ(print(problem.events.front().updates[1].value), "c_1");
 }
 
 TEST(Arrays, OfTwoModelsHaveOneSize) {

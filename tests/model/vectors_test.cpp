@@ -149,5 +149,17 @@ TEST(Vectors, InTasks) {
             "unknown u.x is given twice | ");
 }
 
+/// A product of vectors whose components lie on faces lies at the centres, on one axis and with one term, too.
+TEST(Vectors, OnFacesHaveTheirProductAtTheCentres) {
+  const auto rate_of_h = [](const std::string& product, const std::string& more_axes) {
+    const Problem problem = problem_of("model m { vector v on faces; field h; dt(v) = 0*v; dt(h) = " + product +
+                                       " }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n" + more_axes +
+                                       "initial v = 0; initial h = 0; time 0 .. 1, step 1/8 }\n");
+    return print(*problem.find_state("h")->rhs);
+  };
+  EXPECT_EQ(rate_of_h("dot(v, v)", ""), "interpolate(v.x*v.x)");
+  EXPECT_EQ(rate_of_h("dot(v, (1, 0))", "grid y = 0 .. 1, cells 8, periodic\n"), "interpolate(v.x)");
+}
+
 }  // namespace
 }  // namespace dpde::model

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // sample of formulas, lets, vectors, derivatives and solved fields, by arrays of receivers: orders, gradients.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "../driver/driver_support.h"
@@ -77,6 +79,80 @@ task find : basin {
   EXPECT_GT(result.loss, 0);
   ASSERT_EQ(result.gradient.at("X_2").size(), 1u);
   EXPECT_NE(result.gradient.at("X_2").front(), 0);
+}
+
+/// On a cell slopes jump. That of the loss is one of the two, however the cell's place is rounded: the slopes of all
+/// hats add up to 0.
+TEST(FormulaPoints, SlopesOnCellsAreThoseOfOneSide) {
+  const std::string text = R"(
+model m { field u, q; param a; dt(u) = inject(1, at = a); dt(q) = 0*q }
+scheme s { time = euler; dx = central(2) }
+scene s : m with s {
+  GRID
+  initial u = 0
+  initial q = sin(3*x) + x^3
+  time 0 .. 1, step 1
+}
+task source : s { unknown a; minimise mean(u*(sin(3*x) + x^2)) }
+task receiver : s { unknown a; minimise sample(x*dx(q), at = a) }
+)";
+  const auto with = [&](const std::string& grid, bool has_walls) {
+    std::string one = text;
+    one.replace(one.find("GRID"), 4, grid + (has_walls ? "\n  boundary u = zero_gradient\n  boundary q = linear" : ""));
+    return one;
+  };
+  const std::string ring = with("grid x = 0 .. 1, cells 5, periodic", false),
+                    walls = with("grid x = 0 .. 1, cells 5", true),
+                    stretched = with("grid x = 0 .. 1, cells 7, stretched x + 0.1*sin(2*pi*x)/pi", true);
+  const auto check = [](const std::string& of, const std::string& task, double a, int cells) {
+    const std::map<std::string, std::string> here{{"a", fmt::format("{:.17g}", a)}, {"cells", std::to_string(cells)}};
+    const TaskResult result = task_gradient(of, task, here);
+    const auto slope = [&](double step) {
+      std::map<std::string, std::string> there = here;
+      there["a"] = fmt::format("{:.17g}", a + step);
+      return (task_loss(of, task, there) - result.loss) / step;
+    };
+    const double right = slope(1e-7), found = result.gradient.at("a").front(), least = 1e-4 * std::abs(right) + 1e-6;
+    if (std::abs(found - right) > least) EXPECT_NEAR(found, slope(-1e-7), least) << right << task << " " << a << of;
+  };
+  for (const char* task : {"source", "receiver"}) {
+    for (const int cells : {3, 5, 7}) {
+      for (int i = 0; i < cells; ++i) {
+        check(ring, task, (i + 0.5) / cells, cells);
+        if (cells == 5) check(walls, task, (i + 0.5) / cells, cells);
+      }
+    }
+    const double xi = 1.5 / 7;
+    check(stretched, task, xi + 0.1 * std::sin(2 * M_PI * xi) / M_PI, 7);
+  }
+}
+
+/// In curved coordinates what is made of neighbours is read with the lengths it has at the points.
+TEST(FormulaPoints, OfDifferencesInCurvesAreThoseOfAField) {
+  for (const char* formula : {"lap(q)", "div(v)", "curl(v)", "grad(q).x", "2*lap(q)*q"}) {
+    const std::string text = std::string(R"(
+model m { vector v; field q, r; param a = 0; dt(v) = 0*v; dt(q) = 0*q; dt(r) = )") +
+                             formula + R"( + 0*a }
+scheme s { time = euler }
+scene s : m with s {
+  coordinates sphere(2)
+  grid lon = 0 .. 2*pi, cells 8, periodic
+  grid lat = -pi/2 .. pi/2, cells 4
+  boundary v: lat = pole
+  boundary q: lat = pole
+  boundary r: lat = pole
+  initial v = (sin(lon + 0.3), cos(2*lat))
+  initial q = cos(lat)*cos(lon) + sin(lat)
+  initial r = 0
+  time 0 .. 1, step 1
+}
+task formula : s { unknown a; minimise sample(FORMULA, at = (0.3, 1.1)) }
+task field : s { unknown a; minimise sample(r, at = (0.3, 1.1)) at t = 1 }
+)";
+    std::string one = text;
+    one.replace(one.find("FORMULA"), 7, formula);
+    EXPECT_NEAR(task_loss(one, "formula"), task_loss(one, "field"), 1e-12) << formula;
+  }
 }
 
 TEST(FormulaPoints, DerivativesAreCertified) {

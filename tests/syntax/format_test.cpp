@@ -53,6 +53,21 @@ TEST(Format, KeepsTheFormOfABoundary) {
                    "scene s : m { boundary u: all = 0; boundary v = 0; boundary w: all = zero_gradient }\n");
 }
 
+TEST(Format, KeepsUnits) {
+  expect_formatted(
+      "model m { field u,v in m / s, h in m ; vector w on faces in W/(m * K)\ncoefficient k in 1/s; control F in N; "
+      "control field "
+      "G in s^ -1\nparam a=1 in m, b, b2 in s^(1/2), c\nlet d = a*b in m\nsolve lap(p)=u for p in Pa }\n"
+      "scene s : m { grid x = 0 .. 1 in m,cells 8; time 0 .. 1 in s,step 1/8; nu = 1 in m^2; F = t in N every 1/8; "
+      "observe e = mean(u) in J\n}\ntask t : s { data d = load(\"d.npy\") in K at t = 1 }\n",
+      "model m {\n  field u, v in m/s, h in m\n  vector w on faces in W/(m*K)\n  coefficient k in 1/s\n  control F in "
+      "N\n"
+      "  control field G in s^-1\n  param a = 1 in m, b, b2 in s^(1/2), c\n  let d = a*b in m\n"
+      "  solve lap(p) = u for p in Pa\n}\nscene s : m {\n  grid x = 0 .. 1 in m, cells 8\n"
+      "  time 0 .. 1 in s, step 1/8\n  nu = 1 in m^2\n  F = t in N every 1/8\n  observe e = mean(u) in J\n}\n"
+      "task t : s { data d = load(\"d.npy\") in K at t = 1 }\n");
+}
+
 TEST(Format, KeepsIndicesOfObservables) {
   expect_formatted("scene s : m { observe g[ i ]=sample(c[i],at=(X[i],1)); observe a[i,2] = 1 }",
                    "scene s : m { observe g[i] = sample(c[i], at = (X[i], 1)); observe a[i, 2] = 1 }\n");

@@ -157,9 +157,12 @@ std::string report_tolerance(const ChartResult& chart, Json& result) {
 
 LinePanel state_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
   const std::string threads = fmt::format("({} thread{})", chart.threads, chart.threads == 1 ? "" : "s");
-  return panel_of({fmt::format("{}: speed against accuracy {}", chart.problem.scene, threads),
-                   "relative error at the end", "seconds per unit of time", driver::machine_name()},
-                  methods, chart.references.states.uncertainty(), chart.tolerance);
+  const std::string unit = chart.problem.unit_of("t");
+  return panel_of(
+      {fmt::format("{}: speed against accuracy {}", chart.problem.scene, threads), "relative error at the end",
+       unit.empty() ? "seconds per unit of time" : fmt::format("seconds for 1 {} of the run", unit),
+       driver::machine_name()},
+      methods, chart.references.states.uncertainty(), chart.tolerance);
 }
 
 LinePanel gradient_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {

@@ -293,10 +293,12 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   const driver::Memory memory = driver::memory_of(compiled);
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
+  if (!problem.units.empty()) result["units"] = problem.units;
   std::string text = fmt::format("scene {}:", problem.scene);
   double cells = 1;
   for (const model::Axis& axis : problem.axes) {
-    text += fmt::format(" {} = {} .. {} in {} {}{} cells,", axis.name, axis.low, axis.high, axis.cells,
+    text += fmt::format(" {} = {} .. {}{} in {} {}{} cells,", axis.name, axis.low, axis.high,
+                        behind_number(problem.unit_of(axis.name)), axis.cells,
                         axis.topology == Topology::periodic ? "periodic" : "bounded",
                         axis.stretch       ? " stretched"
                         : axis.runs_down() ? " (from high to low)"
@@ -304,9 +306,11 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
     cells *= axis.cells;
   }
   if (problem.metric) text += fmt::format(" {},", problem.metric->name);
-  text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
-  for (const auto& [name, type] : result["types"].items())
-    text += fmt::format("  {}: {}\n", name, type.get<std::string>());
+  text += fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
+  for (const auto& [name, type] : result["types"].items()) {
+    const std::string unit = problem.unit_of(name);
+    text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);
+  }
   text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);

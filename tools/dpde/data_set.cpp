@@ -162,12 +162,15 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   const std::string time = names.free("time");
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(maker.times().size())}});
-  content.variables.push_back(time_variable(time, maker.times()));
+  content.variables.push_back(time_variable(session.problem(), time, maker.times()));
   for (int s = 0; s < session.rollout().state_count(); ++s) {
     const std::string& name = session.rollout().state_name(s);
     const model::Placement placement = placement_of(session, name);
-    NetcdfVariable variable{
-        name, {"run", time}, described("field " + name), {}, session.problem().scheme.real == Precision::f32};
+    NetcdfVariable variable{name,
+                            {"run", time},
+                            described("field " + name, session.problem().unit_of(name)),
+                            {},
+                            session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
     for (const training::DataRun& run : runs)
       variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(),
@@ -190,7 +193,7 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   for (const model::Parameter& param : session.problem().params) {
     const bool varies = std::ranges::find(set.vary, param.name, &model::DataSet::Vary::param) != set.vary.end();
     if (!varies && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back(parameter_variable(param));
+      content.variables.push_back(parameter_variable(session.problem(), param));
   }
   return content;
 }

@@ -45,11 +45,15 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(frames)}});
   content.variables.push_back(
-      time_variable(time, {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}));
+      time_variable(session.problem(), time,
+                    {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}));
   for (std::size_t s = 0; s < states.size(); ++s) {
     const model::Placement placement = placement_of(session, states[s]);
-    NetcdfVariable variable{
-        states[s], {"run", time}, described("field " + states[s]), {}, session.problem().scheme.real == Precision::f32};
+    NetcdfVariable variable{states[s],
+                            {"run", time},
+                            described("field " + states[s], session.problem().unit_of(states[s])),
+                            {},
+                            session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
     for (const training::FoundControls& found : all)
       variable.values.insert(variable.values.end(), found.states[s].begin(), found.states[s].end());
@@ -64,7 +68,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
   for (const model::Parameter& param : session.problem().params) {
     const bool differs = std::ranges::find(params, param.name) != params.end();
     if (!differs && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back(parameter_variable(param));
+      content.variables.push_back(parameter_variable(session.problem(), param));
   }
   return content;
 }

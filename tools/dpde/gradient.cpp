@@ -45,8 +45,9 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     entry["max"] = json_number(largest);
     save_state(job, run.session->axes(), "gradient_" + part.name, values);
     if (!job.options().out.empty())
-      save_picture(job, "gradient_" + part.name,
-                   panels_of_field(*run.session, part.name, "d loss / d " + name, {{part.name, values}}));
+      save_picture(
+          job, "gradient_" + part.name,
+          panels_of_field(*run.session, part.name, "d loss / d " + name, "d loss / d " + name, {{part.name, values}}));
     job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else if (part.is_control()) {
     entry["values"] = json_numbers(part_of(gradient, part));

@@ -20,10 +20,10 @@ namespace dpde::tools {
 
 namespace {
 
-void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what,
-              const std::string& corner, NetcdfNames& names) {
+void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name,
+              const NetcdfAttributes& attributes, const std::string& corner, NetcdfNames& names) {
   content.dimensions.push_back({name, axis.cells});
-  NetcdfVariable places{name, {name}, described(axis.name + what), {}};
+  NetcdfVariable places{name, {name}, attributes, {}};
   NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
   const std::string letter(1, static_cast<char>(axis.name[0] - 'x' + 'X'));
   places.attributes.insert(places.attributes.end(), {{"axis", letter}, {"bounds", bounds.name}});
@@ -54,9 +54,10 @@ void add_centres(NetcdfContent& content, const driver::Session& session, const A
     if (!is_on_faces(session, field)) continue;
     std::vector<std::string> dimensions{time};
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][0]);
-    content.variables.push_back(
-        {names.free(name_at_centres(field)), dimensions, described("field " + field + " at the cell centres"),
-         at_centres(session, field, series.values.at(field)), session.problem().scheme.real == Precision::f32});
+    content.variables.push_back({names.free(name_at_centres(field)), dimensions,
+                                 described("field " + field + " at the cell centres", session.problem().unit_of(field)),
+                                 at_centres(session, field, series.values.at(field)),
+                                 session.problem().scheme.real == Precision::f32});
   }
 }
 
@@ -76,26 +77,28 @@ XdmfSeries xdmf_series(const NetcdfContent& content, const AxisNames& axes, cons
 void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, Series& series,
                 const std::string& time) {
   content.dimensions.push_back({time, static_cast<std::int64_t>(series.times.size())});
-  content.variables.push_back(time_variable(time, series.times));
+  content.variables.push_back(time_variable(session.problem(), time, series.times));
   for (const std::string& field : series.fields) {
     const model::Placement placement = placement_of(session, field);
     const bool is_single = session.problem().scheme.real == Precision::f32;
     std::vector<std::string> dimensions{time};
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
     std::vector<double>& values = series.values.at(field);
-    content.variables.push_back({field, dimensions, described("field " + field), std::move(values), is_single});
+    const std::string unit = session.problem().unit_of(field);
+    content.variables.push_back({field, dimensions, described("field " + field, unit), std::move(values), is_single});
   }
 }
 
 /// With times of their own, as programs see of a group nothing else.
-void add_observables(NetcdfContent& content, const Series& series, const std::string& time) {
+void add_observables(NetcdfContent& content, const model::Problem& problem, const Series& series,
+                     const std::string& time) {
   if (series.observables.front().empty()) return;
-  content.variables.push_back(time_variable(time, series.times));
+  content.variables.push_back(time_variable(problem, time, series.times));
   content.variables.back().group = group_of_numbers;
   for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
     NetcdfVariable variable{series.observables.front()[q].first, {time}, {}, {}};
     variable.group = group_of_numbers;
-    variable.attributes = described("observable " + variable.name);
+    variable.attributes = described("observable " + variable.name, problem.unit_of(variable.name));
     for (const auto& row : series.observables) variable.values.push_back(row[q].second);
     content.variables.push_back(std::move(variable));
   }
@@ -115,17 +118,19 @@ std::string NetcdfNames::free(std::string name) {
   return name;
 }
 
-NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
-
-NetcdfVariable time_variable(const std::string& name, std::vector<double> times) {
-  return {name,
-          {name},
-          {{"long_name", "time"}, {"standard_name", "time"}, {"units", "s"}, {"axis", "T"}},
-          std::move(times)};
+NetcdfAttributes described(const std::string& what, const std::string& unit) {
+  return {{"long_name", what}, {"units", unit.empty() ? "1" : unit}};
 }
 
-NetcdfVariable parameter_variable(const model::Parameter& parameter) {
-  return {parameter.name, {}, described("parameter " + parameter.name), {parameter.value}, false, group_of_numbers};
+NetcdfVariable time_variable(const model::Problem& problem, const std::string& name, std::vector<double> times) {
+  NetcdfAttributes attributes = described("time", problem.unit_of("t"));
+  attributes.insert(attributes.end(), {{"standard_name", "time"}, {"axis", "T"}});
+  return {name, {name}, std::move(attributes), std::move(times)};
+}
+
+NetcdfVariable parameter_variable(const model::Problem& problem, const model::Parameter& parameter) {
+  return {parameter.name,    {},    described("parameter " + parameter.name, problem.unit_of(parameter.name)),
+          {parameter.value}, false, group_of_numbers};
 }
 
 AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
@@ -136,14 +141,15 @@ AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const model::Axis& axis = axes[a];
     result.push_back({axis.name, ""});
-    add_axis(content, axis, axis.name, " of the cell centres", corner, names);
+    const std::string unit = session.problem().unit_of(axis.name);
+    add_axis(content, axis, axis.name, described(axis.name + " of the cell centres", unit), corner, names);
     const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
     if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
     result.back()[1] = names.free(axis.name + "_faces");
     model::Placement faces{};
     faces[a] = true;
-    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1], " of the upper faces of the cells", corner,
-             names);
+    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1],
+             described(axis.name + " of the upper faces of the cells", unit), corner, names);
   }
   return result;
 }
@@ -208,13 +214,13 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bo
     times.push_back(time);
     if (with_centres) add_centres(content, session, axes, series, time, names);
     add_series(content, session, axes, series, time);
-    if (is_first) add_observables(content, series, time);
+    if (is_first) add_observables(content, session.problem(), series, time);
     is_first = false;
   }
   for (const model::Parameter& param : session.problem().params) {
     if (session.problem().find_control(param.name) != nullptr)
       continue;  // no number of the whole run: dpde_problem has its formula
-    content.variables.push_back(parameter_variable(param));
+    content.variables.push_back(parameter_variable(session.problem(), param));
   }
   const std::string& scene = session.problem().scene;
   std::vector<XdmfSeries> described_series;

@@ -24,18 +24,18 @@ class NetcdfNames {
   std::set<std::string> taken_;
 };
 
-/// The language has no units: every number is a ratio.
-NetcdfAttributes described(const std::string& what);
+/// Where no unit is known every number is a ratio.
+NetcdfAttributes described(const std::string& what, const std::string& unit = "");
 
 /// Names of the dimensions of values at centres, and at faces, of each axis.
 using AxisNames = std::vector<std::array<std::string, 2>>;
 /// The axes, and for those along which states are staggered the places of the faces.
 AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
                    NetcdfNames& names);
-/// The coordinate of times: in seconds, where the model has no other unit.
-NetcdfVariable time_variable(const std::string& name, std::vector<double> times);
+/// The coordinate of times, in the scene's unit.
+NetcdfVariable time_variable(const model::Problem& problem, const std::string& name, std::vector<double> times);
 /// One number of the whole file.
-NetcdfVariable parameter_variable(const model::Parameter& parameter);
+NetcdfVariable parameter_variable(const model::Problem& problem, const model::Parameter& parameter);
 /// Text, settings and numbers that make it again by `dpde VERB`; of a scene, or with `name` of a task.
 void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session, const std::string& verb = "run",
                 const std::string& name = "");

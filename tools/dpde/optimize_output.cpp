@@ -20,6 +20,7 @@ LinePanel loss_panel(const OptimiseResult& result) {
   LinePanel panel;
   panel.title = "loss";
   panel.x_label = "iteration";
+  panel.y_label = "loss";
   Curve curve{"loss", {}, result.losses};
   for (std::size_t k = 0; k < result.losses.size(); ++k) curve.x.push_back(double(k));
   panel.log_y = std::all_of(result.losses.begin(), result.losses.end(), [](double loss) { return loss > 0; });
@@ -75,9 +76,11 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
     if (state < 0 || target == nullptr || !is_in_loss(run, datum.name)) continue;
     std::vector<double> values(run.session->workspace().cell_count());
     copy_out(run.session->workspace().layout(), target, values);
-    const auto both = panels_of(*run.session, fmt::format("{} at t = {:.6g}", name, time),
-                                {{"target", values, placement_of(*run.session, name)},
-                                 {"result", states[std::size_t(state)], placement_of(*run.session, name)}});
+    const model::Problem& problem = run.session->problem();
+    const model::Placement place = placement_of(*run.session, name);
+    const auto both = panels_of(*run.session, fmt::format("{} at {}", name, time_text(problem, time)),
+                                {{"target", values, place, label_of(problem, name)},
+                                 {"result", states[std::size_t(state)], place, label_of(problem, name)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
@@ -101,8 +104,8 @@ LinePanel control_panel(const TaskRun& run, const std::string& name, const std::
   }
   LinePanel panel;
   panel.title = name;
-  panel.x_label = "t";
-  panel.y_label = name;
+  panel.x_label = label_of(run.session->problem(), "t");
+  panel.y_label = label_of(run.session->problem(), name);
   panel.curves.push_back(std::move(curve));
   return panel;
 }
@@ -119,6 +122,7 @@ void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pa
     if (part.is_control()) panels.push_back(control_panel(run, part.name, part_of(x, part)));
     if (!part.is_field()) continue;
     const auto both = panels_of_field(*run.session, part.name, part.name + (part.is_initial() ? " at the start" : ""),
+                                      label_of(run.session->problem(), part.name),
                                       {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }

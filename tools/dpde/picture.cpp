@@ -125,9 +125,27 @@ std::string data_of(const MapPanel& panel, int index) {
   return text + "EOD\n";
 }
 
+/// Powers raised and products as dots: m^2*K is m\u00b2\u00b7K.
+std::string typeset(const std::string& label) {
+  constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                    "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  const auto is_digit = [&](std::size_t i) { return i < label.size() && label[i] >= '0' && label[i] <= '9'; };
+  std::string text;
+  for (std::size_t i = 0; i < label.size(); ++i) {
+    if (label[i] == '*') {
+      text += "\u00b7";
+    } else if (label[i] == '^' && is_digit(i + 1)) {
+      for (; is_digit(i + 1); ++i) text += digits[label[i + 1] - '0'];
+    } else {
+      text += label[i];
+    }
+  }
+  return text;
+}
+
 std::string labels_of(const std::string& title, const std::string& x_label, const std::string& y_label) {
   return fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(title),
-                     quoted(x_label), quoted(y_label));
+                     quoted(typeset(x_label)), quoted(typeset(y_label)));
 }
 
 /// gnuplot's number of a symbol, and its size.
@@ -164,12 +182,24 @@ std::string limits_of(const LinePanel& panel) {
   return std::ranges::all_of(panel.curves, is_line) ? "set autoscale xfix\n" : "";
 }
 
+/// 1, 10, 100 where that is short, else 1e-07.
+const char* format_of_decades(const LinePanel& panel, std::vector<double> Curve::*values) {
+  constexpr double least = 1e-3, most = 1e4;
+  const auto is_short = [](double value) { return !std::isfinite(value) || (value >= least && value <= most); };
+  return std::ranges::all_of(panel.curves,
+                             [&](const Curve& curve) { return std::ranges::all_of(curve.*values, is_short); })
+             ? "%g"
+             : "%.0e";
+}
+
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   if (panel.names_below || panel.curves.size() > 1)  // a second line keeps them off the label
-    text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(panel.x_label));
-  text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
-  text += panel.log_x ? "set logscale x\nset format x '%.0e'\n" : "set format x '%g'\n";
+    text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
+  text += fmt::format("unset logscale\n{}set format y '{}'\n", panel.log_y ? "set logscale y\n" : "",
+                      panel.log_y ? format_of_decades(panel, &Curve::y) : "%g");
+  text += fmt::format("{}set format x '{}'\n", panel.log_x ? "set logscale x\n" : "",
+                      panel.log_x ? format_of_decades(panel, &Curve::x) : "%g");
   text += "set autoscale\n" + limits_of(panel);
   // Room above and below; equal values have none of their own.
   if (panel.range) {
@@ -202,15 +232,17 @@ std::string plot_of(const MapPanel& panel, int index) {
     low = middle - half;
     high = middle + half;
   }
-  // Signed data: red and blue around zero; data of one sign: one hue.
-  const bool is_signed = low < 0 && high > 0;
+  // Signed data: red and blue around zero; data of one sign, but for what goes a little beyond 0: one hue.
+  constexpr double little = 0.1;
   const double bound = std::max(std::abs(low), std::abs(high));
+  const bool is_signed = std::min(-low, high) > little * bound;
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   text +=
       "unset label\nunset object\nunset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format "
       "cb '%g'\n";
   text += is_signed ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
                     : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+  text += fmt::format("set cblabel {} noenhanced offset 1,0\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
   text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x_low), number(panel.x_high),
                       number(panel.y_low), number(panel.y_high));
@@ -327,6 +359,16 @@ std::optional<ValueRange> range_of(const std::vector<double>& values) {
   return range.low <= range.high ? std::optional(range) : std::nullopt;
 }
 
+bool spans_decades(const std::vector<Curve>& curves) {
+  constexpr double decades = 1e3;
+  std::vector<double> ends;
+  for (const Curve& curve : curves) {
+    if (const std::optional<ValueRange> range = range_of(curve.y)) ends.insert(ends.end(), {range->low, range->high});
+  }
+  const std::optional<ValueRange> range = range_of(ends);
+  return range && range->low > 0 && range->high > decades * range->low;
+}
+
 std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,
                              std::int64_t index) {
   const std::array<std::int64_t, 3> stride{1, cells[0], cells[0] * cells[1]};
@@ -351,6 +393,12 @@ void share_range(std::vector<Panel>& panels) {
     if (MapPanel* map = std::get_if<MapPanel>(&panel)) map->range = range_of(ends);
   }
 }
+
+std::string label_of(const std::string& name, const std::string& unit) {
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
+}
+
+std::string behind_number(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
 
 bool have_gnuplot() {
   static const bool found = run_process({"gnuplot", "--version"}).succeeded();

@@ -39,7 +39,7 @@ struct LinePanel {
 };
 /// Values of shape (ny, nx), x fastest.
 struct MapPanel {
-  std::string title, x_label, y_label;
+  std::string title, x_label, y_label, value_label;
   int nx = 0, ny = 0;
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
   std::vector<double> x_faces,
@@ -51,6 +51,11 @@ using Panel = std::variant<LinePanel, MapPanel>;
 
 bool have_gnuplot();
 
+/// "x [m]"; the name alone of a pure number, and where no unit is known.
+std::string label_of(const std::string& name, const std::string& unit);
+/// " m" behind a number, or nothing.
+std::string behind_number(const std::string& unit);
+
 /// Of values on three axes, x fastest, those where the index along the axis `across` is `index`.
 std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,
                              std::int64_t index);
@@ -60,6 +65,9 @@ void share_range(std::vector<Panel>& panels);
 
 /// The least range that holds the finite values; nullopt when there are none.
 std::optional<ValueRange> range_of(const std::vector<double>& values);
+
+/// Whether the curves are shown by their logarithms: positive, the largest value above 1000 times the smallest.
+bool spans_decades(const std::vector<Curve>& curves);
 
 enum class Formats { svg_and_png, png };
 /// Writes `stem`.svg and `stem`.png and returns their paths. Without gnuplot there is no picture: nothing is returned

@@ -39,7 +39,8 @@ struct Slice {
 };
 
 std::string title_of(const StoredField& field, std::size_t state) {
-  return field.times.empty() ? field.name : fmt::format("{} at t = {:.6g}", field.name, field.times[state]);
+  if (field.times.empty()) return field.name;
+  return fmt::format("{} at t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
 }
 
 double centre_of(const StoredAxis& axis, std::int64_t i) {
@@ -52,8 +53,8 @@ Panel line_of(const StoredField& field, std::size_t state, const std::optional<V
   const StoredAxis& x = field.axes[0];
   LinePanel panel;
   panel.title = title_of(field, state);
-  panel.x_label = x.label;
-  panel.y_label = field.name;
+  panel.x_label = label_of(x.name, x.unit);
+  panel.y_label = label_of(field.name, field.unit);
   panel.range = range;
   panel.curves.push_back(curve_of(panel.title, field.states[state],
                                   [&](std::size_t i) { return centre_of(x, static_cast<std::int64_t>(i)); }));
@@ -66,8 +67,9 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
                    &y = field.axes[!slice || slice->axis == 2 ? 1 : 2];
   MapPanel panel;
   panel.title = title_of(field, state);
-  panel.x_label = x.label;
-  panel.y_label = y.label;
+  panel.x_label = label_of(x.name, x.unit);
+  panel.y_label = label_of(y.name, y.unit);
+  panel.value_label = label_of(field.name, field.unit);
   panel.nx = static_cast<int>(x.cells);
   panel.ny = static_cast<int>(y.cells);
   panel.x_low = x.low;
@@ -80,7 +82,8 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   panel.values = field.states[state];
   if (!slice) return panel;
   const StoredAxis& across = field.axes[slice->axis];
-  panel.title += fmt::format(", {} = {:.4g}", across.label, centre_of(across, slice->index));
+  panel.title +=
+      fmt::format(", {} = {:.4g}{}", across.name, centre_of(across, slice->index), behind_number(across.unit));
   panel.values = plane_of(panel.values, {field.axes[0].cells, field.axes[1].cells, field.axes[2].cells},
                           static_cast<int>(slice->axis), slice->index);
   return panel;
@@ -100,7 +103,7 @@ std::optional<Slice> slice_at(Job& job, const StoredField& field, const std::str
     return refuse("it is not AXIS=PLACE");
   for (std::size_t a = 0; a < 3; ++a) {
     const StoredAxis& axis = field.axes[a];
-    if (axis.label != written.substr(0, equals)) continue;
+    if (axis.name != written.substr(0, equals)) continue;
     Slice slice{a, 0};
     const auto distance = [&](std::int64_t i) { return std::abs(centre_of(axis, i) - place); };
     for (std::int64_t i = 1; i < axis.cells; ++i) {

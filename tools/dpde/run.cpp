@@ -199,13 +199,15 @@ void Run::report(Json& result) {
     result["steady"] = {{"reached", outcome_.steady->is_reached}, {"change", json_number(outcome_.steady->change)}};
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
+  if (!problem.units.empty()) result["units"] = problem.units;
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = session_->compiled().seconds;
   result["code_from_cache"] = session_->compiled().code_from_cache;
   result["points_per_s"] = rate;
-  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n", problem.scene,
-                       cells_text(*session_), outcome_.steps_done, time, human_seconds(outcome_.seconds),
-                       human_count(rate), human_seconds(session_->compiled().seconds)));
+  job_.say(fmt::format("{}: {} cells, {} steps to {} in {} ({} points/s), compiled in {}\n", problem.scene,
+                       cells_text(*session_), outcome_.steps_done, time_text(problem, time),
+                       human_seconds(outcome_.seconds), human_count(rate),
+                       human_seconds(session_->compiled().seconds)));
   if (problem.step_control)
     job_.say(fmt::format("tolerance {}: {} parts of steps made, {} refused\n", problem.step_control->relative,
                          outcome_.parts, outcome_.refused));
@@ -215,7 +217,7 @@ void Run::report(Json& result) {
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
-    job_.say(fmt::format("{} = {:.12g}\n", name, shown(value)));
+    job_.say(fmt::format("{} = {:.12g}{}\n", name, shown(value), behind_number(problem.unit_of(name))));
   }
   for (auto& [name, value] : observables.items()) {
     if (options_.every <= 0) break;
@@ -307,13 +309,15 @@ void Run::report_solves(Json& result) {
 void Run::write_files() {
   if (options_.out.empty()) return;
   std::vector<Panel> panels;
-  const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
+  const model::Problem& problem = session_->problem();
+  const std::string when = time_text(problem, session_->time_of(outcome_.steps_done));
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
     std::vector<double> values = session_->final_state(s);
     save_state(job_, session_->axes(), name, values);
-    add_state(panels, *session_, when, {name, std::move(values), placement_of(*session_, name)});
+    add_state(panels, *session_, when,
+              {name, std::move(values), placement_of(*session_, name), label_of(problem, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
   draw_observables(record_->series()[0]);
@@ -323,7 +327,8 @@ void Run::write_files() {
   } else if (session_->axes().size() == 1) {
     for (int s = 0; s < rollout.state_count(); ++s) {
       const std::string& name = rollout.state_name(s);
-      add_state(panels, *session_, when, {name + " at the start", session_->initial(s), placement_of(*session_, name)});
+      add_state(panels, *session_, when,
+                {name + " at the start", session_->initial(s), placement_of(*session_, name), label_of(problem, name)});
     }
   }
   save_picture(job_, session_->problem().scene, panels);
@@ -342,18 +347,17 @@ void Run::write_series(const Series& series) {
 
 /// Over time, where there is more of them than begin and end; by their logarithms where decades are spanned.
 void Run::draw_observables(const Series& series) {
-  constexpr double decades = 1e3;
   std::vector<Panel> panels;
   if (series.times.size() < 3) return;
   for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
     LinePanel panel;
-    panel.title = panel.y_label = series.observables.front()[q].first;
-    panel.x_label = "t";
+    panel.title = series.observables.front()[q].first;
+    panel.x_label = label_of(session_->problem(), "t");
+    panel.y_label = label_of(session_->problem(), panel.title);
     Curve curve{panel.title, series.times, {}};
     for (const auto& row : series.observables) curve.y.push_back(row[q].second);
-    const std::optional<ValueRange> range = range_of(curve.y);
-    panel.log_y = range && range->low > 0 && range->high > decades * range->low;
     panel.curves.push_back(std::move(curve));
+    panel.log_y = spans_decades(panel.curves);
     panels.push_back(std::move(panel));
   }
   if (!panels.empty()) save_picture(job_, session_->problem().scene + "_observables", panels);
@@ -361,21 +365,24 @@ void Run::draw_observables(const Series& series) {
 
 void Run::show_curve() {
   if (is_one_cell()) {
-    course_.x_label = "t";
-    for (const Curve& curve : course_.curves) course_.title += (course_.title.empty() ? "" : ", ") + curve.title;
+    course_.x_label = label_of(session_->problem(), "t");
+    for (const Curve& curve : course_.curves) {
+      course_.title += (course_.title.empty() ? "" : ", ") + curve.title;
+      add_label(course_.y_label, label_of(session_->problem(), curve.title));
+    }
   }
   if (session_->axes().size() != 1 || options_.quiet || options_.json) return;
   if (is_one_cell()) return job_.say(text_plot(course_, terminal_is_utf8()));
   LinePanel panel;
-  panel.x_label = "x";
+  panel.x_label = label_of(session_->problem(), session_->axes()[0].name);
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
-    const NamedState state{name, session_->final_state(s), placement_of(*session_, name)};
+    const NamedState state{name, session_->final_state(s), placement_of(*session_, name), name};
     panel.curves.push_back(curve_of(*session_, state));
     panel.title += (s > 0 ? ", " : "") + name;
   }
-  panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));
+  panel.title += " at " + time_text(session_->problem(), session_->time_of(outcome_.steps_done));
   job_.say(text_plot(panel, terminal_is_utf8()));
 }
 

@@ -28,11 +28,12 @@ std::vector<double> faces_of(const model::Axis& axis) {
 }
 
 /// Of a plane along the axes a and b, without values.
-MapPanel empty_map(const std::string& title, const model::Axis& a, const model::Axis& b) {
+MapPanel empty_map(const model::Problem& problem, const std::string& title, const model::Axis& a,
+                   const model::Axis& b) {
   MapPanel panel;
   panel.title = title;
-  panel.x_label = a.name;
-  panel.y_label = b.name;
+  panel.x_label = label_of(problem, a.name);
+  panel.y_label = label_of(problem, b.name);
   panel.nx = a.cells;
   panel.ny = b.cells;
   panel.x_faces = faces_of(a);
@@ -48,16 +49,19 @@ MapPanel empty_map(const std::string& title, const model::Axis& a, const model::
 std::vector<Panel> maps_of(const driver::Session& session, const std::string& title, NamedState state) {
   const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
   if (axes.size() == 2) {
-    MapPanel panel = empty_map(title, axes[0], axes[1]);
+    MapPanel panel = empty_map(session.problem(), title, axes[0], axes[1]);
+    panel.value_label = state.label;
     panel.values = std::move(state.values);
     return {std::move(panel)};
   }
   std::vector<Panel> panels;
   for (int across = 2; across >= 0; --across) {
     const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
-    MapPanel panel = empty_map(
-        fmt::format("{}, {} = {:.4g}", title, axes[std::size_t(across)].name, axes[std::size_t(across)].centre(middle)),
-        axes[std::size_t(a)], axes[std::size_t(b)]);
+    const model::Axis& cut = axes[std::size_t(across)];
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, cut.name, cut.centre(middle),
+                                          behind_number(session.problem().unit_of(cut.name)));
+    MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
+    panel.value_label = state.label;
     panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
     panels.push_back(std::move(panel));
   }
@@ -66,6 +70,22 @@ std::vector<Panel> maps_of(const driver::Session& session, const std::string& ti
 }
 
 }  // namespace
+
+/// What several curves are, each once; nothing where that is more than an axis has room for.
+void add_label(std::string& label, const std::string& more) {
+  constexpr std::size_t longest = 60;
+  const bool is_there = (", " + label + ", ").find(", " + more + ", ") != std::string::npos;
+  if (!is_there) label += (label.empty() ? "" : ", ") + more;
+  if (label.size() > longest) label = " ";
+}
+
+std::string label_of(const model::Problem& problem, const std::string& name) {
+  return label_of(name, problem.unit_of(name));
+}
+
+std::string time_text(const model::Problem& problem, double t) {
+  return fmt::format("t = {:.6g}{}", t, behind_number(problem.unit_of("t")));
+}
 
 Curve curve_of(const driver::Session& session, const NamedState& state) {
   const model::Axis axis = model::axes_at(session.axes(), state.placement)[0];
@@ -85,10 +105,12 @@ void add_state(std::vector<Panel>& panels, const driver::Session& session, const
   if (panels.empty()) {
     LinePanel panel;
     panel.title = title;
-    panel.x_label = session.axes()[0].name;
+    panel.x_label = label_of(session.problem(), session.axes()[0].name);
     panels.push_back(std::move(panel));
   }
-  std::get<LinePanel>(panels.back()).curves.push_back(curve_of(session, state));
+  LinePanel& panel = std::get<LinePanel>(panels.back());
+  add_label(panel.y_label, state.label);
+  panel.curves.push_back(curve_of(session, state));
 }
 
 std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states) {
@@ -106,6 +128,7 @@ std::vector<Panel> panels_of(const driver::Session& session, const std::string& 
 }
 
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
+                                   const std::string& label,
                                    const std::vector<std::pair<std::string, std::vector<double>>>& states) {
   const std::size_t size = session.workspace().cell_count(), last = states.front().second.size() / size - 1;
   const model::Coefficient* control = session.problem().find_coefficient(field);
@@ -114,15 +137,13 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
     std::vector<NamedState> named;
     for (const auto& [name, values] : states) {
       const auto begin = values.begin() + std::ptrdiff_t(interval * size);
-      named.push_back({name, {begin, begin + std::ptrdiff_t(size)}, placement_of(session, field)});
+      named.push_back({name, {begin, begin + std::ptrdiff_t(size)}, placement_of(session, field), label});
     }
-    const std::string when = last == 0 || control == nullptr
-                                 ? ""
-                                 : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
+    const std::string when =
+        last == 0 || control == nullptr
+            ? ""
+            : " from " + time_text(session.problem(), session.time_of(int(interval) * control->every));
     std::vector<Panel> more = panels_of(session, title + when, std::move(named));
-    for (Panel& panel : more) {
-      if (LinePanel* lines = std::get_if<LinePanel>(&panel)) lines->y_label = field;
-    }
     panels.insert(panels.end(), more.begin(), more.end());
   }
   return panels;

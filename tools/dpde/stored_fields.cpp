@@ -33,7 +33,7 @@ class NetcdfFields {
 
   StoredField field(const std::string& name) const {
     const NetcdfReader::Variable& variable = *file_.find(name);
-    StoredField field{name, {}, {}, {}};
+    StoredField field{name, {}, {}, {}, unit_of(name), has_time(variable) ? unit_of(variable.dimensions[0]) : ""};
     for (std::size_t d = variable.shape.size(); d-- > (has_time(variable) ? 1u : 0u);) {
       field.axes.push_back(axis(variable.dimensions[d], variable.shape[d]));
     }
@@ -51,6 +51,7 @@ class NetcdfFields {
   }
 
  private:
+  std::string unit_of(const std::string& variable) const { return file_.text(variable, "units").value_or(""); }
   bool is_time(const std::string& dimension) const {
     return dimension.starts_with("time") || file_.text(dimension, "axis") == "T";
   }
@@ -73,12 +74,21 @@ class NetcdfFields {
     for (std::int64_t i = 0; i < length; ++i) numbers.push_back(static_cast<double>(i));
     return numbers;
   }
+  /// x of x_faces too, where the file says that this is the axis X.
+  std::string name_of(const std::string& dimension) const {
+    const std::string letter = file_.text(dimension, "axis").value_or("");
+    const bool is_staggered =
+        letter.size() == 1 && dimension.starts_with(std::string(1, char(letter[0] - 'X' + 'x')) + "_");
+    return is_staggered ? dimension.substr(0, 1) : dimension;
+  }
   StoredAxis axis(const std::string& dimension, std::int64_t length) const {
     const std::vector<double> centres = places(dimension, length);
     const double half = length > 1 ? (centres.back() - centres.front()) / static_cast<double>(length - 1) / 2 : 0.5;
-    if (are_uniform(centres)) return {dimension, centres.front() - half, centres.back() + half, length};
+    const std::string unit = unit_of(dimension);
+    if (are_uniform(centres))
+      return {name_of(dimension), centres.front() - half, centres.back() + half, length, {}, unit};
     const std::vector<double> faces = faces_between(dimension, centres);
-    return {dimension, faces.front(), faces.back(), length, faces};
+    return {name_of(dimension), faces.front(), faces.back(), length, faces, unit};
   }
   static bool are_uniform(const std::vector<double>& centres) {
     const double step =

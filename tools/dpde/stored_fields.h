@@ -11,16 +11,18 @@
 namespace dpde::tools {
 
 struct StoredAxis {
-  std::string label;
+  std::string name;
   double low = 0, high = 1;  // its ends
   std::int64_t cells = 1;
   std::vector<double> faces = {};  // of cells of different widths, one more than cells; empty where they are uniform
+  std::string unit = {};           // "": not known
 };
 struct StoredField {
   std::string name;
   std::vector<StoredAxis> axes;  // x first; 1 to 3
   std::vector<double> times;     // empty: one state without a time
   std::vector<std::vector<double>> states;
+  std::string unit = {}, time_unit = {};
 };
 
 /// One field of a .npy file, or those of a .nc file: `field`, or ("") all on the axes of the first. Only the last state

@@ -107,6 +107,7 @@ void write_test(Job& job, const OneTest& test) {
   panel.curves.push_back({"at the start", test.start->times, test.start->course()});
   for (const TrajectoryTest& beside : *test.beside)
     panel.curves.push_back({beside.scene, beside.times, beside.course()});
+  panel.log_y = spans_decades(panel.curves);
   save_if_drawn(job, found.name, panel);
 }
 

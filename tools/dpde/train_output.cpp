@@ -42,6 +42,7 @@ LinePanel loss_panel(const training::Trials& trials) {
   LinePanel panel;
   panel.title = "loss";
   panel.x_label = "update";
+  panel.y_label = "loss";
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
     std::vector<Curve> curves = loss_curves(trials.all()[k].trainer->state());
     if (trials.count() > 1) {

@@ -32,8 +32,7 @@ std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& s
 std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
   const std::optional<ast::File> whole = written_out(written, sink);
   if (!whole) return std::nullopt;
-  const ast::File& file = *whole;
-  Draft draft(file, selection, sink);
+  Draft draft(*whole, selection, sink);
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);
   if (draft.program) declare_program(draft);
@@ -83,6 +82,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_placements(draft);
   check_scene_lets(draft);
   check_gridless(draft);
+  check_units(draft);
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
   drop_unused(draft);

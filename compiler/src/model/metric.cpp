@@ -54,13 +54,12 @@ struct Cells {
   }
 };
 
-bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low) {
-  const Axis& along = problem.axes[axis];
-  Place place{}, beside{};
-  for (std::size_t a = 0; a < problem.axes.size(); ++a) place[a] = beside[a] = problem.axes[a].centre(0);
-  place[axis] = is_low ? along.low : along.high;
-  beside[axis] = 0.5 * (along.low + along.high);
-  return std::abs(value_at(length, place)) < smallest_length * std::abs(value_at(length, beside));
+bool is_formula(const Expr& e) {
+  return !any_part(e, [](const Expr& part) {
+    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
+           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
+           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
+  });
 }
 
 /// Along one axis, at one or both of its ends.
@@ -98,16 +97,19 @@ struct ReadsAcross {
                           (!high || vanishes_at(problem, product->left, axis, false));
     return vanishes ? &product->right : nullptr;
   }
-  static bool is_formula(const Expr& e) {
-    return !any_part(e, [](const Expr& part) {
-      return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
-             !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
-             !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
-    });
-  }
 };
 
 }  // namespace
+
+bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low) {
+  if (!is_formula(length)) return false;
+  const Axis& along = problem.axes[axis];
+  Place place{}, beside{};
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) place[a] = beside[a] = problem.axes[a].centre(0);
+  place[axis] = is_low ? along.low : along.high;
+  beside[axis] = 0.5 * (along.low + along.high);
+  return std::abs(value_at(length, place)) < smallest_length * std::abs(value_at(length, beside));
+}
 
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low) {
   if (!problem.metric || problem.axes[axis].topology == Topology::periodic) return false;
@@ -115,6 +117,13 @@ bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low) {
     const Expr& scale = problem.metric->scales[other];
     if (other != axis && depends_on_axis(scale, static_cast<int>(axis)) && vanishes_at(problem, scale, axis, is_low))
       return true;
+  }
+  return false;
+}
+
+bool has_pole(const Problem& problem) {
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    if (is_pole_at(problem, axis, true) || is_pole_at(problem, axis, false)) return true;
   }
   return false;
 }

@@ -18,6 +18,11 @@ Expr size_of(const Metric& metric, const std::array<bool, 3>& over, std::size_t 
 /// there.
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low);
 
+bool has_pole(const Problem& problem);
+
+/// Whether a formula of coordinates, a length or made of lengths, is 0 on that side; false of other expressions.
+bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low);
+
 /// Of a unit of coordinate `around`: what is shorter lies on a pole at an end of `axis`.
 double length_of_poles(const Problem& problem, std::size_t axis, std::size_t around);
 

@@ -95,6 +95,11 @@ const Unknown* Problem::find_unknown(const Coefficient& coefficient) const {
   return found == task->unknowns.end() ? nullptr : &*found;
 }
 
+std::string Problem::unit_of(const std::string& name) const {
+  const auto found = units.find(name);
+  return found == units.end() ? "" : found->second;
+}
+
 std::vector<std::uint64_t> Problem::noises() const {
   std::set<std::uint64_t> seeds;
   const auto look = [&](const Source& source) {

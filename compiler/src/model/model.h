@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -462,7 +463,9 @@ struct Problem {
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
-  std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
+  std::map<std::string, std::string> units;  // of fields, coefficients, parameters, observables, axes and t by their
+                                             // names, where they are told or follow
+  std::vector<std::string> dropped;          // what a zero coefficient or nobody's need removed, in words, for `check`
 
   /// Whether steps are made in parts, which depend on the state.
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }
@@ -483,6 +486,8 @@ struct Problem {
   const Unknown* find_unknown(const Coefficient& coefficient) const;
   /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.
   int intervals(int every) const { return steps > 0 ? (steps - 1) / every + 1 : 1; }
+  /// "m/s"; "" where nothing is known.
+  std::string unit_of(const std::string& name) const;
   /// The seeds of noise in formulas, increasing.
   std::vector<std::uint64_t> noises() const;
 };

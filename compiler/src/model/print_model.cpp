@@ -206,6 +206,13 @@ void add_parts(const Problem& p, std::vector<std::string>& lines) {
   for (const State& state : p.states) {
     if (state.parts > 1) lines.push_back(fmt::format("subcycle {} in {}", state.name, state.parts));
   }
+  if (p.steady > 0) lines.push_back(fmt::format("# until steady {}", p.steady));
+}
+
+void add_units(const Problem& p, std::vector<std::string>& lines) {
+  std::vector<std::string> units;
+  for (const auto& [name, unit] : p.units) units.push_back(fmt::format("{} in {}", name, unit));
+  if (!units.empty()) lines.push_back(fmt::format("# units: {}", fmt::join(units, ", ")));
 }
 
 std::vector<std::string> scene_lines(const Problem& p) {
@@ -264,7 +271,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   add_parts(p, lines);
-  if (p.steady > 0) lines.push_back(fmt::format("# until steady {}", p.steady));
+  add_units(p, lines);
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }

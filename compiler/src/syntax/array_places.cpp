@@ -32,6 +32,7 @@ Identifier* target_of(Item& item) {
   if (auto* unknown = get_if<UnknownItem>(&item.kind)) return &unknown->name;
   if (auto* data = get_if<DataItem>(&item.kind)) return &data->name;
   if (auto* observed = get_if<ObserveItem>(&item.kind)) return &observed->name;
+  if (auto* vary = get_if<VaryItem>(&item.kind)) return &vary->name;
   return nullptr;
 }
 
@@ -45,13 +46,25 @@ std::vector<Identifier>* list_of(Item& item) {
   return nullptr;
 }
 
-Expr* value_of(Item& item) {
-  if (auto* held = get_if<HeldItem>(&item.kind)) return &held->value;
-  if (auto* value = get_if<ValueItem>(&item.kind)) return &value->value;
-  if (auto* initial = get_if<InitialItem>(&item.kind)) return &initial->value;
-  if (auto* exact = get_if<ExactItem>(&item.kind)) return &exact->value;
-  if (auto* unknown = get_if<UnknownItem>(&item.kind)) return unknown->from ? &*unknown->from : nullptr;
+std::vector<UnitText>* units_of(Item& item) {
+  if (auto* field = get_if<FieldItem>(&item.kind)) return &field->units;
+  if (auto* coefficient = get_if<CoefficientItem>(&item.kind)) return &coefficient->units;
+  if (auto* control = get_if<ControlItem>(&item.kind)) return &control->units;
   return nullptr;
+}
+
+std::vector<Expr*> values_of(Item& item) {
+  std::vector<Expr*> found;
+  const auto all = [&](auto&... formulas) { (add(found, formulas), ...); };
+  if (auto* held = get_if<HeldItem>(&item.kind)) all(held->value);
+  if (auto* value = get_if<ValueItem>(&item.kind)) all(value->value);
+  if (auto* initial = get_if<InitialItem>(&item.kind)) all(initial->value);
+  if (auto* exact = get_if<ExactItem>(&item.kind)) all(exact->value);
+  if (auto* unknown = get_if<UnknownItem>(&item.kind)) all(unknown->from);
+  if (auto* boundary = get_if<BoundaryItem>(&item.kind)) {
+    for (BoundarySide& side : boundary->sides) all(side.value);
+  }
+  return found;
 }
 
 std::vector<Expr*> formulas_of(Item& item) {
@@ -78,7 +91,8 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](SubcycleItem& i) { all(i.parts); }, [&](OutputItem& i) { all(i.every); },
       [&](AccuracyItem& i) { all(i.tolerance); }, [&](ObserveItem& i) { all(i.value); },
       [&](UnknownItem& i) { all(i.from, i.low, i.high); }, [&](DataItem& i) { all(i.value, i.when); },
-      [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
+      [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](VaryItem& i) { all(i.low, i.high, i.from); },
+      [&](ErrorItem& i) { all(i.norms, i.at); }, [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
       [](auto&) {});
   return found;
 }

@@ -12,8 +12,10 @@ namespace dpde::ast {
 Identifier* target_of(Item& item);
 /// Names in lists, those that are declared and those that are only listed: each element stands there by itself.
 std::vector<Identifier>* list_of(Item& item);
-/// The formula that gives the target its value, nullptr where there is none; of a tuple each element gets its own.
-Expr* value_of(Item& item);
+/// One for each name of such a list, where it declares them; else null.
+std::vector<UnitText>* units_of(Item& item);
+/// The formulas that give the target its value, of a boundary one for each side; of a tuple each element gets its own.
+std::vector<Expr*> values_of(Item& item);
 /// All formulas, that one too.
 std::vector<Expr*> formulas_of(Item& item);
 

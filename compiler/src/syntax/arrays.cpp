@@ -260,15 +260,17 @@ class ArrayBlock {
     }
     if (!fits(extents)) return refuse_size(*target);
     const bool is_whole = !open.empty() && open.front().starts_with("#");
-    Expr* whole = is_whole ? value_of(item) : nullptr;
-    if (whole != nullptr && !has_parts(*whole, extents, 0, *target)) return;
+    const auto has_its_parts = [&](const Expr* value) { return has_parts(*value, extents, 0, *target); };
+    if (is_whole && !std::ranges::all_of(values_of(item), has_its_parts)) return;
     for_each_value(extents, [&](const std::vector<int>& at) {
       Values values;
       for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
       Item& one = all.emplace_back(item);
       Identifier* name = target_of(one);
       if (name != nullptr) name->name = named(name->name, values, name->range);
-      if (whole != nullptr) take_part(*value_of(one), at);
+      if (is_whole) {
+        for (Expr* value : values_of(one)) take_part(*value, at);
+      }
       set_formulas(one, values);
     });
   }
@@ -308,6 +310,7 @@ class ArrayBlock {
         if (is_array && !has_parts(*value, array->second, 0, param->names[i])) value.reset();
         for (const Identifier& name : elements_of(param->names[i], true, [&](const std::vector<int>& at) {
                all.values.push_back(value);
+               all.units.push_back(param->units[i]);
                if (value) take_part(*all.values.back(), at);
              }))
           all.names.push_back(name);
@@ -316,11 +319,18 @@ class ArrayBlock {
     }
     std::vector<Identifier>* list = list_of(item);
     if (list == nullptr) return;
+    std::vector<UnitText>* units = units_of(item);
     const bool declares = declares_fields(item);
     std::vector<Identifier> all;
-    for (const Identifier& name : *list)
-      std::ranges::copy(elements_of(name, declares, [](const auto&) {}), std::back_inserter(all));
+    std::vector<UnitText> all_units;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const auto add_unit = [&](const auto&) {
+        if (units != nullptr) all_units.push_back((*units)[i]);
+      };
+      std::ranges::copy(elements_of((*list)[i], declares, add_unit), std::back_inserter(all));
+    }
     *list = std::move(all);
+    if (units != nullptr) *units = std::move(all_units);
   }
 
   /// Of a declaration, or of a whole array; of others the name itself.
@@ -352,12 +362,15 @@ class ArrayBlock {
         refuse_size(update.field);
         continue;
       }
+      const bool is_whole = !open.empty() && open.front().starts_with("#");
+      if (is_whole && !has_parts(one.value, extents, 0, one.field)) continue;
       for_each_value(extents, [&](const std::vector<int>& at) {
         Values values;
         for (std::size_t k = 0; k < open.size(); ++k) values[open[k]] = at[k];
-        all.push_back({{named(one.field.name, values, one.field.range), one.field.range},
-                       one.accumulate,
-                       with(one.value, values)});
+        Expr value = one.value;
+        if (is_whole) take_part(value, at);
+        all.push_back(
+            {{named(one.field.name, values, one.field.range), one.field.range}, one.accumulate, with(value, values)});
       });
     }
     return all;
@@ -389,6 +402,10 @@ class ArrayWriter {
     for (Declaration& declaration : file_.declarations) {
       auto* task = std::get_if<Task>(&declaration.kind);
       if (task != nullptr) write(task->items, known_in(task->of.name));
+      auto* chart = std::get_if<Chart>(&declaration.kind);
+      if (chart != nullptr) write(chart->items, known_in(chart->of.name));
+      auto* data = std::get_if<DataSet>(&declaration.kind);
+      if (data != nullptr) write(data->items, known_in(data->of.name));
       auto* scheme = std::get_if<Scheme>(&declaration.kind);
       if (scheme != nullptr) scheme->items = ArrayBlock(of_all, taken_, sink_).rows_of_elements(scheme->items);
     }

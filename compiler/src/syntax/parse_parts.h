@@ -55,6 +55,17 @@ void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std
 Identifier parse_field_or_rate(Cursor& cursor, const char* what);
 /// on faces, on nodes, on faces.x, or nothing.
 std::optional<Identifier> parse_placement(Cursor& cursor);
+// parse_unit.cpp
+/// in m/s, or nothing.
+UnitText parse_unit(Cursor& cursor);
+/// u, v in m/s, h in m on faces
+struct Declared {
+  std::vector<Identifier> names;
+  std::vector<UnitText> units;
+  std::optional<Identifier> on;
+};
+Declared parse_declared(Cursor& cursor, const char* what, bool may_lie_somewhere = true);
+
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what);
 /// a, u.x, u.y
 std::vector<Identifier> parse_components(Cursor& cursor, const char* what);

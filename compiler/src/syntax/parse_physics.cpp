@@ -16,32 +16,37 @@ namespace {
 
 // ---- model ---------------------------------------------------------------------------------------------------------
 ItemKind parse_field(Cursor& cursor) {
-  std::vector<Identifier> names = parse_names(cursor, "the name of a field");
-  return FieldItem{std::move(names), false, parse_placement(cursor)};
+  Declared fields = parse_declared(cursor, "the name of a field");
+  return FieldItem{std::move(fields.names), false, std::move(fields.on), std::move(fields.units)};
 }
 ItemKind parse_vector(Cursor& cursor) {
-  std::vector<Identifier> names = parse_names(cursor, "the name of a vector");
-  return FieldItem{std::move(names), true, parse_placement(cursor)};
+  Declared vectors = parse_declared(cursor, "the name of a vector");
+  return FieldItem{std::move(vectors.names), true, std::move(vectors.on), std::move(vectors.units)};
 }
 
 ItemKind parse_coefficient(Cursor& cursor) {
   const bool vector = cursor.at_word("vector") && cursor.peek_second().kind == TokenKind::identifier;
   if (vector) cursor.take();
-  std::vector<Identifier> names = parse_names(cursor, "the name of a coefficient");
-  return CoefficientItem{std::move(names), vector, parse_placement(cursor)};
+  Declared given = parse_declared(cursor, "the name of a coefficient");
+  return CoefficientItem{std::move(given.names), vector, std::move(given.on), false, false, std::move(given.units)};
 }
 
 ItemKind parse_mask(Cursor& cursor) {
-  return CoefficientItem{parse_names(cursor, "the name of a mask"), false, {}, false, true};
+  std::vector<Identifier> names = parse_names(cursor, "the name of a mask");
+  std::vector<UnitText> units(names.size());
+  return CoefficientItem{std::move(names), false, {}, false, true, std::move(units)};
 }
 
-/// nu = 0.01, c
+/// nu = 0.01 in m^2/s, c
 ItemKind parse_param(Cursor& cursor) {
   ParamItem item;
   do {
     item.names.push_back(cursor.expect_element("the name of a parameter"));
     std::optional<Expr>& value = item.values.emplace_back();
     if (cursor.accept(TokenKind::assign)) value = parse_expression(cursor);
+    item.units.push_back(parse_unit(cursor));
+    for (std::size_t i = item.units.size() - 1; i-- > 0 && !item.units[i] && !item.values[i];)
+      item.units[i] = item.units.back();
   } while (cursor.accept(TokenKind::comma));
   return item;
 }
@@ -81,7 +86,7 @@ Related parse_related(Cursor& cursor, const char* word, const char* what) {
 
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
-  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name)};
+  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor)};
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
@@ -142,10 +147,11 @@ void refuse_repetition(Cursor& cursor, bool repeated) {
 ItemKind parse_control(Cursor& cursor) {
   const bool vector = cursor.at_word("vector");
   const bool is_field = (vector || cursor.at_word("field")) && cursor.peek_second().kind == TokenKind::identifier;
-  if (!is_field) return ControlItem{parse_names(cursor, "the name of a control")};
-  cursor.take();
-  std::vector<Identifier> names = parse_names(cursor, "the name of a control");
-  return CoefficientItem{std::move(names), vector, parse_placement(cursor), true};
+  if (is_field) cursor.take();
+  Declared controls = parse_declared(cursor, "the name of a control", is_field);
+  if (!is_field) return ControlItem{std::move(controls.names), std::move(controls.units)};
+  return CoefficientItem{std::move(controls.names), vector, std::move(controls.on), true, false,
+                         std::move(controls.units)};
 }
 
 ItemKind parse_grid(Cursor& cursor) {
@@ -155,6 +161,7 @@ ItemKind parse_grid(Cursor& cursor) {
   item.low = parse_expression(cursor);
   cursor.expect(TokenKind::dot_dot);
   item.high = parse_expression(cursor);
+  item.unit = parse_unit(cursor);
   while (cursor.accept(TokenKind::comma)) {
     if (cursor.at_word("cells")) {
       refuse_repetition(cursor, item.cells.has_value());
@@ -180,6 +187,7 @@ ItemKind parse_coordinates(Cursor& cursor) { return CoordinatesItem{parse_expres
 ItemKind parse_value(Cursor& cursor) {
   auto [name, value] = parse_component_definition(cursor, "a name");
   ValueItem item{std::move(name), std::move(value), {}};
+  item.unit = parse_unit(cursor);
   if (cursor.accept_word("every")) item.every = parse_expression(cursor);
   return item;
 }
@@ -217,7 +225,7 @@ ItemKind parse_observe(Cursor& cursor) {
   if (cursor.at(TokenKind::left_bracket)) name.name += cursor.expect_indices();
   cursor.expect(TokenKind::assign);
   Expr value = parse_expression(cursor);
-  return ObserveItem{std::move(name), std::move(value)};
+  return ObserveItem{std::move(name), std::move(value), parse_unit(cursor)};
 }
 
 /// 1e-3 on u, v
@@ -265,6 +273,7 @@ ItemKind parse_time(Cursor& cursor) {
   item.from = parse_expression(cursor);
   cursor.expect(TokenKind::dot_dot);
   item.to = parse_expression(cursor);
+  item.unit = parse_unit(cursor);
   while (cursor.accept(TokenKind::comma)) {
     const auto option = std::ranges::find(options, cursor.peek().spelling, &Option::first);
     if (option == options.end()) {
@@ -346,7 +355,7 @@ bool begins_row(const Cursor& cursor) {
 
 ItemKind parse_let(Cursor& cursor) {
   auto [name, value] = parse_component_definition(cursor, "a name");
-  return LetItem{std::move(name), std::move(value)};
+  return LetItem{std::move(name), std::move(value), parse_unit(cursor)};
 }
 
 Identifier parse_place(Cursor& cursor) {

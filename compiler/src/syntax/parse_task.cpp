@@ -50,6 +50,7 @@ ItemKind parse_data(Cursor& cursor) {
     cursor.expect_word("scene");
     item.scene = cursor.expect_name("the name of a scene");
   }
+  item.unit = parse_unit(cursor);
   item.when = parse_when(cursor);
   return item;
 }
@@ -163,7 +164,7 @@ ItemKind parse_growth(Cursor& cursor) {
 /// nu in 0.01 .. 0.1, or s from 100
 ItemKind parse_vary(Cursor& cursor) {
   VaryItem item;
-  item.name = cursor.expect_name("the name of a parameter");
+  item.name = cursor.expect_element("the name of a parameter");
   if (cursor.accept_word("from")) {
     item.from = parse_expression(cursor);
     return item;

@@ -9,11 +9,16 @@
 
 namespace dpde::ast {
 
+/// in m/s: of what a line declares or gives; none: it is not told. Behind several names it is that of those before it
+/// that have neither a unit nor a value: field u, v in m/s, h in m
+using UnitText = std::optional<Identifier>;
+
 // ---- items inside a model ------------------------------------------------------------------------------------------
 struct FieldItem {  // field u, v          vector u on faces       (a component for each axis of the scene)
   std::vector<Identifier> names;
   bool vector = false;
-  std::optional<Identifier> on;  // centres, faces, faces.x, nodes
+  std::optional<Identifier> on;      // centres, faces, faces.x, nodes
+  std::vector<UnitText> units = {};  // one a name
 };
 // coefficient kappa, coefficient vector v      (a given field, constant in time)
 // control field F, control vector G            (one field for each interval of time)
@@ -22,18 +27,22 @@ struct CoefficientItem {
   bool vector = false;
   std::optional<Identifier> on;
   bool control = false;
-  bool mask = false;  // mask solid: where a condition of the scene is true
+  bool mask = false;                 // mask solid: where a condition of the scene is true
+  std::vector<UnitText> units = {};  // one a name
 };
-struct ParamItem {  // param nu = 0.01, c
+struct ParamItem {  // param nu = 0.01 in m^2/s, c
   std::vector<Identifier> names;
   std::vector<std::optional<Expr>> values;  // one a name: where the scene says none
+  std::vector<UnitText> units;              // one a name
 };
 struct ControlItem {  // control F, G       (a parameter with one value for each interval of time)
   std::vector<Identifier> names;
+  std::vector<UnitText> units;  // one a name
 };
 struct LetItem {  // let s = u + v           (models, scenes and kernels)
   Identifier name;
   Expr value;
+  UnitText unit = {};  // of models and scenes
 };
 struct EquationItem {  // dt(u) = rhs, or dt(dt(u)) = rhs with field "dt(u)"
   Identifier field;
@@ -43,6 +52,7 @@ struct EquationItem {  // dt(u) = rhs, or dt(dt(u)) = rhs with field "dt(u)"
 struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes it true at each moment)
   Expr left, right;
   Identifier unknown;
+  UnitText unit = {};
 };
 struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
   Expr zero, value;      // the left side, which has to be 0, and the right one
@@ -61,6 +71,7 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
   std::optional<Expr> cells;
   bool periodic = false;
   std::optional<Expr> stretched;  // where the points lie, of x running uniformly from low to high
+  UnitText unit = {};
 };
 struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or of one after the other)
   std::vector<Expr> counts;
@@ -74,6 +85,7 @@ struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the
   Expr value;
   std::optional<Expr> every;          // of a control: F = sin(t) every 0.1
   std::optional<Identifier> of = {};  // of a scheme: advect marker = maccormack
+  UnitText unit = {};                 // of a scene: nu = 1e-3 in m^2/s
 };
 // initial u = load("run.nc", u) at t = 0.5     initial u = (y, 0) projected     initial dt(u) = 0, with field "dt(u)"
 struct InitialItem {
@@ -99,6 +111,7 @@ struct TimeItem {  // time 0 .. 1, step 1/32, courant 0.4, speed |u| + c     tim
                    // time 0 .. 1, step 1/32, tolerance 1e-6, absolute 1e-9, first 1e-3
   Expr from, to;
   std::optional<Expr> step, courant, speed, tolerance, absolute, first, steady;
+  UnitText unit = {};  // time 0 .. 1 in s
 };
 struct StepItem {  // step 1/32             (with a hand-written loop, or where a scene is made from another)
   Expr step;
@@ -129,6 +142,7 @@ struct AccuracyItem {  // accuracy 1e-3 on u, v      (relative, at the end of th
 struct ObserveItem {  // observe energy = 0.5*integral(u^2)
   Identifier name;
   Expr value;
+  UnitText unit = {};
 };
 
 }  // namespace dpde::ast

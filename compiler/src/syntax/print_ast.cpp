@@ -20,7 +20,8 @@ std::string print_definition(std::string_view keyword, const Identifier& name, c
 
 // ---- items ---------------------------------------------------------------------------------------------------------
 std::string print_grid(const GridItem& grid) {
-  std::string text = fmt::format("grid {} = {} .. {}", grid.axis.name, print(grid.low), print(grid.high));
+  std::string text =
+      fmt::format("grid {} = {} .. {}{}", grid.axis.name, print(grid.low), print(grid.high), print_unit(grid.unit));
   if (grid.cells) text += ", cells " + print(*grid.cells);
   if (grid.periodic) text += ", periodic";
   if (grid.stretched) text += ", stretched " + print(*grid.stretched);
@@ -54,7 +55,7 @@ std::string print_fill(const FillItem& fill) {
 }
 
 std::string print_time(const TimeItem& time) {
-  std::string text = fmt::format("time {} .. {}", print(time.from), print(time.to));
+  std::string text = fmt::format("time {} .. {}{}", print(time.from), print(time.to), print_unit(time.unit));
   if (time.step) text += ", step " + print(*time.step);
   if (time.courant) text += ", courant " + print(*time.courant);
   if (time.speed) text += ", speed " + print(*time.speed);
@@ -68,7 +69,7 @@ std::string print_time(const TimeItem& time) {
 std::string print_data(const DataItem& data) {
   std::string text = fmt::format("data {}{} = {}", data.name.name, print_placement(data.on), print(data.value));
   if (data.scene) text += " from scene " + data.scene->name;
-  return text + print_when(data.when);
+  return text + print_unit(data.unit) + print_when(data.when);
 }
 
 std::string print_unknown(const UnknownItem& unknown) {
@@ -219,14 +220,14 @@ std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return print_field(i); },
       [](const CoefficientItem& i) { return print_coefficient(i); }, [](const ParamItem& i) { return print_params(i); },
-      [](const ControlItem& i) { return "control " + print_names(i.names); },
-      [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
+      [](const ControlItem& i) { return "control " + print_names(i.names, i.units); },
+      [](const LetItem& i) { return print_definition("let ", i.name, i.value) + print_unit(i.unit); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
       [](const SolvedItem& i) { return print_solved(i); }, [](const ConstraintItem& i) { return print_constraint(i); },
       [](const HeldItem& i) { return print_held(i); }, [](const GridItem& i) { return print_grid(i); },
       [](const CoordinatesItem& i) { return "coordinates " + print(i.kind); },
       [](const ValueItem& i) {
-        return print_definition(i.of ? i.name.name + " " : "", i.of.value_or(i.name), i.value) +
+        return print_definition(i.of ? i.name.name + " " : "", i.of.value_or(i.name), i.value) + print_unit(i.unit) +
                (i.every ? " every " + print(*i.every) : "");
       },
       [](const InitialItem& i) {
@@ -239,7 +240,7 @@ std::string print_item(const Item& item) {
       [](const CellsItem& i) { return "cells " + print_list(i.counts); },
       [](const EventItem& i) { return print_event(i); },
       [](const SubcycleItem& i) { return fmt::format("subcycle {} in {}", print_names(i.fields), print(i.parts)); },
-      [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
+      [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value) + print_unit(i.unit); },
       [](const OutputItem& i) {
         return "output " + print_names(i.fields) + (i.every ? " every " + print(*i.every) : "");
       },

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "support/match.h"
 #include "syntax/print_ast.h"
 
@@ -38,14 +40,40 @@ std::string print_when(const When& when) {
 
 std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }
 
+std::string print_unit(const UnitText& unit) { return unit ? " in " + unit->name : ""; }
+
+namespace {
+
+bool are_same(const UnitText& a, const UnitText& b) { return a && b && a->name == b->name; }
+
+/// With a unit of all of them at the end.
+std::string print_declared(const std::vector<Identifier>& names, const std::vector<UnitText>& units,
+                           const std::optional<Identifier>& on) {
+  const bool are_alike =
+      std::ranges::all_of(units, [&](const UnitText& unit) { return are_same(unit, units.front()); });
+  if (are_alike) return print_names(names) + print_placement(on) + print_unit(units.front());
+  return print_names(names, units) + print_placement(on);
+}
+
+}  // namespace
+
+std::string print_names(const std::vector<Identifier>& names, const std::vector<UnitText>& units) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool goes_on = i + 1 < names.size() && are_same(units[i], units[i + 1]);
+    text += (i > 0 ? ", " : "") + names[i].name + (goes_on ? "" : print_unit(units[i]));
+  }
+  return text;
+}
+
 std::string print_field(const FieldItem& i) {
-  return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
+  return (i.vector ? "vector " : "field ") + print_declared(i.names, i.units, i.on);
 }
 
 std::string print_coefficient(const CoefficientItem& i) {
   const char* word = i.mask ? "mask " : i.control ? "control " : "coefficient ";
   const char* kind = i.vector ? "vector " : i.control ? "field " : "";
-  return fmt::format("{}{}{}{}", word, kind, print_names(i.names), print_placement(i.on));
+  return word + std::string(kind) + print_declared(i.names, i.units, i.on);
 }
 
 std::string print_params(const ParamItem& item) {
@@ -53,12 +81,14 @@ std::string print_params(const ParamItem& item) {
   for (std::size_t i = 0; i < item.names.size(); ++i) {
     text += (i > 0 ? ", " : "") + item.names[i].name;
     if (item.values[i]) text += " = " + print(*item.values[i]);
+    const bool goes_on = !item.values[i] && i + 1 < item.names.size() && are_same(item.units[i], item.units[i + 1]);
+    if (!goes_on) text += print_unit(item.units[i]);
   }
   return text;
 }
 
 std::string print_solved(const SolvedItem& i) {
-  return fmt::format("solve {} = {} for {}", print(i.left), print(i.right), i.unknown.name);
+  return fmt::format("solve {} = {} for {}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit));
 }
 
 std::string print_constraint(const ConstraintItem& i) {

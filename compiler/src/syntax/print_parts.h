@@ -11,11 +11,15 @@
 namespace dpde::ast {
 
 std::string print_names(const std::vector<Identifier>& names);
+/// u, v in m/s, h in m
+std::string print_names(const std::vector<Identifier>& names, const std::vector<UnitText>& units);
 std::string print_list(const std::vector<Expr>& values);
 /// " at t = 1, 2", ", mean over time", or nothing.
 std::string print_when(const When& when);
 /// " on faces", or nothing.
 std::string print_placement(const std::optional<Identifier>& on);
+/// " in m/s", or nothing.
+std::string print_unit(const UnitText& unit);
 
 std::string print_field(const FieldItem& item);
 std::string print_coefficient(const CoefficientItem& item);

@@ -31,6 +31,7 @@ struct DataItem {
   Expr value;                       // load("...") or the field's name
   std::optional<Identifier> scene;  // after `from scene`
   When when;
+  std::optional<Identifier> unit = {};  // in K
 };
 struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01 in 0 .. 1
   bool initial = false;

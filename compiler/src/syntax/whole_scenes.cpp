@@ -7,6 +7,7 @@
 #include <map>
 #include <ranges>
 #include <set>
+#include <utility>
 
 #include "support/match.h"
 #include "syntax/item_kinds.h"
@@ -163,9 +164,20 @@ class Changes {
     const auto is_about = [&](const Item& other) { return subject_of(other) == subject; };
     const auto found = std::ranges::find_if(items_, is_about);
     if (found == items_.end()) return false;
-    *found = item;
+    const Item before = std::exchange(*found, item);
+    keep_unit<GridItem>(*found, before);
+    keep_unit<TimeItem>(*found, before);
+    keep_unit<ValueItem>(*found, before);
     items_.erase(std::remove_if(found + 1, items_.end(), is_about), items_.end());
     return true;
+  }
+
+  /// That of the other scene's line where this one tells none.
+  template <class Kind>
+  static void keep_unit(Item& item, const Item& before) {
+    auto* now = get_if<Kind>(&item.kind);
+    const auto* other = get_if<Kind>(&before.kind);
+    if (now != nullptr && other != nullptr && !now->unit) now->unit = other->unit;
   }
 
   void drop_cells_of_axes() {

@@ -46,7 +46,15 @@ bool is_called(const std::string& full, const DeclaredName& name) {
          (name.is_array && full.starts_with(name.name + "_1"));
 }
 
-/// What the name is in the scene; "" where it has nothing to do with it.
+/// Of itself, or of the first component or element.
+std::string unit_of(const model::Problem& problem, const DeclaredName& name) {
+  for (const auto& [full, unit] : problem.units) {
+    if (is_called(full, name)) return unit;
+  }
+  return "";
+}
+
+/// What the name is in the scene, but for its unit; "" where it has nothing to do with it.
 std::string fact(const model::Problem& problem, const DeclaredName& name, const OrderText& order) {
   for (const model::State& state : problem.states) {
     if (!state.history_of.empty() || !is_called(state.name, name)) continue;
@@ -75,7 +83,9 @@ std::string facts_of(const Document& document, const DeclaredName& name, const O
     const std::set<int> known = blocks_known_to(document.file(), {block});
     const bool is_block = name.block < 0 && block == name.name;
     if (told == most_scenes || (!is_block && !known.contains(name.block))) continue;
-    const std::string found = is_block ? facts_of_block(problem, order) : fact(problem, name, order);
+    std::string found = is_block ? facts_of_block(problem, order) : fact(problem, name, order);
+    const std::string unit = is_block ? "" : unit_of(problem, name);
+    if (!unit.empty()) found += (found.empty() ? "in " : "; in ") + unit;
     if (found.empty()) continue;
     text += fmt::format("\n- `{}`: {}", block, found);
     ++told;

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <span>
+#include <string_view>
 
 #include "codegen/cpp/cpp_names.h"
 #include "source/utf8.h"
@@ -33,12 +35,15 @@ std::string states_text(const dpde_instants& at) {
 }
 
 void add_setters(std::vector<Member>& members, const dpde_scene& scene) {
+  const std::span controls(scene.controls, static_cast<std::size_t>(scene.control_count));
   for (const dpde_value& param : std::span(scene.params, static_cast<std::size_t>(scene.param_count))) {
+    const auto is_it = [&](const dpde_control& control) { return std::string_view(control.name) == param.name; };
+    if (std::ranges::any_of(controls, is_it)) continue;
     add(members, "set_{}", "void set_{0}(double value) {{ set(\"{1}\", value); }}", param.name,
         fmt::format("Parameter {}, {} at first.", param.name, param.value));
     add(members, "get_{}", "double get_{0}() const {{ return param(\"{1}\"); }}", param.name);
   }
-  for (const dpde_control& control : std::span(scene.controls, static_cast<std::size_t>(scene.control_count))) {
+  for (const dpde_control& control : controls) {
     add(members, "set_control_{}", "void set_control_{0}(dpde::Values values) {{ set_control(\"{1}\", values); }}",
         control.name,
         fmt::format("Control {}: {} values, each for {} steps.", control.name, control.count, control.every));

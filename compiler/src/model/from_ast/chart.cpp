@@ -11,6 +11,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "syntax/arrays.h"
 #include "syntax/print_ast.h"
 
 namespace dpde::model {
@@ -162,9 +163,11 @@ class ChartReader {
 }  // namespace
 
 std::optional<Chart> chart_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
-  const ast::Chart* source = find_declaration<ast::Chart>(file, name);
+  const std::optional<ast::File> written = ast::with_elements(file, sink);
+  if (!written) return std::nullopt;
+  const ast::Chart* source = find_declaration<ast::Chart>(*written, name);
   const Selection nothing;
-  Draft draft(file, nothing, sink);
+  Draft draft(*written, nothing, sink);
   Chart chart = ChartReader(*source, draft).read();
   return sink.has_errors() ? std::nullopt : std::optional(std::move(chart));
 }

@@ -94,6 +94,18 @@ Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
   return turn;
 }
 
+/// On one axis the faces are the nodes: a component there counts as one on faces.
+bool Coordinates::is_spread(const std::vector<Expr>& v) const {
+  if (!placements_.is_staggered()) return false;
+  std::optional<Placement> first;
+  for (const Expr& part : v) {
+    const std::optional<Placement> place = placements_.natural(part);
+    if (place && first && *place != *first) return true;
+    if (place) first = place;
+  }
+  return axes() == 1 && first && *first != Placement{};
+}
+
 Expr Coordinates::dot(const std::vector<Expr>& a, const std::vector<Expr>& b) const {
   Expr sum = 0.0, at_centres = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -102,8 +114,7 @@ Expr Coordinates::dot(const std::vector<Expr>& a, const std::vector<Expr>& b) co
     const Expr spread = per_volume(interpolate(times_volume(product), origin_));
     at_centres = binary(BinaryOp::add, at_centres, spread, origin_);
   }
-  const bool is_apart = placements_.is_staggered() && placements_.find_mistake(sum);
-  return is_apart ? at_centres : sum;
+  return is_spread(a) || is_spread(b) ? at_centres : sum;
 }
 
 Expr Coordinates::carried(const Expr& s, const Expr& across, bool has_s_inside) const {

@@ -70,6 +70,8 @@ class Coordinates {
   /// d_i(A_i flux) / V.
   Expr outflow(const Expr& flux, int axis) const;
   Expr diffusion(const Expr& f, int axis) const;
+  /// Whether its components lie at different places.
+  bool is_spread(const std::vector<Expr>& v) const;
   /// How axis b turns the component along axis a, d_b(h_a v_a)/(h_a h_b).
   Expr turn_of(const Expr& component, int a, int b) const;
   /// s times v across an axis, where `cross` wants it.

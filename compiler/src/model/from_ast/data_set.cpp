@@ -10,6 +10,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "syntax/arrays.h"
 
 namespace dpde::model {
 
@@ -107,9 +108,11 @@ double DataSet::value_of(std::size_t number, int run) const {
 }
 
 std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
-  const ast::DataSet* source = find_declaration<ast::DataSet>(file, name);
+  const std::optional<ast::File> written = ast::with_elements(file, sink);
+  if (!written) return std::nullopt;
+  const ast::DataSet* source = find_declaration<ast::DataSet>(*written, name);
   const Selection nothing;
-  Draft draft(file, nothing, sink);
+  Draft draft(*written, nothing, sink);
   DataSet set = Reader(*source, draft).read();
   return sink.has_errors() ? std::nullopt : std::optional(std::move(set));
 }

@@ -123,6 +123,8 @@ class Expressions {
   Typed inner_product(const ast::Call& e, SourceRange range);
   Typed scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range);
   Typed dot_product(const ast::Call& e, SourceRange range);
+  /// Warns where the operand of an operator holds derivatives, up to `allowed` inside one another.
+  void look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range);
   bool can_take_tensor(const std::string& what, SourceRange range);
   Typed vector_gradient(const std::vector<Expr>& v, SourceRange range);
   Typed tensor_divergence(const std::vector<Expr>& s, SourceRange range);

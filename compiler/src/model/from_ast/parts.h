@@ -50,6 +50,8 @@ void check_radiating(Draft& draft, const State& state);
 void check_radiating(Draft& draft);
 // wall_formulas.cpp: whether values at walls that are made of fields can be had
 void check_wall_formulas(Draft& draft);
+// pole_places.cpp: whether nothing is divided by the length of 0 on a pole
+void check_pole_places(Draft& draft);
 // wall_derivatives.cpp
 void check_wall_derivatives(Draft& draft);
 
@@ -103,6 +105,9 @@ void bind_parameters(Draft& draft);
 
 // grid.cpp
 void bind_grid(Draft& draft);
+
+// units.cpp: whether formulas fit the units that are told; after all else
+void check_units(Draft& draft);
 
 // scene_names.cpp
 void declare_scene_lets(Draft& draft);

@@ -217,6 +217,7 @@ void check_cubic(Draft& draft, const State& state) {
 
 void check_placements(Draft& draft) {
   const Placements placements(draft.problem);
+  if (draft.model) check_pole_places(draft);
   check_formulas(draft, placements);
   const auto quantity = [&](const Expr& value, const Origin& origin) {
     check_quantity(draft, placements, value, origin.range);

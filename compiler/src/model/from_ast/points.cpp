@@ -28,12 +28,6 @@ Expr smaller(const Expr& a, const Expr& b) { return call(Fn::min, {a, b}); }
 /// hx, hy, hz: bound by the grid that the scene is run on.
 Expr spacing(int axis) { return param("h" + axis_name(axis)); }
 
-/// The smaller of the two where that is positive, else 0: what a point takes of the cell x when it lies by `left` of
-/// the way from the cell before to x, and `right` of that from the one behind, so that both are 1 at x. By the rules
-/// for ties its slope where the hat begins, at its top and at its end is the right-hand one in the position of the
-/// point, as `interp` has it.
-Expr hat(const Expr& left, const Expr& right) { return larger(smaller(left, larger(0.0, right)), 0.0); }
-
 }  // namespace
 
 Expr place_after(const Axis& axis, int number_of_axis, double cells) {
@@ -49,7 +43,10 @@ Expr place_before(const Axis& axis, int number_of_axis, double cells) {
 
 namespace {
 
-/// What one source gives along the axes of a scene.
+/// What one source gives along the axes of a scene: a hat around each cell x, which begins at the cell before and ends
+/// at the one behind. A place is before or behind a cell as its number compares with the cell's, which is the same
+/// number for the cell's neighbours, so that the shares of all cells add up to 1 and their slopes in the place to 0. On
+/// a cell they are the right-hand ones, as `interp` has it.
 class Hats {
  public:
   explicit Hats(const Problem& problem) : problem_(problem) {
@@ -65,22 +62,14 @@ class Hats {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     if (axis.topology == Topology::periodic) {
       const double period = axis.high - axis.low;
-      const auto hat_at = [&](const Expr& point) {
-        return hat(left(number_of_axis, point), right(number_of_axis, point));
-      };
-      return plus(plus(hat_at(position), hat_at(minus(position, period))), hat_at(plus(position, period)));
-    }
-    if (!axis.stretch && !is_staggered_[static_cast<std::size_t>(number_of_axis)]) {
-      const Expr half = binary(BinaryOp::divide, spacing(number_of_axis), 2.0);
-      const Expr inside = smaller(larger(position, plus(axis.low, half)), minus(axis.high, half));
-      return hat(left(number_of_axis, inside), right(number_of_axis, inside));
+      const auto image = [&](double away) { return hat(number_of_axis, position, away, {}); };
+      return plus(plus(image(0), image(period)), image(-period));
     }
     const Expr x = coordinate(number_of_axis);
     const auto at = [&](BinaryOp op, const Expr& limit) { return binary(op, x, limit); };
     const Expr is_first = at(BinaryOp::less, place_after(axis, number_of_axis, 1.25)),
                is_last = at(BinaryOp::greater, place_before(axis, number_of_axis, 1.25));
-    const Expr share = hat(select(is_first, 1.0, left(number_of_axis, position)),
-                           select(is_last, 1.0, right(number_of_axis, position)));
+    const Expr share = hat(number_of_axis, position, 0, {is_first, is_last});
     if (!is_staggered_[static_cast<std::size_t>(number_of_axis)]) return share;
     const Expr is_wall = axis.holds_wall(true) ? at(BinaryOp::less, place_after(axis, number_of_axis, 0.25))
                                                : at(BinaryOp::greater, place_before(axis, number_of_axis, 0.25));
@@ -92,18 +81,27 @@ class Hats {
   }
 
  private:
-  Expr left(int axis, const Expr& point) const {
-    if (!problem_.axes[static_cast<std::size_t>(axis)].stretch) return minus(1.0, way(axis, point));
-    const Expr before = neighbour(axis, -1);
-    return binary(BinaryOp::divide, minus(point, before), minus(coordinate(axis), before));
-  }
-  Expr right(int axis, const Expr& point) const {
-    if (!problem_.axes[static_cast<std::size_t>(axis)].stretch) return plus(1.0, way(axis, point));
-    const Expr behind = neighbour(axis, +1);
-    return binary(BinaryOp::divide, minus(behind, point), minus(behind, coordinate(axis)));
-  }
-  static Expr way(int axis, const Expr& point) {
-    return binary(BinaryOp::divide, minus(coordinate(axis), point), spacing(axis));
+  /// Between walls: whether the cell takes all that lies before or behind it.
+  struct Beyond {
+    std::optional<Expr> is_first, is_last;
+  };
+
+  /// Of the cell's image so far away.
+  Expr hat(int number_of_axis, const Expr& point, double away, const Beyond& beyond) const {
+    const auto there = [&](const Expr& x) { return away == 0 ? x : plus(x, away); };
+    const Expr here = there(coordinate(number_of_axis)), before = there(neighbour(number_of_axis, -1)),
+               behind = there(neighbour(number_of_axis, +1));
+    const bool is_even = !problem_.axes[static_cast<std::size_t>(number_of_axis)].stretch;
+    const auto part = [&](const Expr& way, const Expr& of) {
+      return binary(BinaryOp::divide, way, is_even ? spacing(number_of_axis) : of);
+    };
+    const auto is_below = [&](const Expr& x) { return binary(BinaryOp::less, point, x); };
+    const Expr left = minus(1.0, part(minus(here, point), minus(here, before))),
+               right = minus(1.0, part(minus(point, here), minus(behind, here)));
+    Expr rising = select(is_below(before), 0.0, left), falling = select(is_below(behind), right, 0.0);
+    if (beyond.is_first) rising = select(*beyond.is_first, 1.0, rising);
+    if (beyond.is_last) falling = select(*beyond.is_last, 1.0, falling);
+    return select(is_below(here), rising, falling);
   }
   /// The place of the point before (-1) or behind (+1). Coordinates wrap around along periodic axes.
   Expr neighbour(int number_of_axis, int cells) const {
@@ -191,7 +189,8 @@ Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Orig
 
 /// A formula at a place. Fields are what they are there, wherever they lie, coordinates are the place itself. What is
 /// made of neighbours, as a derivative, is linear between the points where the scheme has it: its sum over the grid,
-/// weighed by hats around these.
+/// weighed by hats around these. In curved coordinates that holds with the lengths that stand around it: apart from its
+/// own lengths a difference says nothing.
 class AtPoint {
  public:
   AtPoint(const Problem& problem, const std::vector<Expr>& place, Origin origin)
@@ -203,8 +202,8 @@ class AtPoint {
     if (const auto* at = std::get_if<Coordinate>(&e->kind)) return place_[static_cast<std::size_t>(at->axis)];
     if (const auto* taken = std::get_if<Interpolate>(&e->kind)) return (*this)(taken->operand);
     if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate((*this)(neg->operand), e->origin);
-    if (const auto* b = std::get_if<Binary>(&e->kind))
-      return binary(b->op, (*this)(b->left), (*this)(b->right), e->origin);
+    const auto* b = std::get_if<Binary>(&e->kind);
+    if (b != nullptr && !is_with_lengths(*b)) return binary(b->op, (*this)(b->left), (*this)(b->right), e->origin);
     if (const auto* c = std::get_if<Select>(&e->kind))
       return select((*this)(c->condition), (*this)(c->yes), (*this)(c->no), e->origin);
     if (const auto* c = std::get_if<Call>(&e->kind)) {
@@ -222,6 +221,18 @@ class AtPoint {
   }
 
  private:
+  /// A product or quotient of a difference and lengths.
+  bool is_with_lengths(const Binary& b) const {
+    const bool is_product = b.op == BinaryOp::multiply || b.op == BinaryOp::divide;
+    if (!problem_.metric || !is_product || is_uniform(b.left) || is_uniform(b.right)) return false;
+    const auto is_made_of_neighbours = [](const Expr& e) {
+      return any_part(e, [](const Expr& part) {
+        return std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind);
+      });
+    };
+    return is_made_of_neighbours(b.left) || is_made_of_neighbours(b.right);
+  }
+
   const Problem& problem_;
   const std::vector<Expr>& place_;
   Origin origin_;

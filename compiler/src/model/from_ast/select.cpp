@@ -173,10 +173,15 @@ void add_coefficients(Provided& provided, const ast::Model& model) {
 ast::Item without(ast::Item item, const Provided& provided) {
   auto* given = get_if<ast::CoefficientItem>(&item.kind);
   if (!given || given->control) return item;
-  std::erase_if(given->names, [&](const ast::Identifier& name) {
+  const auto is_provided = [&](const ast::Identifier& name) {
     return provided.fields.contains({name.name, given->vector}) ||
            (!given->mask && provided.coefficients.contains({name.name, given->vector, place_of(*given)}));
-  });
+  };
+  for (std::size_t i = given->names.size(); i-- > 0;) {
+    if (!is_provided(given->names[i])) continue;
+    given->names.erase(given->names.begin() + static_cast<std::ptrdiff_t>(i));
+    given->units.erase(given->units.begin() + static_cast<std::ptrdiff_t>(i));
+  }
   return item;
 }
 

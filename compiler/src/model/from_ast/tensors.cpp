@@ -10,6 +10,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 
 namespace dpde::model {
 
@@ -164,6 +165,15 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
   return scalar_product(left.parts, right.parts, range);
 }
 
+/// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
+/// fluxes alone do not.
+void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
+  const auto is_deep = [&](const Expr& e) { return nested_order(e) > allowed; };
+  if (!has_pole(draft_.problem) || std::ranges::none_of(operand, is_deep)) return;
+  draft_.sink.report("beside-pole", range, {},
+                     "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out");
+}
+
 /// With an axis of symmetry a tensor would have a component around it too.
 bool Expressions::can_take_tensor(const std::string& what, SourceRange range) {
   const std::optional<Metric>& metric = draft_.problem.metric;
@@ -181,6 +191,13 @@ Typed Expressions::vector_gradient(const std::vector<Expr>& v, SourceRange range
 
 Typed Expressions::tensor_divergence(const std::vector<Expr>& s, SourceRange range) {
   if (!can_take_tensor("div of a tensor", range)) return {};
+  if (has_pole(
+          draft_.problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
+    draft_.sink.report(
+        "in-curved-coordinates", range, {"div of a tensor", "coordinates with a pole"},
+        "lap(v) is div(grad(v)); let the axis end before the pole, or write the terms of each component");
+    return {};
+  }
   return {Typed::Type::vector, Coordinates(draft_.problem, {range}).tensor_divergence(s)};
 }
 

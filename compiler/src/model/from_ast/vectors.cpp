@@ -9,6 +9,8 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
+#include "model/placement.h"
 
 namespace dpde::model {
 
@@ -153,6 +155,7 @@ Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   if (operand.type == Typed::Type::none) return {};
+  look_beside_poles(operand.parts, 0, range);
   const Coordinates coordinates(draft_.problem, {range});
   if (operand.type == Typed::Type::number) return number_of(coordinates.laplacian(operand.parts.front()));
   if (!can_take_vector_laplacian(operand, range)) return {};
@@ -181,6 +184,7 @@ Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
   if (value.type == Typed::Type::vector && value.parts.size() > 1) return vector_gradient(value.parts, range);
   const auto operand = as_number(value, e.arguments[0].value.range());
   if (!operand) return {};
+  look_beside_poles({*operand}, 0, range);
   Typed result{Typed::Type::vector, {}};
   const Coordinates coordinates(draft_.problem, {range});
   for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(coordinates.slope(*operand, axis));
@@ -193,6 +197,7 @@ Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
   if (value.type == Typed::Type::tensor) return tensor_divergence(value.parts, range);
   const auto components = as_vector(value, e.arguments[0].value.range());
   if (!components) return {};
+  look_beside_poles(*components, 1, range);
   return number_of(Coordinates(draft_.problem, {range}).divergence(*components));
 }
 
@@ -202,6 +207,16 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
   const Typed operand = numeric(e.arguments[1].value);
   if (!velocity || operand.type == Typed::Type::none) return {};
   if (operand.type == Typed::Type::tensor && is_refused_in_curves(draft_, "advect of a tensor", range)) return {};
+  const Placements placements(draft_.problem);
+  const auto is_apart = [&](const Expr& part) {
+    return placements.natural(part) != placements.natural(operand.parts.front());
+  };
+  if (has_pole(draft_.problem) &&
+      std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
+    draft_.sink.report("in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
+                       "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
+    return {};
+  }
   return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};
 }
 
@@ -241,6 +256,7 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed value = numeric(e.arguments[0].value);
   if (value.type == Typed::Type::none) return {};
+  look_beside_poles(value.parts, 0, range);
   const Coordinates coordinates(draft_.problem, {range});
   if (axis_count() == 2 && value.type == Typed::Type::number) {
     if (draft_.problem.metric && !is_constant(draft_.problem.metric->around, 1)) {

@@ -14,6 +14,7 @@ syntax match dpdeLine /\v(^|[{};])@1<=\s*<(accuracy|adjoint|after|apply|at|axes|
 syntax match dpdeFunction /\v<(dx|dy|dz|d|lap|grad|div|advect|bracket|dot|curl|norm|if|mean|sum|integral|inject|sample|interpolate|random_field|random_signal|noise|force_on|torque_on|cross|outer|inner|sym|transpose|trace|sin|cos|tan|asin|acos|atan|sinh|cosh|tanh|exp|log|sqrt|abs|sign|floor|fraction|min|max|dt)>(\s*\()@=/
 syntax match dpdeKey /\v<(advect|dx|lap|dealias|implicit|solve|smoother|guess|time|real|networks|split)>((\s+[A-Za-z_.0-9]+)?\s*\=)@=/
 syntax match dpdeDeclaration /\v(^|[};])@1<=\s*<(model|scene|scheme|task|kernel|program|loop|function|operator|network|dataset|import|chart)>(\s+[A-Za-z_"])@=/
+syntax match dpdeUnit /\v(<in\s+)@<=(1\ze\/|\(?((da|[TGMkhdcmunpf])?(m|g|s|A|K|mol|cd|rad|Hz|N|Pa|J|W|V|C|F|ohm|S|Wb|T|H|L|bar|eV)|min|h|day|year|deg|sr)>)[A-Za-z0-9^*\/()-]*/
 syntax match dpdeNumber /\v<\d+(\.\.@!\d*)?([eE][+-]?\d+)?/
 syntax region dpdeText start=/"/ end=/"/ oneline
 syntax match dpdeComment /#.*$/ contains=@Spell
@@ -27,6 +28,7 @@ highlight default link dpdeFunction Function
 highlight default link dpdeOperator Operator
 highlight default link dpdeConstant Constant
 highlight default link dpdeNumber Number
+highlight default link dpdeUnit Special
 highlight default link dpdeText String
 highlight default link dpdeComment Comment
 

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+// Units of formulas: what fits, what does not, and what is said of it.
+#include "support/units.h"
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+/// A rod in SI units. `model` and `scene` are more lines, `rhs` stands in dt(u).
+std::string rod(const std::string& rhs, const std::string& model = "", const std::string& scene = "",
+                const std::string& head = "") {
+  return head +
+         "model heat {\n  field u in K\n  param k = 1e-3 in m^2/s, q = 1 in K/s, L = 2 in m, v = 1 in m/s, free = 1\n" +
+         model + "  dt(u) = " + rhs +
+         "\n}\nscene rod : heat {\n  grid x = 0 .. 1 in m, cells 8, periodic\n  initial u = 1\n"
+         "  time 0 .. 1 in s, step 1/8\n" +
+         scene + "}\n";
+}
+
+/// "" where all fits, else the message.
+std::string misfit(const std::string& text) {
+  const Outcome outcome = outcome_of(text);
+  if (outcome.problem) return "";
+  return outcome.diagnostics.size() == 1 ? outcome.diagnostics[0].message : outcome.code_and_hint();
+}
+std::string misfit_of(const std::string& rhs) { return misfit(rod(rhs)); }
+
+TEST(Units, OfEquationsFit) {
+  for (const char* rhs : {"k*lap(u)",
+                          "-v*dx(u) + q",
+                          "q - 0.5*u*v/L",
+                          "free*u",
+                          "k*d(u, x, 2) + 0",
+                          "q*exp(-(x/L)^2)",
+                          "q*sin(2*pi*x/L)",
+                          "dx(k*dx(u))",
+                          "-advect(v, u)",
+                          "q*(1 - u/mean(u))",
+                          "sqrt(q^2 + (u*v/L)^2)",
+                          "if(x > L, q, k*lap(u))",
+                          "max(q, k*lap(u))",
+                          "|q|",
+                          "q*(x/L)^1.5",
+                          "q*(x/L)^free",
+                          "integral(u)*v/L^2",
+                          "mean(u*v)/L",
+                          "inject(q*L, at = L/4)",
+                          "0.1*exp(-x/L)",
+                          "q*(1 + 2*t*v/L)",
+                          "u*sqrt(k/L*v)/sqrt(L*L)",
+                          "div(k*grad(u))",
+                          "-u*v/L + abs(q)"})
+    EXPECT_EQ(misfit_of(rhs), "") << rhs;
+}
+
+TEST(Units, OfEquationsDoNotFit) {
+  EXPECT_EQ(misfit_of("k*dx(u)"), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit_of("q + k*lap(u)*x"), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit_of("q*(L + k)"), "this is in m^2/s, but L in m");
+  EXPECT_EQ(misfit_of("q*sin(x)"), "sin takes a pure number, but this is in m");
+  EXPECT_EQ(misfit_of("q*exp(-50*x^2)"), "exp takes a pure number, but this is in m^2");
+  EXPECT_EQ(misfit_of("q*2^x"), "an exponent takes a pure number, but this is in m");
+  EXPECT_EQ(misfit_of("if(x > u, q, q)"), "this is in K, but x in m");
+  EXPECT_EQ(misfit_of("if(x > 0.5, q, k)"), "this is in m^2/s, but q in K/s");
+  EXPECT_EQ(misfit_of("min(q, u)"), "this is in K, but q in K/s");
+  EXPECT_EQ(misfit_of("0.1*lap(u)"), "this is in K/m^2, but dt(u) in K/s");
+  EXPECT_EQ(misfit_of("integral(u)*v/L"), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit_of("inject(q*L, at = v)"), "this is in m/s, but a place in m");
+  EXPECT_EQ(misfit_of("sqrt(q)"), "this is in K^(1/2)/s^(1/2), but dt(u) in K/s");
+  EXPECT_EQ(misfit_of("(q - u)*free"), "this is in K, but q in K/s");
+}
+
+TEST(Units, PointAtTheTerm) {
+  const std::string text = rod("q - k*dx(u) + q");
+  const Outcome outcome = outcome_of(text);
+  ASSERT_EQ(outcome.diagnostics.size(), 1u);
+  const SourceRange range = outcome.diagnostics[0].range;
+  EXPECT_EQ(text.substr(static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.end - range.begin)),
+            "k*dx(u)");
+  EXPECT_EQ(outcome.diagnostics[0].hint,
+            "a factor in 1/m is missing: write it as a param, with this unit or with none");
+}
+
+TEST(Units, OfOtherScaleAreNotConverted) {
+  const std::string other = "  param w = 1 in km/h\n";
+  EXPECT_EQ(message(rod("-w*dx(u)", other)),
+            "this is in K*km/(h*m), but dt(u) in K/s: nothing converts them | 1 K*km/(h*m) is 0.277778 K/s: write both "
+            "in one unit");
+  EXPECT_EQ(misfit(rod("-w*dx(u)*v/v", "  param w = 1 in m/min\n")),
+            "this is in K/min, but dt(u) in K/s: nothing converts them");
+  EXPECT_EQ(misfit(rod("q", "  param w = 2 in N/kg\n  let a = w + v*v/L\n")), "");
+}
+
+TEST(Units, OfLets) {
+  EXPECT_EQ(misfit(rod("flux/L", "  let flux = -k*dx(u)\n")), "");
+  EXPECT_EQ(misfit(rod("flux", "  let flux = -k*dx(u)\n")), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit(rod("q*sin(n*x)", "  let n = 2*pi in 1/m\n")), "");
+  EXPECT_EQ(misfit(rod("q", "  let n = k*u in 1/m\n")), "this is in K*m^2/s, but let n in 1/m");
+  EXPECT_EQ(misfit(rod("q", "  let idle = k + u\n")), "this is in K, but k in m^2/s");
+  EXPECT_EQ(misfit(rod("q", "", "  let n = 2*pi in 1/m\n  let w = cos(n*x)\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  let w = cos(2*x)\n")), "cos takes a pure number, but this is in m");
+}
+
+TEST(Units, OfLinesOfTheScene) {
+  EXPECT_EQ(misfit(rod("q", "", "  k = 0.01/pi\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  k = v*L\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  k = v\n")), "this is in m/s, but k in m^2/s");
+  EXPECT_EQ(misfit(rod("q", "", "  k = 1 in m^2/s\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  k = 1 in m/s\n")), "this is in m/s, but k in m^2/s");
+  EXPECT_EQ(misfit(rod("q", "", "  exact u = x\n")), "this is in m, but u in K");
+  EXPECT_EQ(misfit(rod("q", "", "  exact u = q*t\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  observe a = integral(u) in K*m\n")), "");
+  EXPECT_EQ(misfit(rod("q", "", "  observe a = integral(u) in K\n")), "this is in K*m, but a in K");
+  EXPECT_EQ(misfit(rod("q", "", "  after step: u = max(u, q)\n")), "this is in K/s, but u in K");
+  EXPECT_EQ(misfit(rod("q", "", "  every L/8: u = 0\n")).substr(0, 30), "this is in m, but the time in ");
+  EXPECT_EQ(misfit(rod("q", "  param T = 1 in s\n", "  output u every T/8\n")), "");
+}
+
+std::string walls(const std::string& sides) {
+  return "model m { field u in K; param h = 1 in K/m, c = 2 in W/(m*K), a = 1 in W/(m^2*K), s = 1 in m/s\n"
+         "param w = 1 in W/m^2; dt(u) = 0*u }\nscene r : m { grid x = 0 .. 1 in m, cells 8\n initial u = 0\n boundary "
+         "u: " +
+         sides + "\n time 0 .. 1 in s, step 1 }\n";
+}
+
+TEST(Units, OfWalls) {
+  EXPECT_EQ(misfit(walls("x.low = 300, x.high = gradient(h)")), "");
+  EXPECT_EQ(misfit(walls("x.low = h, x.high = zero_gradient")), "this is in K/m, but u in K");
+  EXPECT_EQ(misfit(walls("all = gradient(c)")).substr(0, 20), "this is in W/(K*m), ");
+  EXPECT_EQ(misfit(walls("all = mixed(a, c, w)")), "");
+  EXPECT_EQ(misfit(walls("all = mixed(c, a, w)")).substr(0, 10), "2 diagnost");
+  EXPECT_EQ(misfit(walls("all = mixed(a, c, h)")).substr(0, 19), "this is in K/m, but");
+}
+
+const std::string flow = R"(
+model flow {
+  vector u on faces in m/s
+  field p in m^2/s^2, c in mol/L
+  param nu = 1e-3 in m^2/s
+  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)
+  0 = div(u) gives p
+  dt(c) = -advect(u, c)
+}
+scene box : flow {
+  grid x = 0 .. 1 in m, cells 8, periodic
+  grid y = 0 .. 1 in m, cells 8, periodic
+  let n = 2*pi in 1/m
+  initial u = (0.1*sin(n*y), 0.1*cos(n*x))
+  initial p = 0
+  initial c = 1
+  time 0 .. 1 in s, step 1/8
+  observe energy = integral(dot(u, u))
+  observe turn = max(curl(u))
+}
+)";
+
+TEST(Units, OfVectors) {
+  const Problem problem = problem_of(flow);
+  EXPECT_EQ(problem.unit_of("u.x"), "m/s");
+  EXPECT_EQ(problem.unit_of("c"), "mol/L");
+  EXPECT_EQ(problem.unit_of("energy"), "m^4/s^2");
+  EXPECT_EQ(problem.unit_of("turn"), "1/s");
+  EXPECT_EQ(problem.unit_of("t"), "s");
+  EXPECT_EQ(problem.unit_of("y"), "m");
+  std::string wrong = flow;
+  wrong.replace(wrong.find("m^2/s^2"), 7, "Pa");
+  EXPECT_EQ(misfit(wrong), "this is in Pa/m, but dt(u) in m/s^2");
+}
+
+/// Space and velocity as axes: each derivative has its own unit.
+TEST(Units, OfAxesThatDiffer) {
+  const auto text = [](const std::string& rhs) {
+    return "model vlasov { field f; param E = 1 in m/s^2, D = 1 in m^2/s; dt(f) = " + rhs +
+           " }\nscene s : vlasov { grid x = 0 .. 1 in m, cells 8, periodic; grid y = -1 .. 1 in m/s, cells 8, "
+           "periodic\n"
+           "initial f = 0; time 0 .. 1 in s, step 1 }";
+  };
+  EXPECT_EQ(misfit(text("-y*dx(f) - E*dy(f)")), "");
+  EXPECT_EQ(misfit(text("-advect((y, E), f)")), "");
+  EXPECT_EQ(misfit(text("-advect((E, y), f)")), "this is in 1, but another component in 1/s^2");
+}
+
+TEST(Units, OfFunctionsOfTheFile) {
+  const std::string gauss =
+      "function gauss(z, w) = exp(-(z/w)^2)\nfunction bare(z) = exp(-z^2)\n"
+      "operator second(f) order 2 = (f[+1] - 2*f + f[-1])/hx^2\n";
+  EXPECT_EQ(misfit(rod("q*gauss(x - L, L)", "", "", gauss)), "");
+  EXPECT_EQ(misfit(rod("k*second(u)", "", "", gauss)), "");
+  EXPECT_EQ(misfit(rod("second(u)", "", "", gauss)), "this is in K/m^2, but dt(u) in K/s");
+  EXPECT_EQ(misfit(rod("q*bare(x)", "", "", gauss)), "exp takes a pure number, but this is in m^2");
+}
+
+TEST(Units, OfArraysAndSecondDerivatives) {
+  const std::string text = R"(
+model m {
+  field c[2] in mol/m^3
+  param D[2] = (1, 2) in m^2/s, K[2, 2] in 1/s
+  field w in m
+  param v in m/s
+  dt(c[i]) = D[i]*lap(c[i]) + sum(K[i, j]*c[j], j)
+  dt(dt(w)) = v^2*lap(w)
+}
+scene s : m {
+  grid x = 0 .. 1 in m, cells 8, periodic
+  K = ((0, 1), (1, 0))
+  v = 2
+  initial c = 0; initial w = 0; initial dt(w) = v
+  time 0 .. 1 in s, step 1
+}
+)";
+  const Problem problem = problem_of(text);
+  EXPECT_EQ(problem.unit_of("c_2"), "mol/m^3");
+  EXPECT_EQ(problem.unit_of("D_1"), "m^2/s");
+  EXPECT_EQ(problem.unit_of("w_t"), "m/s");
+  std::string wrong = text;
+  wrong.replace(wrong.find("K[2, 2] in 1/s"), 14, "K[2, 2] in 1/m");
+  EXPECT_EQ(outcome_of(wrong).diagnostics.front().message, "this is in mol/m^4, but dt(c_1) in mol/(m^3*s)");
+}
+
+TEST(Units, OfCurvedCoordinates) {
+  const std::string text = R"(
+model m { field u in K; param k = 1 in m^2/s, a = 6e6 in m; dt(u) = k*lap(u) }
+scene ball : m {
+  grid lon = 0 .. 2*pi, cells 8, periodic
+  grid lat = -1 .. 1 in rad, cells 4
+  coordinates sphere(a)
+  boundary u: lat = 0
+  initial u = cos(lat)
+  time 0 .. 1 in s, step 1
+  observe heat = integral(u)
+}
+)";
+  EXPECT_EQ(problem_of(text).unit_of("heat"), "K*m^2");
+  std::string wrong = text;
+  wrong.replace(wrong.find("in m^2/s"), 8, "in 1/s");
+  EXPECT_EQ(misfit(wrong), "this is in K/(m^2*s), but dt(u) in K/s");
+  const std::string disc =
+      "model m { field u in K; param k = 1 in m^2/s; dt(u) = k*lap(u) }\nscene d : m {\n"
+      "grid r = 1 .. 2 in m, cells 4; grid theta = 0 .. 2*pi, cells 8, periodic\n"
+      "coordinates polar; boundary u = 0; initial u = 0; time 0 .. 1 in s, step 1\n"
+      "observe heat = integral(u) }";
+  EXPECT_EQ(problem_of(disc).unit_of("heat"), "K*m^2");
+}
+
+TEST(Units, OfTasks) {
+  const auto task = [](const std::string& lines) {
+    return rod("k*lap(u)", "", "", "") + "scene truth = rod { k = 2 }\ntask find : rod { unknown k from 1\n" + lines +
+           " }\n";
+  };
+  const std::string data = "data d = u from scene truth at t = 1; ";
+  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) at t = 1")), "");
+  EXPECT_EQ(misfit(task(data + "minimise mean((u - d*x)^2) at t = 1")), "this is in K*m, but u in K");
+  EXPECT_EQ(misfit(task("minimise mean((u - 3)^2)")), "");
+  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) + k^2 at t = 1")),
+            "this is in m^4/s^2, but mean((u - d)^2) in K^2");
+  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) + free*k^2 at t = 1")), "");
+  EXPECT_EQ(misfit(task("data e = load(\"e.npy\") in m; minimise mean((u - e)^2)")), "this is in m, but u in K");
+}
+
+TEST(Units, OfScenesMadeFromOthersStay) {
+  const Selection longer{"longer"};
+  const auto units = [&](const std::string& lines) {
+    return problem_of(rod("k*lap(u)") + "scene longer = rod { " + lines + " }\n", longer).units;
+  };
+  EXPECT_EQ(units("grid x = 0 .. 2, cells 16, periodic; time 0 .. 2, step 1/8"), units(""));
+  EXPECT_EQ(units("k = 2").at("k"), "m^2/s");
+  const Outcome other =
+      outcome_of(rod("k*lap(u)") + "scene longer = rod { grid x = 0 .. 2 in km, cells 8, periodic }\n", longer);
+  ASSERT_EQ(other.diagnostics.size(), 1u);
+  EXPECT_EQ(other.diagnostics[0].kind->name, "units-of-other-scale");
+}
+
+TEST(Units, OfFilesAndNetworksAreUnknown) {
+  const std::string net = "network law(u) { dense out }\n";
+  EXPECT_EQ(misfit(rod("law(u)", "", "", net)), "");
+  EXPECT_EQ(misfit(rod("law(u + x)", "", "", net)), "this is in m, but u in K");
+}
+
+TEST(Units, OfSolvedFieldsAndMasks) {
+  const auto text = [](const std::string& solved) {
+    return "model m { field w in 1/s\nsolve " + solved +
+           "\nmask wall\nw = 0 inside wall\ndt(w) = -bracket(psi, w) }\n"
+           "scene s : m { grid x = 0 .. 1 in m, cells 8, periodic; grid y = 0 .. 1 in m, cells 8, periodic\n"
+           "wall = x < 0.1\ninitial w = 0; time 0 .. 1 in s, step 1 }";
+  };
+  EXPECT_EQ(misfit(text("lap(psi) = -w for psi in m^2/s")), "");
+  EXPECT_EQ(misfit(text("lap(psi) = -w for psi")), "");
+  EXPECT_EQ(misfit(text("lap(psi) = -w for psi in m/s")),
+            "2 diagnostics: E0341 this is in 1/s, but the left side in 1/(m*s);"
+            " E0341 this is in 1/(m*s^2), but dt(w) in 1/s^2;");
+}
+
+/// Formulas that fit, made from the unit that they are to have; each name stands once.
+class RandomFormula {
+ public:
+  explicit RandomFormula(unsigned seed) : random_(seed) {}
+
+  std::string of(const Unit& unit, int depth) {
+    const Unit m = *Unit::of_symbol("m"), other = any_unit();
+    switch (depth > 0 ? below(11) : 0) {
+      case 1: return fmt::format("({} + {})", of(unit, depth - 1), of(unit, depth - 1));
+      case 2: return fmt::format("({} - 3*{})", of(unit, depth - 1), of(unit, depth - 1));
+      case 3: return fmt::format("{}*({})", of(other, depth - 1), of(unit.per(other), depth - 1));
+      case 4: return fmt::format("{}/({})", of(unit.times(other), depth - 1), of(other, depth - 1));
+      case 5: return fmt::format("sqrt({})", of(unit.to({2, 1}), depth - 1));
+      case 6: return fmt::format("({})^2", of(unit.to({1, 2}), depth - 1));
+      case 7: return fmt::format("-abs({})", of(unit, depth - 1));
+      case 8:
+        return fmt::format("if({} < {}, {}, {})", of(other, depth - 1), of(other, depth - 1), of(unit, depth - 1),
+                           of(unit, depth - 1));
+      case 9: return fmt::format("dx(u*{})", of(unit.times(m).per(*Unit::of_symbol("K")), depth - 1));
+      case 10:
+        return fmt::format("max({}, mean(u*{}))", of(unit, depth - 1), of(unit.per(*Unit::of_symbol("K")), depth - 1));
+      default: units_.push_back(unit); return fmt::format("p{}", units_.size());
+    }
+  }
+  /// The parameters, one of them (from 0 on) with a metre too much.
+  std::string lines(int wrong) const {
+    std::string text;
+    for (int i = 0; i < std::ssize(units_); ++i) {
+      const Unit unit = i == wrong ? units_[std::size_t(i)].times(*Unit::of_symbol("m")) : units_[std::size_t(i)];
+      text += fmt::format("  param p{} = 1 in {}\n", i + 1, unit.text());
+    }
+    return text;
+  }
+  int count() const { return static_cast<int>(units_.size()); }
+  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+
+ private:
+  Unit any_unit() {
+    Unit unit;
+    for (const char* symbol : {"m", "s", "kg"}) unit = unit.times(Unit::of_symbol(symbol)->to({below(5) - 2, 1}));
+    return unit;
+  }
+
+  std::mt19937 random_;
+  std::vector<Unit> units_;
+};
+
+TEST(Units, OfRandomFormulas) {
+  const Unit rate = std::get<Unit>(read_unit("K/s"));
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    RandomFormula formula(seed);
+    const std::string rhs = formula.of(rate, 4);
+    EXPECT_EQ(misfit(rod(rhs, formula.lines(-1))), "") << rhs << "\n" << formula.lines(-1);
+    const int wrong = formula.below(formula.count());
+    EXPECT_NE(misfit(rod(rhs, formula.lines(wrong))), "") << rhs << "\n" << formula.lines(wrong);
+  }
+}
+
+TEST(Units, WhereNoneIsToldNothingIsChecked) {
+  const Problem problem = problem_of(text_with("k*lap(u) + u + sin(u)"));
+  EXPECT_TRUE(problem.units.empty());
+}
+
+TEST(Units, AreReadFromTexts) {
+  const auto text = [](const char* written) {
+    const auto unit = read_unit(written);
+    return std::holds_alternative<Unit>(unit) ? std::get<Unit>(unit).text() : "?" + std::get<UnitMistake>(unit).part;
+  };
+  EXPECT_EQ(text("m/s"), "m/s");
+  EXPECT_EQ(text("kg*m/s^2"), "kg*m/s^2");
+  EXPECT_EQ(text("W/(m*K)"), "W/(K*m)");
+  EXPECT_EQ(text("s^-1"), "1/s");
+  EXPECT_EQ(text("m^(1/2)"), "m^(1/2)");
+  EXPECT_EQ(text("1"), "1");
+  EXPECT_EQ(text("m*m/m^2"), "1");
+  EXPECT_EQ(text("degC"), "?degC");
+  EXPECT_EQ(text("foot"), "?foot");
+  EXPECT_EQ(text("m//s"), "?m//s");
+  EXPECT_EQ(text("m^"), "?m^");
+  EXPECT_EQ(text("(m"), "?(m");
+  EXPECT_EQ(text("m^100"), "?m^100");
+  EXPECT_EQ(text("m^(1/0)"), "?0");
+  EXPECT_EQ(text("(((((((((m)))))))))"), "?(");
+  EXPECT_EQ(text(""), "?");
+}
+
+TEST(Units, KnowWhatTheyAre) {
+  const auto unit = [](const char* written) { return std::get<Unit>(read_unit(written)); };
+  const std::pair<const char*, const char*> same[] = {
+      {"N", "kg*m/s^2"}, {"Pa", "N/m^2"}, {"J", "N*m"},  {"W", "J/s"},    {"V", "W/A"},  {"C", "A*s"},  {"F", "C/V"},
+      {"ohm", "V/A"},    {"S", "1/ohm"},  {"Wb", "V*s"}, {"T", "Wb/m^2"}, {"H", "Wb/A"}, {"Hz", "1/s"}, {"L", "dm^3"}};
+  for (const auto& [a, b] : same) EXPECT_TRUE(unit(a).is_same_as(unit(b))) << a << " " << b;
+  EXPECT_DOUBLE_EQ(unit("bar").scale(), 1e5);
+  EXPECT_DOUBLE_EQ(unit("hPa").scale(), 100);
+  EXPECT_DOUBLE_EQ(unit("min").scale(), 60);
+  EXPECT_DOUBLE_EQ(unit("mm").scale(), 1e-3);
+  EXPECT_DOUBLE_EQ(unit("day").scale(), 86400);
+  EXPECT_DOUBLE_EQ(unit("km^2").scale(), 1e6);
+  EXPECT_TRUE(unit("km/h").has_dimension_of(unit("m/s")));
+  EXPECT_FALSE(unit("km/h").is_same_as(unit("m/s")));
+  EXPECT_FALSE(unit("deg").is_pure_number());
+  EXPECT_TRUE(unit("rad").is_pure_number());
+}
+
+}  // namespace
+}  // namespace dpde::model
