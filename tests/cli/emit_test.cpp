@@ -76,8 +76,8 @@ scene r : m {
   time 0 .. 0.4, step 0.1
 })");
   ASSERT_EQ(dpde("emit n.dpde r --stage stencil -o step.dpde").status, 0);
-  ASSERT_EQ(dpde("run n.dpde r --quiet --out a").status, 0);
-  const Outcome run = dpde("run step.dpde --quiet --out b");
+  ASSERT_EQ(dpde("run n.dpde r --quiet --backend interpreter --out a").status, 0);
+  const Outcome run = dpde("run step.dpde --quiet --backend interpreter --out b");
   ASSERT_EQ(run.status, 0) << run.err;
   for (const std::string field : {"u.x", "u.y", "s"})
     EXPECT_EQ(content(path("a/" + field + ".npy")), content(path("b/" + field + ".npy"))) << field;

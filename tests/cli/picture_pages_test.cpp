@@ -117,6 +117,11 @@ TEST_F(PicturePages, PlanesThroughTheMiddleOrWhereTheyAreWanted) {
   EXPECT_EQ(lines_with(run, "set title 'size'").size(), 2u) << "the observable over time";
   const std::string stored = scripts_of("plot o/s.nc --out p");
   EXPECT_EQ(lines_with(stored, "set title 'u at t = 1, ").size(), 6u);
+  for (const char* wrong : {"--time 7", "--time -1", "--time 0.3 --film"}) {
+    const Outcome refused = dpde(std::string("plot o/s.nc --field u --out p ") + wrong);
+    EXPECT_EQ(refused.status, 2) << wrong;
+    EXPECT_NE(refused.err.find("--time"), std::string::npos) << refused.err;
+  }
   const std::string slice = scripts_of("plot o/s.nc --field u --time 0.3 --slice y=0.9 --out p");
   ASSERT_EQ(lines_with(slice, "set title 'u at t = 0.25, y = 0.875'").size(), 2u) << slice;
   EXPECT_EQ(lines_with(slice, "set ylabel")[0], "set ylabel 'z' noenhanced");

@@ -122,7 +122,9 @@ std::shared_ptr<codegen::CompiledModule> by_cpp(const loop::Module& module) {
   return result.module;
 }
 
-TEST(BackEnds, JitAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_jit); }
+TEST(BackEnds, JitAgreesWithTheInterpreter) {
+  expect_all_agree(Precision::f64, by_jit, testing::is_thorough() ? 1 : 2);
+}
 TEST(BackEnds, JitAgreesWithTheInterpreterInSinglePrecision) {
   expect_all_agree(Precision::f32, by_jit, testing::is_thorough() ? 1 : 6);
 }

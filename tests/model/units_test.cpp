@@ -195,6 +195,13 @@ TEST(Units, OfFunctionsOfTheFile) {
   EXPECT_EQ(misfit(rod("q*bare(x)", "", "", gauss)), "exp takes a pure number, but this is in m^2");
 }
 
+TEST(Units, OfIntegralsOfFormulas) {
+  EXPECT_EQ(misfit(rod("q*integral(exp(-s^2), s, from = 0, to = x/L)")), "");
+  EXPECT_EQ(misfit(rod("integral(q*s/L^2, s, from = 0, to = L)")), "");
+  EXPECT_EQ(misfit(rod("integral(q*s/L, s, from = 0, to = L)")), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit(rod("q*integral(exp(-s), s, from = 0, to = L)/L")), "exp takes a pure number, but this is in m");
+}
+
 TEST(Units, OfArraysAndSecondDerivatives) {
   const std::string text = R"(
 model m {

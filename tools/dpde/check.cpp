@@ -288,6 +288,20 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
   return session;
 }
 
+/// What names are, and their units where they are known.
+std::string names_text(const model::Problem& problem, const Json& types) {
+  std::string text;
+  for (const auto& [name, type] : types.items()) {
+    const std::string unit = problem.unit_of(name);
+    text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);
+  }
+  for (const auto& [name, unit] : problem.units) {
+    const bool is_axis = std::ranges::find(problem.axes, name, &model::Axis::name) != problem.axes.end();
+    if (!is_axis && name != "t" && !types.contains(name)) text += fmt::format("  {}: in {}\n", name, unit);
+  }
+  return text;
+}
+
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Memory memory = driver::memory_of(compiled);
@@ -307,10 +321,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   }
   if (problem.metric) text += fmt::format(" {},", problem.metric->name);
   text += fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
-  for (const auto& [name, type] : result["types"].items()) {
-    const std::string unit = problem.unit_of(name);
-    text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);
-  }
+  text += names_text(problem, result["types"]);
   text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
   text += report_stability(job, session.get(), options.waves, result);

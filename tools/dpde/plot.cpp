@@ -161,6 +161,24 @@ std::size_t state_at(const StoredField& field, const std::optional<double>& time
   return nearest;
 }
 
+/// False after a diagnostic.
+bool check_time(Job& job, const PlotOptions& options, const StoredField& field) {
+  const auto refuse = [&](const std::string& why, const std::string& hint) {
+    job.sink().report("bad-option", {}, {why}, hint);
+    return false;
+  };
+  if (!options.time) return true;
+  if (options.video || options.film)
+    return refuse("--time and a film", "--time is of one picture; a film has all states");
+  if (field.times.empty()) return true;
+  const auto [first, last] = std::ranges::minmax(field.times);
+  const double slack = 1e-6 * std::max(std::abs(first), std::abs(last));
+  if (*options.time >= first - slack && *options.time <= last + slack) return true;
+  return refuse(
+      fmt::format("--time {}: states of {} are from t = {:.6g} to {:.6g}", *options.time, field.name, first, last),
+      "the state nearest to it is shown");
+}
+
 using Slices = std::vector<std::optional<Slice>>;  // a field
 
 /// Each state on a page.
@@ -200,7 +218,7 @@ void plot(Job& job, const PlotOptions& options) {
   Slices slices;
   std::string name = fs::path(options.file).stem().string();
   for (const StoredField& field : *fields) {
-    if (!tell_of_values_left_out(job, field)) return;
+    if (!check_time(job, options, field) || !tell_of_values_left_out(job, field)) return;
     slices.push_back(options.slice.empty() ? std::nullopt : slice_at(job, field, options.slice));
     if (job.failed()) return;
     if (field.name != name) name += "_" + field.name;  // beside the picture that run made

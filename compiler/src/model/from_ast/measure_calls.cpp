@@ -108,6 +108,19 @@ std::optional<MeasureList> Measures::derivative(const ast::Call& e, SourceRange 
   return MeasureList{quotient(product(one(e.arguments[0].value), one(e.arguments[1].value)), area)};
 }
 
+/// integral(f(s), s, from = a, to = b): s has the unit of its ends; nullopt of other calls.
+std::optional<MeasureList> Measures::quadrature(const ast::Call& e) {
+  const ast::Argument *from = argument_called(e, "from"), *to = argument_called(e, "to");
+  if (e.callee != "integral" || from == nullptr || to == nullptr) return std::nullopt;
+  const MeasureList ends = common({from->value, to->value}, "");
+  Arguments inside = arguments_ == nullptr ? Arguments{} : *arguments_;
+  for (const std::string& variable : names_in(e.arguments[1].value)) inside[variable] = ends;
+  const Arguments* outside = std::exchange(arguments_, &inside);
+  const Measure value = one(e.arguments[0].value);
+  arguments_ = outside;
+  return MeasureList{product(value, ends.front())};
+}
+
 /// mean, sum, integral, max and min over space; nullopt of other calls.
 std::optional<MeasureList> Measures::reduction(const ast::Call& e) {
   const bool is_over_space = e.arguments.size() == 1 || (e.arguments.size() == 2 && !e.arguments[1].name.empty());
@@ -198,6 +211,7 @@ MeasureList Measures::call(const ast::Call& e, SourceRange range) {
     return of_nothing();
   }
   if (const auto list = derivative(e, range)) return *list;
+  if (const auto list = quadrature(e)) return *list;
   if (const auto list = reduction(e)) return *list;
   if (const auto list = at_point(e)) return *list;
   const auto operand = [&](std::size_t i) { return of(e.arguments[i].value); };

@@ -87,6 +87,7 @@ class Measures {
   MeasureList call(const ast::Call& e, SourceRange range);
   MeasureList user_call(const ast::Function& function, const ast::Call& e);
   std::optional<MeasureList> derivative(const ast::Call& e, SourceRange range);
+  std::optional<MeasureList> quadrature(const ast::Call& e);
   std::optional<MeasureList> reduction(const ast::Call& e);
   std::optional<MeasureList> at_point(const ast::Call& e);
   MeasureList along(const ast::Expr& operand, const Measure& coordinate, int order);

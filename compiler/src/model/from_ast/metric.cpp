@@ -176,9 +176,13 @@ class Poles {
  private:
   /// Of a field's component along an axis: x and y turn round on the way over the pole.
   bool turns_round(const std::string& name) const {
-    const Meaning* vector = draft_.scope.find(vector_of(name));
-    const int along = vector && vector->is_vector ? axis_of(name.substr(name.find('.') + 1)) : -1;
+    const int along = is_component(name) ? axis_of(name.substr(name.find('.') + 1)) : -1;
     return along == 0 || along == 1;
+  }
+
+  bool is_component(const std::string& name) const {
+    const Meaning* vector = draft_.scope.find(vector_of(name));
+    return vector && vector->is_vector;
   }
 
   void look_at(std::size_t axis, bool is_low) {
@@ -208,7 +212,10 @@ class Poles {
       if (is_pole && !is_closed)
         draft_.sink.report(
             "pole-without-boundary", range, {state.name, place},
-            fmt::format("write {} = 0: faces have no size at the pole, and nothing flows through them", place));
+            is_component(state.name)
+                ? fmt::format("write {} = 0: faces have no size at the pole, and nothing flows through them", place)
+                : fmt::format("a number there lies on the pole itself: take it to the centres, or write {} = 0",
+                              place));
       else if (is_asked)
         draft_.sink.report("no-pole", range, {place}, "fields on faces across the axis have a value there");
       return;

@@ -121,8 +121,8 @@ std::string places_wanted(const Draft& draft, const Placements::Mistake& mistake
 std::string hint_of(const Draft& draft, const Placements::Mistake& mistake, const std::string& text) {
   const std::string on = places_wanted(draft, mistake);
   if (on.empty()) return fmt::format("write interpolate({})", text);
-  return fmt::format("declare vector {} on {}, or write interpolate({})",
-                     vector_of(std::get<Field>(mistake.part->kind).name), on, text);
+  return fmt::format("write interpolate({}), or declare vector {} on {} where all of it is wanted there", text,
+                     vector_of(std::get<Field>(mistake.part->kind).name), on);
 }
 
 }  // namespace
