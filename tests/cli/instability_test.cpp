@@ -22,6 +22,22 @@ TEST_F(Instability, WhatGrowsBecauseItIsDrivenIsNoMistake) {
   EXPECT_EQ(dpde("run unstable.dpde s --force --json").codes(), (std::vector<std::string>{"W0802", "W0801"}));
 }
 
+/// Rolls (Swift and Hohenberg 1977) that are 2.5 cells apart, and 10.
+TEST_F(Instability, ChessboardsAreSaid) {
+  write("rolls.dpde", R"(
+model rolls { field u; dt(u) = 0.5*u - u - 2*lap(u) - lap(lap(u)) - u^3 }
+scheme c { time = rk4 }
+scene s : rolls with c {
+  grid x = 0 .. 32*pi, cells 40, periodic
+  initial u = 0.1*sin(x/8) + 0.01*noise(1)
+  time 0 .. 40, step 1/8
+})");
+  const Outcome run = dpde("run rolls.dpde s --json");
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"W0815"}) << run.err;
+  EXPECT_EQ(dpde("run rolls.dpde s --json --set cells=160 --set step=1/64 --force").codes(),
+            std::vector<std::string>{});
+}
+
 /// u sees c^3, which overflows before c does.
 TEST_F(Instability, ABlowUpNamesTheFieldThatBlowsUp) {
   write("pair.dpde", R"(

@@ -11,6 +11,7 @@
 #include "data_set.h"
 #include "driver/back_flow.h"
 #include "driver/blow_up.h"
+#include "driver/chessboard.h"
 #include "driver/missed_constraints.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
@@ -88,7 +89,10 @@ Json Run::operator()() {
   if (!prepare_checkpoints()) return result;
   if (first_step_ == 0) look_at_start();
   if (!step()) return result;
-  if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink(), stability::advice_on_blow_up);
+  if (!outcome_.blow_up) {
+    driver::report_instabilities(*session_, job_.sink(), stability::advice_on_blow_up);
+    driver::report_chessboards(*session_, job_.sink());
+  }
   report(result);
   show_curve();
   write_files();

@@ -247,6 +247,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0808", "walks-over-limit", Severity::warning,
      "at iteration {} the step {} is above {}, the largest stable one with {}"},
     {"E0812", "exact-not-finite", Severity::error, "the exact solution of {} is not finite at t = {}"},
+    {"W0815", "chessboard", Severity::warning,
+     "{} goes up and down from cell to cell along {}: waves of fewer than four cells hold most of it"},
     {"W0801", "grown", Severity::warning, "{} has grown from {} to {}: the step may be too large for the scheme"},
     {"W0901", "not-finite-in-plot", Severity::warning, "{} of the {} values of {} are not finite and left out"},
     {"W0902", "data-of-other-parameter", Severity::warning, "{} was made with {} = {}, scene {} has {}"},
