@@ -69,8 +69,8 @@ TEST(Hints, OfVectorsThatBelongOnEdges) {
             "E.y is at edges along y, but here its value at faces across x is wanted | write interpolate(E.y)");
   EXPECT_EQ(
       said("", "on faces"),
-      "E.y is at cell centres, but here its value at edges along y is wanted | declare vector E on edges, or write "
-      "interpolate(E.y)");
+      "E.y is at cell centres, but here its value at edges along y is wanted | write interpolate(E.y), or declare "
+      "vector E on edges where all of it is wanted there");
 }
 
 TEST(OneAxis, NumbersAndVectorsAreTheSame) {
