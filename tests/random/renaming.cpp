@@ -9,6 +9,7 @@
 #include "model/from_ast/names.h"
 #include "support/match.h"
 #include "support/split_mix.h"
+#include "support/units.h"
 #include "syntax/lexer.h"
 #include "syntax/parser.h"
 
@@ -127,7 +128,8 @@ class Names {
   std::set<std::string> seen_;
 };
 
-/// Identifiers that no name may be changed to, and those that stay: components, and names of arguments.
+/// Identifiers that no name may be changed to, and those that stay: components, names of arguments, and where the text
+/// tells units what could be one.
 struct Tokens {
   explicit Tokens(const ast::TokenStream& stream) {
     int parentheses = 0;
@@ -139,8 +141,15 @@ struct Tokens {
       const bool is_component = i > 0 && stream.tokens[i - 1].kind == ast::TokenKind::dot;
       const bool is_argument = parentheses > 0 && stream.tokens[i + 1].kind == ast::TokenKind::assign;
       if (is_component || is_argument) staying.insert(std::string(token.spelling));
+      const bool may_tell = i + 1 < stream.tokens.size() && token.spelling == "in";
+      const std::string next(may_tell ? stream.tokens[i + 1].spelling : "");
+      has_units = has_units || next == "1" || Unit::of_symbol(next);
+    }
+    for (const std::string& name : there) {
+      if (has_units && Unit::of_symbol(name)) staying.insert(name);
     }
   }
+  bool has_units = false;
   std::set<std::string> there, staying;
 };
 

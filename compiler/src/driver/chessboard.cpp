@@ -2,8 +2,9 @@
 #include "driver/chessboard.h"
 
 #include <cmath>
-#include <numeric>
-#include <vector>
+#include <cstdint>
+
+#include "dpde/runtime/field.h"
 
 namespace dpde::driver {
 
@@ -14,29 +15,52 @@ constexpr double unlike_neighbours = -0.1;
 constexpr double driven_away = 1e16;       // times the variance at the start: of that W0801 speaks
 constexpr double deviations_of_noise = 3;  // of white noise, whose neighbours have nothing to do with another
 
-struct MeanAndVariance {
-  double mean = 0, variance = 0;
-};
-MeanAndVariance mean_and_variance(const std::vector<double>& values) {
-  const auto count = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
-  double sum = 0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return {mean, sum / count};
-}
-
-/// The correlation of neighbours along the axis: of waves of n cells cos(2*pi/n), of white noise 0.
-double neighbour_correlation(const std::vector<double>& values, std::size_t stride, std::size_t cells) {
-  const MeanAndVariance spread = mean_and_variance(values);
-  double sum = 0;
-  std::size_t pairs = 0;
-  for (std::size_t i = 0; i + stride < values.size(); ++i) {
-    if (i / stride % cells + 1 == cells) continue;
-    sum += (values[i] - spread.mean) * (values[i + stride] - spread.mean);
-    ++pairs;
+/// A field as it lies in memory: no copy of it is made.
+class StoredValues {
+ public:
+  StoredValues(const dpde_layout& layout, const void* base) : layout_(layout), base_(base) {
+    for_each([&](const Cell& cell) { mean_ += at(cell); });
+    mean_ /= static_cast<double>(count());
+    for_each([&](const Cell& cell) { variance_ += (at(cell) - mean_) * (at(cell) - mean_); });
+    variance_ /= static_cast<double>(count());
   }
-  return spread.variance > 0 && pairs > 0 ? sum / static_cast<double>(pairs) / spread.variance : 1;
-}
+
+  std::int64_t cells(std::size_t axis) const {
+    return axis < static_cast<std::size_t>(layout_.rank) ? layout_.cells[axis] : 1;
+  }
+  std::int64_t count() const { return cells(0) * cells(1) * cells(2); }
+  double variance() const { return variance_; }
+
+  /// The correlation of neighbours along the axis: of waves of n cells cos(2*pi/n), of white noise 0.
+  double neighbour_correlation(std::size_t axis) const {
+    double sum = 0;
+    for_each([&](Cell cell) {
+      std::int64_t& along = axis == 0 ? cell.x : axis == 1 ? cell.y : cell.z;
+      if (along + 1 == cells(axis)) return;
+      const double here = at(cell) - mean_;
+      ++along;
+      sum += here * (at(cell) - mean_);
+    });
+    const auto pairs = static_cast<double>(count() / cells(axis) * (cells(axis) - 1));
+    return variance_ > 0 && pairs > 0 ? sum / pairs / variance_ : 1;
+  }
+
+ private:
+  double at(const Cell& cell) const { return value_at(layout_, base_, cell); }
+
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (std::int64_t z = 0; z < cells(2); ++z) {
+      for (std::int64_t y = 0; y < cells(1); ++y) {
+        for (std::int64_t x = 0; x < cells(0); ++x) visit(Cell{x, y, z});
+      }
+    }
+  }
+
+  const dpde_layout& layout_;
+  const void* base_;
+  double mean_ = 0, variance_ = 0;
+};
 
 }  // namespace
 
@@ -46,22 +70,18 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
     const std::string& name = session.rollout().state_name(s);
     const model::State* state = problem.find_state(name);
     if (state == nullptr) continue;
-    const std::vector<double> last = session.final_state(s);
-    std::vector<double> first(last.size());
-    session.rollout().initial(s).copy_out(first);
-    const double begin = mean_and_variance(first).variance;
-    if (begin > 0 && mean_and_variance(last).variance > driven_away * begin) continue;
-    const double limit = unlike_neighbours - deviations_of_noise / std::sqrt(static_cast<double>(last.size()));
-    std::size_t stride = 1;
+    const dpde_layout& layout = session.workspace().layout();
+    const StoredValues last(layout, session.rollout().final_states()[static_cast<std::size_t>(s)]),
+        first(layout, session.rollout().initial(s).base());
+    if (first.variance() > 0 && last.variance() > driven_away * first.variance()) continue;
+    const double limit = unlike_neighbours - deviations_of_noise / std::sqrt(static_cast<double>(last.count()));
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
-      const auto cells = static_cast<std::size_t>(problem.axes[axis].cells);
-      const bool is_chessboard = cells >= cells_of_chessboards && neighbour_correlation(last, stride, cells) < limit &&
-                                 neighbour_correlation(first, stride, cells) >= limit;
-      if (is_chessboard)
-        sink.report("chessboard", state->origin.range, {name, problem.axes[axis].name},
-                    "no difference knows such waves: take more cells, or damp them, as with nu*lap(" + name +
-                        ") or upwind differences; where they come of rounding, a smaller step");
-      stride *= cells;
+      const bool is_chessboard = last.cells(axis) >= cells_of_chessboards && last.neighbour_correlation(axis) < limit &&
+                                 first.neighbour_correlation(axis) >= limit;
+      if (!is_chessboard) continue;
+      sink.report("chessboard", state->origin.range, {name, problem.axes[axis].name},
+                  "no difference knows such waves: take more cells, or damp them, as with nu*lap(" + name +
+                      ") or upwind differences; where they come of rounding, a smaller step");
     }
   }
 }

@@ -88,9 +88,8 @@ class Hats {
 
   /// Of the cell's image so far away.
   Expr hat(int number_of_axis, const Expr& point, double away, const Beyond& beyond) const {
-    const auto there = [&](const Expr& x) { return away == 0 ? x : plus(x, away); };
-    const Expr here = there(coordinate(number_of_axis)), before = there(neighbour(number_of_axis, -1)),
-               behind = there(neighbour(number_of_axis, +1));
+    const Expr here = shifted(coordinate(number_of_axis), away), before = neighbour(number_of_axis, -1, away),
+               behind = neighbour(number_of_axis, +1, away);
     const bool is_even = !problem_.axes[static_cast<std::size_t>(number_of_axis)].stretch;
     const auto part = [&](const Expr& way, const Expr& of) {
       return binary(BinaryOp::divide, way, is_even ? spacing(number_of_axis) : of);
@@ -103,17 +102,20 @@ class Hats {
     if (beyond.is_last) falling = select(*beyond.is_last, 1.0, falling);
     return select(is_below(here), rising, falling);
   }
-  /// The place of the point before (-1) or behind (+1). Coordinates wrap around along periodic axes.
-  Expr neighbour(int number_of_axis, int cells) const {
+  static Expr shifted(const Expr& place, double away) { return away == 0 ? place : plus(place, away); }
+
+  /// The place of the point before (-1) or behind (+1), of an image so far away. Coordinates wrap around along periodic
+  /// axes; there and back again leaves the number that the point itself has.
+  Expr neighbour(int number_of_axis, int cells, double away) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     std::vector<int> offset(problem_.axes.size(), 0);
     offset[static_cast<std::size_t>(number_of_axis)] = cells;
     const Expr x = coordinate(number_of_axis), place = shift(x, std::move(offset));
     if (axis.topology == Topology::bounded) return place;
     const double period = axis.high - axis.low;
-    if (cells < 0)
-      return select(binary(BinaryOp::less, place, x), place, minus(place, period));  // of one cell it is x itself
-    return select(binary(BinaryOp::greater, place, x), place, plus(place, period));
+    const BinaryOp is_beside = cells < 0 ? BinaryOp::less : BinaryOp::greater;  // of one cell it is x itself
+    return select(binary(is_beside, place, x), shifted(place, away),
+                  shifted(place, cells < 0 ? away - period : away + period));
   }
 
   const Problem& problem_;
