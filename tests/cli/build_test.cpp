@@ -61,5 +61,16 @@ TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
       << outcome.err;
 }
 
+/// A control has one setter, that of all its intervals.
+TEST_F(BuildCommand, AControlIsNoParameterOfTheClass) {
+  write("c.dpde",
+        "model m { field u; control F; dt(u) = F - u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic\n"
+        "F = t every 0.02; initial u = 1; time 0 .. 0.04, step 0.01 }\n");
+  ASSERT_EQ(dpde("build c.dpde s -o made --name c --quiet").status, 0);
+  const std::string header = content(path("made/c.h"));
+  EXPECT_NE(header.find("set_control_F("), std::string::npos) << header;
+  EXPECT_EQ(header.find("set_F("), std::string::npos) << header;
+}
+
 }  // namespace
 }  // namespace dpde::testing

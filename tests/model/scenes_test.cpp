@@ -301,7 +301,8 @@ TEST(Scenes, WithoutAGridHaveNothingThatVaries) {
 TEST(Scenes, CellsOfAnAxisGoBeforeThoseOfAll) {
   const std::string text = R"(
 model m { field u; dt(u) = lap(u) }
-scene s : m { cells 4; grid x = 0 .. 1, periodic; grid y = 0 .. 1, cells 6, periodic; initial u = 0; time 0 .. 1, step 1 }
+scene s : m { cells 4; grid x = 0 .. 1, periodic; grid y = 0 .. 1, cells 6, periodic
+initial u = 0; time 0 .. 1, step 1 }
 scene t = s { cells 5; grid y = 0 .. 1, cells 7, periodic }
 scene w = s { cells 5, 3; grid y = 0 .. 1, cells 7, periodic }
 )";

@@ -71,7 +71,8 @@ std::string append_input_task(SourceFile& source, const HostOptions& options, Di
   };
   while (is_used(scenes) || is_used(tasks)) name += "_";
   std::string text = fmt::format("task {} : {} {{\n", name, scene);
-  for (const std::string& input : options.inputs) text += line_for(*problem, fields_of(file), input) + "\n";
+  const std::vector<std::string> fields = fields_of(file);
+  for (const std::string& input : options.inputs) text += line_for(*problem, fields, input) + "\n";
   source.append("inputs", text + "  minimise sum(" + problem->states.front().name + ")\n}\n");
   return name;
 }
