@@ -97,28 +97,11 @@ bool is_read_by(const Module& kernels, const std::vector<Statement>& body, const
   });
 }
 
-std::vector<AxisBoundary> seed_boundary(const std::vector<Topology>& axes) {
+std::vector<AxisBoundary> boundary_around(const std::vector<Topology>& axes) {
   std::vector<AxisBoundary> boundary;
   for (const Topology topology : axes)
     boundary.push_back({topology, {SideKind::zero_gradient, 0.0}, {SideKind::zero_gradient, 0.0}});
   return boundary;
-}
-
-std::vector<AxisBoundary> primal_boundary(const Module& module, const Program& program, const std::string& field) {
-  const auto changes_it = [&](const Program& other) {
-    return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; });
-  };
-  if (changes_it(program) || std::ranges::any_of(module.programs, changes_it)) return seed_boundary(program.axes);
-  const std::vector<std::string> written = interface_of(module, program).written;
-  const bool is_changed_here = std::ranges::find(written, field) != written.end();
-  std::optional<std::vector<AxisBoundary>> found;
-  for (const Program& other : module.programs) {
-    for_each_fill(other, [&](const Fill& fill) {
-      const bool is_this = !found && fill.field == field && wall_fields(fill.axes).empty();
-      if (is_this && !(is_changed_here && is_on_walls(fill.axes))) found = fill.axes;
-    });
-  }
-  return found.value_or(seed_boundary(program.axes));
 }
 
 std::set<std::string> grown_fields(const Module& module, const Program& program) {

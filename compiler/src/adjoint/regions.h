@@ -30,14 +30,9 @@ std::set<std::string> fields_read_inside(const stencil::Module& module, const st
 /// Whether one of the statements uses the values of a field; that a fill sets its halo does not count.
 bool is_read_by(const stencil::Module& kernels, const std::vector<stencil::Statement>& body, const std::string& field);
 
-/// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
-std::vector<stencil::AxisBoundary> seed_boundary(const std::vector<Topology>& axes);
-
-/// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as
-/// other programs do it, the halo of a coefficient stays right for them and is not made anew in each run. Not so on
-/// walls, where that fill would undo what this program has added to the value there since.
-std::vector<stencil::AxisBoundary> primal_boundary(const stencil::Module& module, const stencil::Program& program,
-                                                   const std::string& field);
+/// Of fields that only the adjoint reads beside periodic axes: seeds, and primal fields that the program does not fill.
+/// What is read beyond walls is masked by inside[...], so the kind of bounded sides is never seen.
+std::vector<stencil::AxisBoundary> boundary_around(const std::vector<Topology>& axes);
 
 /// Fields computed beyond the interior.
 std::set<std::string> grown_fields(const stencil::Module& module, const stencil::Program& program);

@@ -62,7 +62,7 @@ void Reversal::finish(const std::set<std::string>& inputs) {
 HaloRule Reversal::rule_of_primal(const std::string& field) const {
   const auto fill = fills_.find(field);
   if (fill != fills_.end()) return rule_of_fill(*fill->second);
-  return {Fill{field, primal_boundary(module_, program_, field)}, FillNeed::around};
+  return {Fill{field, boundary_around(program_.axes)}, FillNeed::around};
 }
 
 std::vector<Statement> Reversal::statements(Module& kernels) {

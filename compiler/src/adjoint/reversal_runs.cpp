@@ -90,7 +90,7 @@ void Reversal::run(Kernel kernel, int grow) {
 }
 
 void Reversal::state_around(const std::string& field) {
-  if (!has_rule(halos_, field)) halos_.push_back({Fill{field, seed_boundary(program_.axes)}, FillNeed::around});
+  if (!has_rule(halos_, field)) halos_.push_back({Fill{field, boundary_around(program_.axes)}, FillNeed::around});
 }
 
 void Reversal::note_needs(const Kernel& kernel, int index, const std::vector<std::string>& own) {
