@@ -278,7 +278,7 @@ void Engine::watch_gradients(GradientCallback watch, int every) {
 
 void Engine::begin_at(double time) {
   workspace_->begin_at(time);
-  formulas_are_stale_ = true;
+  make_stale(false);
   for_each_rollout([&](Rollout& rollout) { rollout.set_begin(time); });
 }
 

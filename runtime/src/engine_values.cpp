@@ -27,32 +27,46 @@ bool has_network(const dpde_program& program, std::string_view name) {
 
 }  // namespace
 
-void Engine::change_of_param(std::string_view name) {
-  const auto reads = [&](const dpde_program* formula) { return has_param(*formula, name); };
-  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
+/// Formulas that read the value are evaluated again. Not so those of sought fields where the value is sought too: they
+/// say where the fields begin, and in derivatives by the value the fields stay as they are.
+void Engine::before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view)) {
+  if (std::ranges::none_of(formulas_, [&](const dpde_program* formula) { return reads(*formula, name); })) return;
+  const bool is_sought = std::ranges::find(unknowns_, name, &Unknown::name) != unknowns_.end();
+  const auto moves = [](const auto& field) { return field.is_unknown && !field.is_kept(); };
+  const bool any_moves = std::ranges::any_of(states_, moves) ||
+                         std::ranges::any_of(given_, [&](const auto& named) { return moves(named.second); });
+  if (is_sought && any_moves) update_formulas();
+  make_stale(is_sought);
+}
+
+void Engine::make_stale(bool holds_sought) {
+  const auto is_held = [&](const auto& field) { return holds_sought && field.is_unknown && !field.is_given; };
+  for (State& state : states_) state.is_held = is_held(state);
+  for (auto& [name, given] : given_) given.is_held = is_held(given);
+  formulas_are_stale_ = true;
 }
 
 void Engine::set_param(std::string_view name, double value) {
+  const auto now = workspace_->params().find(name);
+  if (now == workspace_->params().end() || now->second != value) before_change(name, has_param);
   workspace_->set_param(name, value);
   for_each_rollout([&](Rollout& rollout) { rollout.set_param(name, value); });
-  change_of_param(name);
 }
 
 void Engine::set_control(std::string_view name, Values values) {
-  const int every = workspace_->controls().find(name)->second.every;
-  const Workspace::Control& control = workspace_->set_control(name, every, values);
-  for_each_rollout([&](Rollout& rollout) { rollout.set_control(name, every, control.values); });
-  change_of_param(name);
+  const Workspace::Control& now = workspace_->controls().find(name)->second;
+  if (!std::ranges::equal(now.values, values)) before_change(name, has_param);
+  const Workspace::Control& control = workspace_->set_control(name, now.every, values);
+  for_each_rollout([&](Rollout& rollout) { rollout.set_control(name, control.every, control.values); });
 }
 
 void Engine::set_weights(std::string_view network, Values values) {
   std::vector<double>& own = workspace_->weights().find(network)->second.values;
   if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0)
     return;  // whoever runs next takes them as they are
+  before_change(network, has_network);
   std::ranges::copy(values, own.begin());
   if (stepper_) stepper_->update_weights();
-  const auto reads = [&](const dpde_program* formula) { return has_network(*formula, network); };
-  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
 }
 
 void Engine::set_host(std::string_view network, const dpde_host_network* functions) {
@@ -66,12 +80,11 @@ void Engine::set_initial(std::size_t state, Values values) {
 }
 
 void Engine::set_field(std::string_view name, Values values) {
+  before_change(name, has_input);
   Given& given = given_.find(name)->second;
   for (std::size_t k = 0, size = workspace_->cell_count(); k < given.states; ++k)
     workspace_->field(name, k).copy_in(values.subspan(k * size, size));
   given.is_given = true;
-  const auto reads = [&](const dpde_program* formula) { return has_input(*formula, name); };
-  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
 }
 
 void Engine::take_datum(std::string_view name, std::vector<int> at) {
@@ -88,9 +101,9 @@ bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
   return std::any_of(program.fields + program.input_count, program.fields + program.field_count, [&](const char* name) {
     const int s = state_index(name);
     const auto given = given_.find(std::string_view(name));
-    if (s < 0) return given != given_.end() && !given->second.is_given;
+    if (s < 0) return given != given_.end() && !given->second.is_kept();
     const State& state = states_[static_cast<std::size_t>(s)];
-    return !state.is_given && state.start == start;
+    return !state.is_kept() && state.start == start;
   });
 }
 
@@ -113,10 +126,10 @@ void Engine::run_formulas(const dpde_program& program, int32_t start) {
     if (s >= 0) {
       has_states = true;
       const State& state = states_[static_cast<std::size_t>(s)];
-      const bool is_wanted = !state.is_given && state.start == start;
+      const bool is_wanted = !state.is_kept() && state.start == start;
       if (is_wanted) bound[name] = initial(static_cast<std::size_t>(s)).base();
       if (!is_wanted) leave_out(name);
-    } else if (given != given_.end() && given->second.is_given) {
+    } else if (given != given_.end() && given->second.is_kept()) {
       leave_out(name);
     }
   }
@@ -131,7 +144,7 @@ void Engine::update_formulas() {
   formulas_are_stale_ = false;
   for (int32_t c = 0; c < scene_.coefficient_count; ++c) {
     const dpde_coefficient& control = scene_.coefficients[c];
-    if (control.formula == nullptr || given_.find(std::string_view(control.name))->second.is_given) continue;
+    if (control.formula == nullptr || given_.find(std::string_view(control.name))->second.is_kept()) continue;
     workspace_->run_for_intervals(*control.formula, control.name);
   }
   if (scene_.coefficient_formulas != nullptr) run_formulas(*scene_.coefficient_formulas, DPDE_START_SCENE);

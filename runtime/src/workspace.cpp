@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/links.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
 
@@ -132,7 +133,7 @@ double Workspace::param_at(std::string_view name, double t) const {
     return values[interval_at(t, every, values.size())];
   }
   const auto value = params_.find(name);
-  return value == params_.end() ? 0 : value->second;
+  return value == params_.end() ? 0 : value->second;  // a rate or a seed that nobody gives
 }
 
 void Workspace::add_weights(const dpde_network& network, const double* given) {
@@ -143,6 +144,16 @@ void Workspace::add_weights(const dpde_network& network, const double* given) {
       network.name,
       Weights{given ? std::vector<double>(given, given + count) : initial_weights(network, network.seed), zero, zero});
 }
+
+namespace {
+
+bool is_derived(const dpde_program& derivative, int field) {
+  return std::ranges::any_of(links_of(derivative), [&](const dpde_link& link) {
+    return link.kind == DPDE_LINK_FIELD && link.derived == field;
+  });
+}
+
+}  // namespace
 
 const Executor& Workspace::execute(const dpde_program& program, double t, const Bound& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
@@ -155,6 +166,9 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
       continue;
     }
     const ControlField* control = find_control_field(name);
+    // A link that is missing is an error, never a field of zeros: but for rates and seeds that nobody gives.
+    if (f < program.input_count && control == nullptr && !fields_.contains(name) && !is_derived(program, f))
+      throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program.name, name));
     executor->bind(
         f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(name).base());
   }

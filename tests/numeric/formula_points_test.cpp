@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <string>
 
 #include "../driver/driver_support.h"
+#include "dpde/runtime/npy.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -153,6 +155,64 @@ task field : s { unknown a; minimise sample(r, at = (0.3, 1.1)) at t = 1 }
     one.replace(one.find("FORMULA"), 7, formula);
     EXPECT_NEAR(task_loss(one, "formula"), task_loss(one, "field"), 1e-12) << formula;
   }
+}
+
+/// Fields that nothing else reads are there for it.
+TEST(FormulaPoints, ReadCoefficientsAndDataOfTheirOwn) {
+  const std::string text = R"(
+model m {
+  field u
+  coefficient c, e[2]
+  coefficient vector q
+  coefficient f on faces.x
+  control field G
+  mask k
+  param b = 0.5
+  let w = b*c
+  dt(u) = -b*u
+}
+scene s : m {
+  grid x = 0 .. 1, cells 4, periodic
+  c = 0.5 + x; e[i] = i + x; q = 1 + x; f = 3; G = 2 + x every 0.05; k = x > 0.1
+  initial u = 1
+  time 0 .. 0.1, step 0.05
+}
+task t : s { data d = load("d.npy"); unknown b; minimise b*sample(FORMULA, at = 0.3) }
+)";
+  const std::vector<std::pair<std::string, double>> cases{{"c", 0.4}, {"w", 0.2},  {"e[2]", 1.15}, {"q.x", 0.65},
+                                                          {"f", 1.5}, {"G", 1.15}, {"k", 0.5},     {"d", 1.1}};
+  const std::filesystem::path folder = ::testing::TempDir() + "dpde_points";
+  std::filesystem::create_directories(folder);
+  write_npy(folder / "d.npy", std::vector<std::int64_t>{4}, std::vector<double>(4, 2.2));
+  for (const auto& [formula, exact] : cases) {
+    std::string one = text;
+    one.replace(one.find("FORMULA"), 7, formula);
+    const TaskResult result = task_gradient(one, "t", {}, folder / "test.dpde");
+    EXPECT_NEAR(result.loss, exact, 1e-12) << formula;
+    EXPECT_NEAR(result.gradient.at("b").front(), formula == "w" ? 4 * exact : 2 * exact, 1e-12) << formula;
+  }
+}
+
+/// A source and a receiver that go around a ring many times.
+TEST(FormulaPoints, GoAroundRings) {
+  const std::string text = R"(
+model m { field u, w; param v; dt(u) = inject(1, at = 0.3 + v*t); dt(w) = 0*w + 0*v }
+scene s : m {
+  grid x = -1 .. 1, cells 16, periodic
+  v = 3
+  initial u = 0
+  initial w = sin(pi*x)
+  time 0 .. 1, step 1/64
+}
+task mass : s { unknown v; minimise integral(u) at t = 1 }
+task slope : s { unknown v; minimise sample(dx(w), at = 0.3 + v*t) at t = 1 }
+)";
+  for (const char* v : {"0.7", "7.1", "-12.3", "1000"}) EXPECT_NEAR(task_loss(text, "mass", {{"v", v}}), 1, 1e-12) << v;
+  const TaskResult once = task_gradient(text, "slope", {{"v", "0.4"}}),
+                   often = task_gradient(text, "slope", {{"v", "14.4"}});
+  EXPECT_NEAR(once.loss, often.loss, 1e-12);
+  EXPECT_NE(once.gradient.at("v").front(), 0);
+  EXPECT_NEAR(once.gradient.at("v").front(), often.gradient.at("v").front(), 1e-11);
 }
 
 TEST(FormulaPoints, DerivativesAreCertified) {

@@ -10,6 +10,8 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/layout.h"
+#include "dpde/runtime/workspace.h"
 #include "test_program.h"
 
 namespace dpde {
@@ -355,6 +357,13 @@ TEST(Executor, RefusesWhatDoesNotFit) {
             "program star: has 2 axes, the grid has 1");
   EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})),
             "program star: field u is not bound");
+  Workspace workspace({.layout = make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})});
+  try {
+    workspace.run(program.table(), 0);
+    ADD_FAILURE() << "a field of zeros was made up";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "program star: field u is not bound");
+  }
   dpde_program old = program.table();
   old.version = 0;
   EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})),

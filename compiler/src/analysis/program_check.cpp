@@ -37,12 +37,13 @@ std::vector<std::string> ProgramCheck::results() const {
 }
 
 void ProgramCheck::choose_inputs() {
-  const std::vector<BoundField> given = workspace_.bound_fields();  // coordinates
+  const std::vector<BoundField> given = workspace_.bound_fields();  // coordinates, noise and control fields
   for (const std::string& field : interface_.inputs) {
     const bool is_given = std::ranges::find(given, field, &BoundField::name) != given.end();
+    const bool is_active = compiled_.activity.fields.contains(field);
     inputs_[field] = is_given ? workspace_.dense(field) : randoms(0.5, 1.5);
-    if (is_given) continue;
-    if (compiled_.activity.fields.contains(field)) rates_[field] = randoms(-1, 1);
+    for (double& value : inputs_[field]) value = is_given && is_active ? uniform(0.5, 1.5) : value;
+    if (is_active) rates_[field] = randoms(-1, 1);
   }
   for (const std::string& param : interface_.params) {
     const auto known = workspace_.params().find(param);

@@ -204,7 +204,8 @@ int nested_order(const Expr& e) {
 bool reads(const Expr& e, const std::string& field) {
   return any_part(e, [&](const Expr& part) {
     const auto* found = std::get_if<Field>(&part->kind);
-    return found && found->name == field;
+    const auto* at_a_place = std::get_if<Sample>(&part->kind);
+    return (found && found->name == field) || (at_a_place && at_a_place->field == field);
   });
 }
 

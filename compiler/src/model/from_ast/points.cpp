@@ -56,13 +56,18 @@ class Hats {
     for (const State& state : problem.states) note(state);
   }
 
-  /// What a cell takes of a point at `position` along an axis. Along a periodic axis the point has images one period
-  /// away. Between walls the first and the last point that are no walls themselves take all that lies beyond them.
+  /// What a cell takes of a point at `position` along an axis. Along a periodic axis, which a point may have gone
+  /// around many times, it has images one period away. Between walls the first and the last point that are no walls
+  /// themselves take all that lies beyond them.
   Expr along(int number_of_axis, const Expr& position) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     if (axis.topology == Topology::periodic) {
       const double period = axis.high - axis.low;
-      const auto image = [&](double away) { return hat(number_of_axis, position, away, {}); };
+      const Expr around = binary(BinaryOp::divide, minus(position, axis.low), period);
+      const Expr is_inside = binary(BinaryOp::logical_and, binary(BinaryOp::less_equal, axis.low, position),
+                                    binary(BinaryOp::less, position, axis.high));
+      const Expr place = select(is_inside, position, plus(axis.low, times(period, call(Fn::fraction, {around}))));
+      const auto image = [&](double away) { return hat(number_of_axis, place, away, {}); };
       return plus(plus(image(0), image(period)), image(-period));
     }
     const Expr x = coordinate(number_of_axis);

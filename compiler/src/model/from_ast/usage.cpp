@@ -37,12 +37,7 @@ bool is_needed(const Problem& problem, const std::string& coefficient) {
   bool found = problem.task && std::ranges::any_of(problem.task->unknowns, [&](const Unknown& unknown) {
                  return unknown.kind == Unknown::Kind::coefficient && unknown.name == coefficient;
                });
-  for_each_reader(problem, [&](const Expr& e) {
-    found = found || any_part(e, [&](const Expr& part) {
-              const auto* field = std::get_if<Field>(&part->kind);
-              return field && field->name == coefficient;
-            });
-  });
+  for_each_reader(problem, [&](const Expr& e) { found = found || reads(e, coefficient); });
   return found;
 }
 

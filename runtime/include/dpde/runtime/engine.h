@@ -5,7 +5,7 @@
 //
 //  - The initial state lies in the rollout that is opened first; others get copies of it.
 //  - Formulas of initial states and coefficients are evaluated again after a value that they read has changed, except
-//    where values were given (`is_given`).
+//    where values were given (`is_given`), and but for fields that are sought after another unknown has changed.
 //  - The vector of unknowns holds those of unknowns() one after the other.
 #pragma once
 
@@ -42,6 +42,8 @@ class Engine {
     std::string name;
     int32_t start = DPDE_START_SCENE;  // DPDE_START_HOST: nobody but who gives it knows it
     bool is_unknown = false, is_given = false;
+    bool is_held = false;  // where its formula had it before another unknown changed
+    bool is_kept() const { return is_given || is_held; }
   };
   /// A coefficient, or data of the task.
   struct Given {
@@ -49,7 +51,8 @@ class Engine {
     bool is_needed = false;            // it has no formula
     std::size_t states = 1;            // of data; of a control field one an interval
     int32_t start = DPDE_START_SCENE;  // of a coefficient
-    bool is_unknown = false;
+    bool is_unknown = false, is_held = false;
+    bool is_kept() const { return is_given || is_held; }
   };
   /// An unknown and its part of the vector of all of them.
   struct Unknown {
@@ -163,8 +166,9 @@ class Engine {
     }
   }
   void give_controls(Rollout& rollout) const;
-  void change_of_param(std::string_view name);
+  void before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view));
 
+  void make_stale(bool holds_sought);
   bool formulas_need(const dpde_program& program, int32_t start) const;
   void run_formulas(const dpde_program& program, int32_t start);
   void* unused(std::size_t number);
