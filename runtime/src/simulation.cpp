@@ -255,6 +255,14 @@ std::vector<double> Simulation::coordinates(int axis) const {
 
 void Simulation::set(std::string_view name, double value) {
   impl_->require_param(name);
+  const dpde_scene& scene = impl_->engine.scene();
+  const auto is_fixed = [&](const dpde_value& param) {
+    return name == param.name && param.is_fixed != 0 && param.value != value;
+  };
+  if (std::any_of(scene.params, scene.params + scene.param_count, is_fixed))
+    throw Error(ErrorKind::input, fmt::format("parameter {} is part of the grid, the times or the like, which are made "
+                                              "when the scene is compiled: give its value there, among the settings",
+                                              name));
   impl_->engine.set_param(name, value);
 }
 

@@ -147,10 +147,13 @@ void Workspace::add_weights(const dpde_network& network, const double* given) {
 
 namespace {
 
-bool is_derived(const dpde_program& derivative, int field) {
-  return std::ranges::any_of(links_of(derivative), [&](const dpde_link& link) {
-    return link.kind == DPDE_LINK_FIELD && link.derived == field;
-  });
+/// A link that is missing is an error, never a field of zeros: but for rates and seeds that nobody gives, and states,
+/// which a program may swap without reading them.
+bool has_to_be_there(const dpde_program& program, int field) {
+  const auto is_it = [&](const dpde_link& link) { return link.kind == DPDE_LINK_FIELD && link.derived == field; };
+  const std::span swaps(program.swaps, static_cast<std::size_t>(program.swap_count));
+  return field < program.input_count && std::ranges::none_of(links_of(program), is_it) &&
+         std::ranges::find(swaps, field, &dpde_swap::state) == swaps.end();
 }
 
 }  // namespace
@@ -166,8 +169,7 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
       continue;
     }
     const ControlField* control = find_control_field(name);
-    // A link that is missing is an error, never a field of zeros: but for rates and seeds that nobody gives.
-    if (f < program.input_count && control == nullptr && !fields_.contains(name) && !is_derived(program, f))
+    if (control == nullptr && !fields_.contains(name) && has_to_be_there(program, f))
       throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program.name, name));
     executor->bind(
         f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(name).base());

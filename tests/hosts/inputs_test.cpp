@@ -100,6 +100,8 @@ TEST(Inputs, WhatCannotBeOneIsRefused) {
   };
   EXPECT_NE(text_of({.name = "shock", .inputs = {"nothing"}}).find("nothing is not known here"), std::string::npos);
   EXPECT_NE(text_of({.name = "shock", .inputs = {"u\n}"}}).find("inputs are names"), std::string::npos);
+  EXPECT_NE(text_of({.name = "shock", .inputs = {"initial u"}}).find("inputs are names"), std::string::npos);
+  EXPECT_NE(text_of({.name = "shock", .inputs = {"u from 3"}}).find("inputs are names"), std::string::npos);
   EXPECT_NE(text_of({.name = "none", .inputs = {"u"}}).find("no scene called \"none\""), std::string::npos);
   EXPECT_NE(text_of({.inputs = {"u"}}).find("between_walls, implicit, shock"), std::string::npos)
       << text_of({.inputs = {"u"}});

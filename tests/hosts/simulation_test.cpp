@@ -411,6 +411,32 @@ task factor : s {
   EXPECT_NEAR(factor.gradient_of("a")[0], 2 * 21.0 / 4, 1e-13);
 }
 
+/// What grid and times are made of cannot be set when they are.
+TEST(Simulation, FixedParametersAreRefused) {
+  Simulation sim = compile_text(R"(
+model m { field u; param L = 1, P = 0.1, a = 2, b; dt(u) = -a*u }
+scene s : m {
+  grid x = 0 .. L, cells 4, periodic
+  b = 2*a
+  initial u = b
+  time 0 .. 1, step 0.1
+  every P: u += 1
+}
+)");
+  for (const char* name : {"L", "P"}) {
+    try {
+      sim.set(name, 0.5);
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::input);
+      EXPECT_NE(std::string(error.what()).find("give its value there"), std::string::npos) << error.what();
+    }
+    sim.set(name, sim.param(name));
+  }
+  sim.set("a", 1);
+  sim.set("b", 3);
+}
+
 TEST(Simulation, MistakesAreErrorsThatSayWhere) {
   try {
     compile_text(

@@ -360,6 +360,49 @@ TEST(Units, OfRandomFormulas) {
   }
 }
 
+TEST(Units, OfModelsTogether) {
+  const std::string text =
+      "model f { field h in m; param U = 1 in 1/s; dt(h) = -U*h }\n"
+      "model g { coefficient h in UNIT; field q in K; param a = 1 in 1/(m*s); dt(q) = a*h*q }\n"
+      "scene s : f, g { grid x = 0 .. 1 in m, cells 4, periodic; time 0 .. 1 in s, step 0.1; initial h = 0; initial q "
+      "= 0 }\n";
+  const auto with = [&](const std::string& unit) {
+    std::string one = text;
+    return one.replace(one.find("UNIT"), 4, unit);
+  };
+  EXPECT_EQ(misfit(with("m")), "");
+  EXPECT_EQ(misfit(with("km")), "this is in km, but h in m: nothing converts them");
+}
+
+TEST(Units, OfDataAreThoseOfTheirScene) {
+  const std::string text = rod("k*lap(u)", "", "  observe o = mean(u)\n") +
+                           "scene d = rod { observe o = integral(u) }\n"
+                           "scene far = rod { grid x = 0 .. 1 in km, cells 8, periodic }\n";
+  const auto with = [&](const std::string& scene, const std::string& loss) {
+    return text + "task t : rod { unknown k; data e = o from scene " + scene + "; minimise (" + loss + " - e)^2 }\n";
+  };
+  const auto told = [](const std::string& whole) {
+    const Outcome outcome = outcome_of(whole, {.name = "t"});
+    return outcome.problem ? "" : outcome.diagnostics[0].message;
+  };
+  EXPECT_EQ(told(with("d", "integral(u)")), "");
+  EXPECT_EQ(told(with("d", "mean(u)")), "this is in K*m, but mean(u) in K");
+  EXPECT_EQ(told(with("far", "mean(u)")), "this is in km, but axis x of this scene in m: nothing converts them");
+}
+
+TEST(Units, OfCurvedCoordinatesAndNamesOfAxes) {
+  const auto on = [](const std::string& coordinates, const std::string& axes, const std::string& rhs) {
+    return "model m { field u in K; param r = 3 in 1/s, k = 1 in m^2/s; dt(u) = " + rhs + " }\nscene s : m {\n" +
+           coordinates + "\n" + axes + "\n initial u = 0; time 0 .. 1 in s, step 0.1 }\n";
+  };
+  const std::string globe = "grid lon = 0 .. 2*pi, cells 4, periodic; grid lat = -1 .. 1, cells 4; boundary u: lat = 0";
+  EXPECT_EQ(misfit(on("coordinates sphere(6e6)", globe, "k*lap(u)")), "");
+  const std::string disc =
+      "grid r = 1 .. 2 in m, cells 4; grid theta = 0 .. 2*pi, cells 4, periodic; boundary u: r = 0";
+  EXPECT_EQ(misfit(on("coordinates polar", disc, "r*u + k*lap(u)")), "");  // r is the parameter
+  EXPECT_EQ(misfit(on("coordinates polar", disc, "k*dx(u)")), "this is in K*m/s, but dt(u) in K/s");
+}
+
 TEST(Units, WhereNoneIsToldNothingIsChecked) {
   const Problem problem = problem_of(text_with("k*lap(u) + u + sin(u)"));
   EXPECT_TRUE(problem.units.empty());

@@ -131,7 +131,7 @@ task receiver : s { unknown a; minimise sample(x*dx(q), at = a) }
 
 /// In curved coordinates what is made of neighbours is read with the lengths it has at the points.
 TEST(FormulaPoints, OfDifferencesInCurvesAreThoseOfAField) {
-  for (const char* formula : {"lap(q)", "div(v)", "curl(v)", "grad(q).x", "2*lap(q)*q"}) {
+  for (const char* formula : {"lap(q)", "div(v)", "curl(v)", "grad(q).x", "2*lap(q)*q", "div(q*grad(q))"}) {
     const std::string text = std::string(R"(
 model m { vector v; field q, r; param a = 0; dt(v) = 0*v; dt(q) = 0*q; dt(r) = )") +
                              formula + R"( + 0*a }

@@ -37,9 +37,11 @@ std::vector<std::string> fields_of(const ast::File& file) {
 /// As the task says that it seeks the value. @throws Error(input) for what is no name: it would be read as text.
 std::string line_for(const model::Problem& problem, const std::vector<std::string>& fields, const std::string& input) {
   const auto is_of_names = [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("_.()[], ").find(static_cast<char>(c)) != std::string_view::npos;
+    return std::isalnum(c) != 0 || std::string_view("_.()[],").find(static_cast<char>(c)) != std::string_view::npos;
   };
-  if (input.empty() || !std::ranges::all_of(input, is_of_names))
+  std::string joined = input;  // c[1, 2]: a blank behind a comma
+  for (std::size_t at = joined.find(", "); at != std::string::npos; at = joined.find(", ", at)) joined.erase(at + 1, 1);
+  if (input.empty() || !std::ranges::all_of(joined, is_of_names))
     throw Error(ErrorKind::input, fmt::format("inputs are names, and \"{}\" is none", input));
   const auto is_state = [&](const model::State& state) {
     return state.name == input || model::vector_of(state.name) == input;

@@ -84,6 +84,14 @@ double value_at(const Expr& formula, double coordinate) {
   return value_at(formula, std::array{coordinate, coordinate, coordinate});
 }
 
+bool is_formula(const Expr& e) {
+  return !any_part(e, [](const Expr& part) {
+    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
+           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
+           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
+  });
+}
+
 bool depends_on_axis(const Expr& formula, int axis) {
   return any_part(formula, [&](const Expr& part) {
     const auto* c = std::get_if<Coordinate>(&part->kind);

@@ -10,6 +10,8 @@
 
 namespace dpde::model {
 
+/// Whether it is made of numbers and coordinates alone.
+bool is_formula(const Expr& e);
 double value_at(const Expr& formula, double coordinate);
 /// Of formulas of several coordinates, at a place.
 double value_at(const Expr& formula, const std::array<double, 3>& place);

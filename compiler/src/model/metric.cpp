@@ -54,14 +54,6 @@ struct Cells {
   }
 };
 
-bool is_formula(const Expr& e) {
-  return !any_part(e, [](const Expr& part) {
-    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
-           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
-           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
-  });
-}
-
 /// Along one axis, at one or both of its ends.
 struct ReadsAcross {
   const Problem& problem;

@@ -226,7 +226,8 @@ std::string side_name(const Axis& axis, bool is_low);
 struct Parameter {
   std::string name;
   double value = 0;
-  bool unknown = false;  // an unknown of the task: stays symbolic, others equal to 0 or 1 are folded
+  bool unknown = false;   // an unknown of the task: stays symbolic, others equal to 0 or 1 are folded
+  bool is_fixed = false;  // the grid, times and the like are made of its value
 };
 
 /// A formula, or the path of a file that holds the values.

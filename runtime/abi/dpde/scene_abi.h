@@ -25,6 +25,7 @@ typedef struct dpde_axis {
 typedef struct dpde_value {
   const char* name;
   double value;
+  int32_t is_fixed; /* the grid, times and the like were made of it: no other value can be given */
 } dpde_value;
 
 /* A parameter (also among the params) with values[n / every] in step n, the last one beyond. */

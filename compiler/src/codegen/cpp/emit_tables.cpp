@@ -271,7 +271,9 @@ std::vector<std::string> weights_of(const dpde_scene& s, Tables& tables) {
 
 /// The scene's initialiser; what it points to goes to `tables`.
 std::string scene_text(const dpde_scene& s, Tables& tables) {
-  const auto value = [](const dpde_value& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.value); };
+  const auto value = [](const dpde_value& v) {
+    return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
+  };
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
   const auto datum = [&](const dpde_datum& d) {
     return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at));

@@ -19,13 +19,14 @@ namespace {
 
 class Evaluation {
  public:
-  explicit Evaluation(const std::map<std::string, std::optional<double>>& values) : values_(values) {}
+  explicit Evaluation(const std::map<std::string, std::optional<double>>& values, std::array<double, 3> place = {})
+      : values_(values), place_(place) {}
 
   double operator()(const Expr& e) {
     return match(
         e->kind, [](const Number& n) { return n.value; }, [&](const Param& p) { return values_.at(p.name).value(); },
         [](const Field&) -> double { unreachable("a field in a number"); },
-        [](const Coordinate&) -> double { unreachable("a coordinate in a number"); },
+        [&](const Coordinate& c) { return place_[static_cast<std::size_t>(c.axis)]; },
         [](const Noise&) -> double { unreachable("noise in a number"); },
         [&](const Neg& n) { return -(*this)(n.operand); },
         [&](const Binary& b) {
@@ -64,6 +65,7 @@ class Evaluation {
   }
 
   const std::map<std::string, std::optional<double>>& values_;
+  std::array<double, 3> place_;
   std::string mistake_;
   SourceRange at_;
 };
@@ -76,13 +78,47 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
   return evaluation.finish(number);
 }
 
-std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what) {
-  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
-  if (!formula) return std::nullopt;
-  const Value value = value_of(*formula, draft.values);
+std::optional<double> value_at(const Expr& e, const std::map<std::string, std::optional<double>>& values,
+                               const std::array<double, 3>& place) {
+  const bool is_open = any_part(e, [&](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    const auto known = param != nullptr ? values.find(param->name) : values.end();
+    if (param != nullptr) return known == values.end() || !known->second;
+    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
+           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
+           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
+  });
+  return is_open ? std::nullopt : std::optional(Evaluation(values, place)(e));
+}
+
+namespace {
+
+std::optional<double> finite_value(Draft& draft, const Expr& formula, const ast::Expr& e) {
+  const Value value = value_of(formula, draft.values);
   if (value.mistake.empty()) return value.number;
   draft.sink.report("not-finite", value.at.is_known() ? value.at : e.range(), {value.mistake});
   return std::nullopt;
+}
+
+}  // namespace
+
+void fix_params(Draft& draft, const Expr& formula) {
+  any_part(formula, [&](const Expr& part) {
+    if (const auto* param = std::get_if<Param>(&part->kind)) draft.fixed.insert(param->name);
+    return false;
+  });
+}
+
+std::optional<double> evaluate_once(Draft& draft, const ast::Expr& e, const std::string& what) {
+  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
+  if (!formula) return std::nullopt;
+  fix_params(draft, *formula);
+  return finite_value(draft, *formula, e);
+}
+
+std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what) {
+  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
+  return formula ? finite_value(draft, *formula, e) : std::nullopt;
 }
 
 }  // namespace dpde::model

@@ -159,6 +159,8 @@ class Expressions {
 
   // quadrature.cpp
   static bool is_quadrature(const ast::Call& e);
+  std::optional<Expr> gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes);
+  void look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole);
   Typed quadrature(const ast::Call& e, SourceRange range);
 
   // random.cpp
@@ -213,6 +215,9 @@ std::string describe(const Typed& value);
 /// The number that `e` means, made of numbers and parameters that have values; nullopt after a diagnostic. `what` is
 /// for messages: "the step".
 std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what);
+/// Of what is made of it here and not again, as the grid: its parameters are fixed (Draft::fixed).
+std::optional<double> evaluate_once(Draft& draft, const ast::Expr& e, const std::string& what);
+void fix_params(Draft& draft, const Expr& formula);
 
 bool is_load(const ast::Expr& e);
 struct LoadedFile {

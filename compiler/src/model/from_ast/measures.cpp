@@ -253,6 +253,11 @@ MeasureList Measures::name(const std::string& name) {
     if (own != arguments_->end()) return own->second;
     if (whole != arguments_->end()) return part_of(whole->second);
   }
+  // A name that the file gives a parameter or a field is that.
+  const Meaning* meaning = draft_.scope.find(name);
+  const bool is_given = meaning != nullptr && meaning->role != Role::coordinate && meaning->role != Role::constant &&
+                        meaning->role != Role::time && meaning->role != Role::let;
+  if (is_given) return {of_name(name)};
   if (name == "pi" || name == "identity") return {{Measure::Kind::number}};
   const bool is_spacing = name.size() == 2 && name[0] == 'h';
   const int axis = axis_of(draft_, is_spacing && arguments_ != nullptr ? name.substr(1) : name);

@@ -75,6 +75,7 @@ class MetricBinder {
   }
   std::optional<Expr> formula(const ast::Expr& e) {
     const auto value = Expressions(draft_, Purpose::scale, "the coordinates").number(e);
+    if (value) fix_params(draft_, *value);
     return value ? std::optional(with_values(draft_, *value)) : std::nullopt;
   }
 

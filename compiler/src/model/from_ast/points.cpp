@@ -63,10 +63,7 @@ class Hats {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     if (axis.topology == Topology::periodic) {
       const double period = axis.high - axis.low;
-      const Expr around = binary(BinaryOp::divide, minus(position, axis.low), period);
-      const Expr is_inside = binary(BinaryOp::logical_and, binary(BinaryOp::less_equal, axis.low, position),
-                                    binary(BinaryOp::less, position, axis.high));
-      const Expr place = select(is_inside, position, plus(axis.low, times(period, call(Fn::fraction, {around}))));
+      const Expr place = around(axis, position);
       const auto image = [&](double away) { return hat(number_of_axis, place, away, {}); };
       return plus(plus(image(0), image(period)), image(-period));
     }
@@ -86,6 +83,17 @@ class Hats {
   }
 
  private:
+  /// The place on the axis itself, as it is where it is there already.
+  static Expr around(const Axis& axis, const Expr& position) {
+    const double period = axis.high - axis.low;
+    const auto* fixed = std::get_if<Number>(&position->kind);
+    if (fixed != nullptr && axis.low <= fixed->value && fixed->value < axis.high) return position;
+    const Expr rounds = binary(BinaryOp::divide, minus(position, axis.low), period);
+    const Expr is_there = binary(BinaryOp::logical_and, binary(BinaryOp::less_equal, axis.low, position),
+                                 binary(BinaryOp::less, position, axis.high));
+    return select(is_there, position, plus(axis.low, times(period, call(Fn::fraction, {rounds}))));
+  }
+
   /// Between walls: whether the cell takes all that lies before or behind it.
   struct Beyond {
     std::optional<Expr> is_first, is_last;

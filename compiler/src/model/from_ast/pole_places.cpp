@@ -2,8 +2,10 @@
 // What would be divided by the length of a unit of another coordinate on a pole, where that is 0. Formulas at cell
 // centres have half a cell to the pole; derivatives of derivatives, and what lies on faces, are taken on the very pole.
 #include <algorithm>
+#include <array>
 
 #include "model/build.h"
+#include "model/formula.h"
 #include "model/from_ast/parts.h"
 #include "model/metric.h"
 #include "model/placement.h"
@@ -27,7 +29,9 @@ class Divisions {
       return find(d->operand, operand_of(*d, at));
     if (const auto* here = std::get_if<Interpolate>(&e->kind)) return find(here->operand, natural(here->operand));
     if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return find(reduce->operand, natural(reduce->operand));
-    if (std::holds_alternative<Select>(e->kind) || std::holds_alternative<Solve>(e->kind)) return nullptr;  // guarded
+    if (std::holds_alternative<Solve>(e->kind)) return nullptr;
+    if (const auto* choice = std::get_if<Select>(&e->kind); choice != nullptr && is_about_place(choice->condition))
+      return in_choice(*choice, at);
     const auto* quotient = std::get_if<Binary>(&e->kind);
     if (quotient != nullptr && quotient->op == BinaryOp::divide && at == At::faces && vanishes(quotient->right))
       return &e;
@@ -39,6 +43,7 @@ class Divisions {
   }
 
   At natural(const Expr& e) const {
+    if (!placements_.is_staggered()) return At::centres;
     const std::optional<Placement> place = placements_.natural(e);
     return place && (*place)[axis_] ? At::faces : At::centres;
   }
@@ -59,6 +64,29 @@ class Divisions {
     bool found = false;
     for_each_part(e, [&](const Expr& part) { found = found || is_midway(part); });
     return found;
+  }
+
+  /// In what is chosen on the poles, as far as that is known: what hangs on more than coordinates may keep them away.
+  const Expr* in_choice(const Select& choice, At at) const {
+    if (!is_formula(choice.condition)) return nullptr;
+    const Expr* found = nullptr;
+    for (const bool is_low : {true, false}) {
+      if (found != nullptr || !(is_low ? low_ : high_)) continue;
+      std::array<double, 3> pole{};
+      for (std::size_t a = 0; a < problem_.axes.size(); ++a) pole[a] = problem_.axes[a].centre(0);
+      pole[axis_] = is_low ? problem_.axes[axis_].low : problem_.axes[axis_].high;
+      const Expr& chosen = value_at(choice.condition, pole) != 0 ? choice.yes : choice.no;
+      found = Divisions(problem_, placements_, axis_, is_low, !is_low).find(chosen, at);
+    }
+    return found;
+  }
+
+  /// Whether a condition can keep the pole away: a comparison of the coordinate along the axis.
+  bool is_about_place(const Expr& condition) const {
+    return any_part(condition, [&](const Expr& part) {
+      const auto* at = std::get_if<Coordinate>(&part->kind);
+      return at != nullptr && at->axis == static_cast<int>(axis_);
+    });
   }
 
   bool vanishes(const Expr& divisor) const {

@@ -34,6 +34,7 @@ std::optional<Expr> formula_of(Draft& draft, const ast::Expr& e, int axis) {
   const std::string& name = draft.problem.axes[static_cast<std::size_t>(axis)].name;
   const std::optional<Expr> written = Expressions(draft, Purpose::stretch, "the stretched axis " + name).number(e);
   if (!written) return std::nullopt;
+  fix_params(draft, *written);
   const bool holds_others = any_part(*written, [&](const Expr& part) {
     const auto* coordinate = std::get_if<Coordinate>(&part->kind);
     return coordinate && coordinate->axis != axis;

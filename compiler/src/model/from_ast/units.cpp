@@ -48,7 +48,9 @@ class UnitLines {
   explicit UnitLines(Draft& draft) : draft_(draft), measures_(draft) {}
 
   void read() {
-    for (const ast::Item& item : draft_.model->items) declare(item);
+    for (const ast::Model* model : models()) {
+      for (const ast::Item& item : model->items) declare(item);
+    }
     for (const ast::Item& item : draft_.scene->items) declare(item);
     measure_axes();
     for (const auto& [item, range] : items_of<ast::ObserveItem>(draft_.scene->items)) tell_observable(item);
@@ -88,8 +90,14 @@ class UnitLines {
   }
 
  private:
-  // ---- what is told
-  // --------------------------------------------------------------------------------------------------
+  /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
+  std::vector<const ast::Model*> models() const {
+    std::vector<const ast::Model*> all{find_declaration<ast::Model>(draft_.file, draft_.scene->of.name)};
+    for (const ast::Identifier& name : draft_.scene->also)
+      all.push_back(find_declaration<ast::Model>(draft_.file, name.name));
+    return all;
+  }
+
   void tell(const ast::Identifier& name, const ast::UnitText& unit) {
     if (!unit) return;
     if (measures_.knows(name.name))
@@ -147,6 +155,8 @@ class UnitLines {
     for (std::size_t a = 0; call != nullptr && a < axes.lengths.size(); ++a) {
       const std::size_t of = std::min(a, call->arguments.size() - 1);
       axes.lengths[a] = product(axes.lengths[a], measures_.one(call->arguments[of].value));
+      // An angle times a number that is written down: whoever wrote it knows the unit.
+      if (axes.lengths[a].kind == Measure::Kind::number) axes.lengths[a] = {};
     }
   }
 
@@ -154,20 +164,36 @@ class UnitLines {
     observed_[item.name.name] = item.unit ? told_by(item.unit) : measures_.of(item.value).front();
   }
 
-  /// From a scene: that of the field or observable there, where it is of the same model.
+  /// From a scene: that of the field or observable there, where it is of the same model. Times and places are compared
+  /// with those of this scene.
   void tell_data(const ast::DataItem& item) {
     Measure measure = told_by(item.unit);
     const auto* name = std::get_if<ast::Name>(&item.value->kind);
     const auto* other = item.scene ? find_declaration<ast::Scene>(draft_.file, item.scene->name) : nullptr;
     const bool is_alike = other != nullptr && other->of.name == draft_.scene->of.name && name != nullptr;
-    const auto observed = is_alike ? observed_.find(name->name) : observed_.end();
-    if (!item.unit && is_alike)
-      measure = observed == observed_.end() ? measures_.of_name(name->name) : observed->second;
+    if (!item.unit && is_alike) measure = measure_in(*other, name->name);
     measures_.tell(item.name.name, measure);
+    if (other != nullptr) compare(*other, item.scene->range);
   }
 
-  // ---- what has to fit
-  // -----------------------------------------------------------------------------------------------
+  Measure measure_in(const ast::Scene& other, const std::string& name) {
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(other.items)) {
+      if (item.name.name == name) return item.unit ? told_by(item.unit) : measures_.of(item.value).front();
+    }
+    return measures_.of_name(name);
+  }
+
+  void compare(const ast::Scene& other, SourceRange range) {
+    for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
+      measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
+    for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
+      const int axis = axis_of(draft_, item.axis.name);
+      if (axis < 0 || static_cast<std::size_t>(axis) >= measures_.axes().coordinates.size()) continue;
+      measures_.fits(told_by(item.unit), measures_.axes().coordinates[static_cast<std::size_t>(axis)], range,
+                     "axis " + item.axis.name + " of this scene");
+    }
+  }
+
   /// "u" or "dt(u)"
   Measure measure_of_state(const std::string& written) const {
     const std::string rated = rated_field(written);

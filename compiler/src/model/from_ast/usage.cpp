@@ -55,7 +55,8 @@ void drop_unused(Draft& draft) {
     }
   }
   problem.coefficients = std::move(kept);
-  for (const Parameter& parameter : problem.params) {
+  for (Parameter& parameter : problem.params) {
+    parameter.is_fixed = draft.fixed.contains(parameter.name);
     if (draft.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
     if (!draft.selection.beside.empty()) continue;  // the task's own scene may

@@ -211,10 +211,18 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
   const auto is_apart = [&](const Expr& part) {
     return placements.natural(part) != placements.natural(operand.parts.front());
   };
-  if (has_pole(draft_.problem) &&
-      std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
+  const bool has_poles = has_pole(draft_.problem);
+  if (has_poles && std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
     draft_.sink.report("in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
                        "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
+    return {};
+  }
+  const auto is_on_faces = [&](const Expr& part) {
+    return placements.natural(part).value_or(Placement{}) != Placement{};
+  };
+  if (has_poles && operand.type == Typed::Type::number && std::ranges::any_of(*velocity, is_on_faces)) {
+    draft_.sink.report("in-curved-coordinates", range, {"advect by a vector on faces", "coordinates with a pole"},
+                       "write div(v*interpolate(f)), less f*div(v) where v is not free of it");
     return {};
   }
   return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};
