@@ -3,11 +3,16 @@
 //
 // A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
 // to do but pointers and calls. Else sweep_runner.h runs them.
+//
+// Of a subgrid, halos at seams are exchanged by fills, and before sweeps that read them: the adjoint of what lies
+// between walls needs no fill, as masks keep its reads inside of the grid, but not of the subgrid. Inputs that are
+// prepared come with theirs.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "dpde/runtime/error.h"
@@ -15,6 +20,7 @@
 #include "dpde/runtime/layout.h"
 #include "fill.h"
 #include "fit.h"
+#include "halo_exchange.h"
 #include "inference.h"
 #include "line.h"
 #include "passes.h"
@@ -38,7 +44,10 @@ struct Operation {
   Sweep sweep;
   Passes passes;
   std::vector<Operation> block, step;  // of one pass, of a solve
+  int exchanged = -1;                  // field of an exchange
 };
+/// Beside the kinds of the ABI.
+constexpr int exchange_kind = -1;
 
 /// `f` on each operation, those of blocks behind that which has them.
 void for_each_operation(auto& operations, const auto& f) {
@@ -66,6 +75,8 @@ bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL 
 }  // namespace
 
 struct Executor::Plan {
+  std::optional<HaloExchange> exchange;  // of a subgrid
+  std::vector<char> is_exchanged;        // of each field, while operations are made: halos at seams are the neighbours'
   std::vector<HaloFill> prepare;
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
@@ -78,15 +89,30 @@ struct Executor::Plan {
 
   std::vector<Operation> make(const dpde_program& program, const dpde_operation* source, int count,
                               const dpde_layout& layout);
+  Operation make_operation(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                           FieldTransform* before);
+  HaloExchange* seams() { return exchange ? &*exchange : nullptr; }
+  Communicator* ranks() { return exchange ? &exchange->ranks() : nullptr; }
+  void exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                       std::vector<Operation>& made);
+  void note_after(const dpde_program& program, const dpde_operation& from);
+  void fill_after(const dpde_operation& from, const dpde_layout& layout, std::vector<Operation>& made);
   std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
 };
 
 Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team,
-                   std::shared_ptr<SolverStore> solvers)
+                   std::shared_ptr<SolverStore> solvers, Communicator* ranks)
     : program_(&program), layout_(std::make_unique<dpde_layout>(layout)), plan_(std::make_unique<Plan>()) {
   check_fits(program, layout);
   plan_->team = team;
+  if (is_divided(layout)) {
+    if (ranks == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: a subgrid needs ranks", program.name));
+    plan_->exchange.emplace(*layout_, *ranks);
+    plan_->is_exchanged.assign(static_cast<size_t>(program.field_count), 0);
+    for (int i = 0; i < program.prepare_count; ++i)
+      plan_->is_exchanged[static_cast<size_t>(program.prepare[i].field)] = 1;
+  }
   if (solvers != nullptr) plan_->shelf = std::make_shared<SolverShelf>(std::move(solvers));
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
   params_.assign(static_cast<size_t>(program.param_count + program.counter_count), 0.0);
@@ -95,7 +121,8 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
   for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
     plan_->networks.emplace_back(*program.networks[i], layout, team);
-  for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
+  for (int i = 0; i < program.prepare_count; ++i)
+    plan_->prepare.emplace_back(program.prepare[i], layout, plan_->seams());
   for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);
   plan_->operations = plan_->make(program, program.operations, program.operation_count, layout);
   plan_->sweeps = SweepRunner(*layout_, team);
@@ -108,7 +135,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
 
 /// Empty where some operation is not of a line.
 std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
-  if (executor.layout_->rank != 1) return {};
+  if (executor.layout_->rank != 1 || exchange) return {};
   std::vector<Line> made;
   for (const Operation& operation : operations) {
     if (operation.kind == DPDE_SWEEP && is_line(operation.sweep)) {
@@ -126,37 +153,93 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
                                             const dpde_layout& layout) {
   std::vector<Operation> made;
   for (int i = 0; i < count; ++i) {
-    const dpde_operation& from = source[i];
-    Operation operation{.kind = from.kind};
-    switch (from.kind) {
-      case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
-      case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
-      case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
-      case DPDE_NETWORK:
-        operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
-        break;
-      case DPDE_TRANSFORM:
-        operation.transform =
-            FieldTransform(from.transform, layout, team, made.empty() ? nullptr : &made.back().transform);
-        break;
-      case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
-      case DPDE_SOLVE:
-        operation.solve = ProgramSolve(from.solve, program, layout, shelf);
-        operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
-        if (const dpde_solve* step = from.solve.step)
-          operation.step = make(program, step->operations, step->operation_count, layout);
-        break;
-      case DPDE_REPEAT:
-        operation.passes = Passes(from.repeat, stacks);
-        operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
-        break;
-      default:
-        throw Error(ErrorKind::run,
-                    fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
-    }
-    made.push_back(std::move(operation));
+    if (exchange) exchange_before(program, source[i], layout, made);
+    made.push_back(make_operation(program, source[i], layout, made.empty() ? nullptr : &made.back().transform));
+    if (!exchange) continue;
+    note_after(program, source[i]);
+    fill_after(source[i], layout, made);
   }
   return made;
+}
+
+/// `before`: of the operation before it.
+Operation Executor::Plan::make_operation(const dpde_program& program, const dpde_operation& from,
+                                         const dpde_layout& layout, FieldTransform* before) {
+  Operation operation{.kind = from.kind};
+  switch (from.kind) {
+    case DPDE_FILL: operation.fill = HaloFill(from.fill, layout, seams()); break;
+    case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
+    case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team, ranks()); break;
+    case DPDE_NETWORK:
+      operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
+      break;
+    case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team, before); break;
+    case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
+    case DPDE_SOLVE:
+      operation.solve = ProgramSolve(from.solve, program, layout, shelf);
+      operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
+      if (const dpde_solve* step = from.solve.step)
+        operation.step = make(program, step->operations, step->operation_count, layout);
+      break;
+    case DPDE_REPEAT:
+      operation.passes = Passes(from.repeat, stacks);
+      std::ranges::fill(is_exchanged, 0);  // its passes begin with fields of others
+      operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
+      break;
+    default:
+      throw Error(ErrorKind::run, fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
+  }
+  return operation;
+}
+
+/// What a sweep of a subgrid reads across seams.
+void Executor::Plan::exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                                     std::vector<Operation>& made) {
+  if (from.kind != DPDE_SWEEP) return;
+  const dpde_kernel& kernel = program.kernels[from.kernel];
+  for (int s = 0; s < kernel.stream_count; ++s) {
+    const dpde_stream& stream = kernel.streams[s];
+    char& is_there = is_exchanged[static_cast<size_t>(stream.field)];
+    bool crosses = false;
+    for (size_t a = 0; a < 3; ++a) crosses = crosses || (is_divided(layout, a) && stream.offset[a] != 0);
+    if (is_there != 0 || !crosses) continue;
+    made.push_back({.kind = exchange_kind, .exchanged = stream.field});
+    is_there = 1;
+  }
+}
+
+void Executor::Plan::note_after(const dpde_program& program, const dpde_operation& from) {
+  const auto note = [&](int field, bool is_there) {
+    if (field >= 0) is_exchanged[static_cast<size_t>(field)] = is_there ? 1 : 0;
+  };
+  switch (from.kind) {
+    case DPDE_FILL: note(from.fill.field, true); break;
+    case DPDE_FOLD:
+      note(from.fill.field, false);
+      for (const dpde_boundary& sides : from.fill.axes) {
+        if (sides.low.rule == nullptr) continue;
+        note(sides.low.field, false);
+        note(sides.high.field, false);
+      }
+      break;
+    case DPDE_REDUCE: note(from.reduce.result, false); break;
+    case DPDE_SWEEP: {
+      const dpde_kernel& kernel = program.kernels[from.kernel];
+      for (int s = 0; s < kernel.stream_count; ++s) {
+        if (kernel.streams[s].is_written != 0) note(kernel.streams[s].field, false);
+      }
+      break;
+    }
+    default: std::ranges::fill(is_exchanged, 0);
+  }
+}
+
+/// The fills that are done with a sweep, behind that of a subgrid.
+void Executor::Plan::fill_after(const dpde_operation& from, const dpde_layout& layout, std::vector<Operation>& made) {
+  for (int f = 0; f < from.then_count; ++f) {
+    made.push_back({.kind = DPDE_FILL, .fill = HaloFill(from.then[f], layout, seams())});
+    is_exchanged[static_cast<size_t>(from.then[f].field)] = 1;
+  }
 }
 
 Executor::~Executor() = default;
@@ -243,6 +326,7 @@ void Executor::run() {
   std::fill(sums_.begin(), sums_.end(), 0.0);
   make_stacks();
   plan_->run(plan_->operations, *this);
+  if (plan_->exchange && !sums_.empty()) plan_->exchange->ranks().sum(sums_);
 }
 
 void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
@@ -253,6 +337,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_SWEEP: sweeps.run(operation.sweep, executor.fields_, executor.uniforms_.data(), executor.sums_); break;
       case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
+      case exchange_kind: exchange->run(fields[operation.exchanged]); break;
       case DPDE_NETWORK: {
         const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
         const int network = operation.inference.network();

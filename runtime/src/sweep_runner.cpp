@@ -113,7 +113,7 @@ void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::sp
   caller.row.grids = grids_.data();
   caller.row.own = caller.row.uniforms + sweep.own;
   caller.row.count = sweep.count;
-  caller.row.first = sweep.first;
+  caller.row.first = sweep.first + layout_->first[0];
   SweepRange y = sweep.y, z = sweep.z;
   SweepRange& split = sweep.splits_z ? z : y;
   const SweepRange whole = split;
@@ -141,8 +141,8 @@ void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller&
   const bool prefetches = sweep.tuner.choice().prefetches != 0;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     for (int64_t z = planes.from; z < planes.to; ++z) {
-      row.y = y;
-      row.z = z;
+      row.y = y + layout.first[1];
+      row.z = z + layout.first[2];
       row.sums =
           row_sums_.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
       for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;

@@ -117,7 +117,7 @@ class Memory {
     layout_.rank = rank;
     layout_.size = 1;
     for (int a = 0; a < 3; ++a) {
-      layout_.cells[a] = a < rank ? cells[a] : 1;
+      layout_.cells[a] = layout_.global[a] = a < rank ? cells[a] : 1;
       layout_.halo[a] = a < rank ? halo : 0;
       layout_.stride[a] = layout_.size;
       layout_.origin += layout_.halo[a] * layout_.stride[a];

@@ -6,6 +6,10 @@
  *   base[x + y*stride[1] + z*stride[2]],  -halo[a] <= cell < cells[a] + halo[a],   `base` points at cell (0,0,0).
  * All fields of a simulation share one layout. Axes beyond rank have cells 1, halo 0.
  *
+ * The cells may be a subgrid of a larger grid: those with the numbers first[a] to first[a] + cells[a] - 1 of its
+ * global[a] ones. What asks for the number of a cell or for the size of the grid (rows, coordinates, masks, noise,
+ * means) goes by these; memory goes by `cells`. A grid alone has global = cells, first = 0.
+ *
  * Values of fields are doubles or floats, by `real` of layout and program (they agree); pointers to them are untyped.
  * Parameters, uniforms and sums are doubles in any case.
  */
@@ -20,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 21
+#define DPDE_ABI_VERSION 22
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -33,17 +37,20 @@ typedef struct dpde_layout {
   int64_t stride[DPDE_MAX_RANK]; /* in elements; stride[0] = 1 */
   int64_t size;                  /* elements of one field, halo and padding included */
   int64_t origin;                /* element index of cell (0,0,0) from the start of the allocation */
+  int64_t global[DPDE_MAX_RANK]; /* cells of the whole grid an axis */
+  int64_t first[DPDE_MAX_RANK];  /* number of cell (0,0,0) in it */
 } dpde_layout;
 
 /* Arguments of one row call. */
 typedef struct dpde_row {
   void* const* streams;   /* one pointer a stream, at the row's first cell */
-  void* const* grids;     /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
+  void* const* grids;     /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places: of a grid
+                             alone */
   const double* uniforms; /* values common to all cells */
   double* sums;           /* row functions add their sums here, in the order of dpde_kernel.sums */
   int64_t count;          /* cells in the row */
-  int64_t first;          /* x of the first cell; negative on a grown region */
-  int64_t y, z;           /* place of the row */
+  int64_t first;          /* x of the first cell, in the whole grid; negative on a grown region */
+  int64_t y, z;           /* place of the row, in the whole grid */
   const dpde_layout* layout;
   const double* own; /* uniforms of this kernel, where others run the same row with theirs */
 } dpde_row;
