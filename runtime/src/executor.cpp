@@ -29,6 +29,7 @@
 #include "reduce.h"
 #include "sweep_runner.h"
 #include "transform.h"
+#include "whole_fields.h"
 
 namespace dpde {
 namespace {
@@ -44,10 +45,11 @@ struct Operation {
   Sweep sweep;
   Passes passes;
   std::vector<Operation> block, step;  // of one pass, of a solve
-  int exchanged = -1;                  // field of an exchange
+  int field = -1;                      // of what ranks do between operations
+  size_t whole = 0;                    // number of its whole field
 };
-/// Beside the kinds of the ABI.
-constexpr int exchange_kind = -1;
+/// Beside the kinds of the ABI: what ranks do before and after sweeps.
+enum { exchange_kind = -1, gather_kind = -2, clear_kind = -3, add_kind = -4 };
 
 /// `f` on each operation, those of blocks behind that which has them.
 void for_each_operation(auto& operations, const auto& f) {
@@ -76,6 +78,7 @@ bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL 
 
 struct Executor::Plan {
   std::optional<HaloExchange> exchange;  // of a subgrid
+  std::optional<WholeFields> whole;      // where its rows compute places
   std::vector<char> is_exchanged;        // of each field, while operations are made: halos at seams are the neighbours'
   std::vector<HaloFill> prepare;
   std::vector<Line> lines;  // not empty: in place of the operations
@@ -96,7 +99,9 @@ struct Executor::Plan {
   void exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
                        std::vector<Operation>& made);
   void note_after(const dpde_program& program, const dpde_operation& from);
-  void fill_after(const dpde_operation& from, const dpde_layout& layout, std::vector<Operation>& made);
+  void gather_before(const dpde_program& program, const dpde_operation& from, std::vector<Operation>& made);
+  void finish_after(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                    std::vector<Operation>& made);
   std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
 };
@@ -112,6 +117,9 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     plan_->is_exchanged.assign(static_cast<size_t>(program.field_count), 0);
     for (int i = 0; i < program.prepare_count; ++i)
       plan_->is_exchanged[static_cast<size_t>(program.prepare[i].field)] = 1;
+    int grids = 0;
+    for (int k = 0; k < program.kernel_count; ++k) grids = std::max(grids, program.kernels[k].grid_count);
+    if (grids > 0) plan_->whole.emplace(*layout_, *ranks, static_cast<size_t>(grids));
   }
   if (solvers != nullptr) plan_->shelf = std::make_shared<SolverShelf>(std::move(solvers));
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
@@ -153,11 +161,14 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
                                             const dpde_layout& layout) {
   std::vector<Operation> made;
   for (int i = 0; i < count; ++i) {
-    if (exchange) exchange_before(program, source[i], layout, made);
+    if (exchange && source[i].kind == DPDE_SWEEP) {
+      exchange_before(program, source[i], layout, made);
+      gather_before(program, source[i], made);
+    }
     made.push_back(make_operation(program, source[i], layout, made.empty() ? nullptr : &made.back().transform));
     if (!exchange) continue;
     note_after(program, source[i]);
-    fill_after(source[i], layout, made);
+    finish_after(program, source[i], layout, made);
   }
   return made;
 }
@@ -174,7 +185,12 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
       operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
       break;
     case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team, before); break;
-    case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
+    case DPDE_SWEEP:
+      operation.sweep = make_sweep(program, from, layout, team.threads());
+      for (size_t g = 0; whole && g < operation.sweep.grids.size(); ++g)
+        operation.sweep.whole_grids.push_back(whole->base(g));
+      if (whole && !operation.sweep.grids.empty()) operation.sweep.whole_layout = &whole->layout();
+      break;
     case DPDE_SOLVE:
       operation.solve = ProgramSolve(from.solve, program, layout, shelf);
       operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
@@ -195,7 +211,6 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
 /// What a sweep of a subgrid reads across seams.
 void Executor::Plan::exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
                                      std::vector<Operation>& made) {
-  if (from.kind != DPDE_SWEEP) return;
   const dpde_kernel& kernel = program.kernels[from.kernel];
   for (int s = 0; s < kernel.stream_count; ++s) {
     const dpde_stream& stream = kernel.streams[s];
@@ -203,8 +218,20 @@ void Executor::Plan::exchange_before(const dpde_program& program, const dpde_ope
     bool crosses = false;
     for (size_t a = 0; a < 3; ++a) crosses = crosses || (is_divided(layout, a) && stream.offset[a] != 0);
     if (is_there != 0 || !crosses) continue;
-    made.push_back({.kind = exchange_kind, .exchanged = stream.field});
+    made.push_back({.kind = exchange_kind, .field = stream.field});
     is_there = 1;
+  }
+}
+
+/// What it reads or adds to at places that are computed is there for the whole grid.
+void Executor::Plan::gather_before(const dpde_program& program, const dpde_operation& from,
+                                   std::vector<Operation>& made) {
+  const dpde_kernel& kernel = program.kernels[from.kernel];
+  for (int g = 0; g < kernel.grid_count; ++g) {
+    const dpde_grid& grid = kernel.grids[g];
+    made.push_back({.kind = grid.is_written != 0 ? clear_kind : gather_kind,
+                    .field = grid.field,
+                    .whole = static_cast<size_t>(g)});
   }
 }
 
@@ -228,14 +255,24 @@ void Executor::Plan::note_after(const dpde_program& program, const dpde_operatio
       for (int s = 0; s < kernel.stream_count; ++s) {
         if (kernel.streams[s].is_written != 0) note(kernel.streams[s].field, false);
       }
+      for (int g = 0; g < kernel.grid_count; ++g) {
+        if (kernel.grids[g].is_written != 0) note(kernel.grids[g].field, false);
+      }
       break;
     }
     default: std::ranges::fill(is_exchanged, 0);
   }
 }
 
-/// The fills that are done with a sweep, behind that of a subgrid.
-void Executor::Plan::fill_after(const dpde_operation& from, const dpde_layout& layout, std::vector<Operation>& made) {
+/// Behind the sweep of a subgrid: what it has added to whole fields, and the fills that are done with it.
+void Executor::Plan::finish_after(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                                  std::vector<Operation>& made) {
+  if (from.kind != DPDE_SWEEP) return;
+  const dpde_kernel& kernel = program.kernels[from.kernel];
+  for (int g = 0; g < kernel.grid_count; ++g) {
+    if (kernel.grids[g].is_written != 0)
+      made.push_back({.kind = add_kind, .field = kernel.grids[g].field, .whole = static_cast<size_t>(g)});
+  }
   for (int f = 0; f < from.then_count; ++f) {
     made.push_back({.kind = DPDE_FILL, .fill = HaloFill(from.then[f], layout, seams())});
     is_exchanged[static_cast<size_t>(from.then[f].field)] = 1;
@@ -337,7 +374,10 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_SWEEP: sweeps.run(operation.sweep, executor.fields_, executor.uniforms_.data(), executor.sums_); break;
       case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
-      case exchange_kind: exchange->run(fields[operation.exchanged]); break;
+      case exchange_kind: exchange->run(fields[operation.field]); break;
+      case gather_kind: whole->gather(fields[operation.field], operation.whole); break;
+      case clear_kind: whole->clear(operation.whole); break;
+      case add_kind: whole->add(operation.whole, fields[operation.field]); break;
       case DPDE_NETWORK: {
         const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
         const int network = operation.inference.network();

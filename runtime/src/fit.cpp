@@ -38,9 +38,6 @@ void check_operations(const dpde_operation* operations, int count, const ReportO
 
 void check_can_be_divided(const dpde_program& program, const ReportOfFit& fail) {
   if (program.interpret != nullptr) fail("the interpreter");
-  if (std::any_of(program.kernels, program.kernels + program.kernel_count,
-                  [](const dpde_kernel& kernel) { return kernel.grid_count > 0; }))
-    fail("places that are computed, which may lie in another subgrid");
   if (std::any_of(program.prepare, program.prepare + program.prepare_count, has_pole)) fail("poles");
   check_operations(program.operations, program.operation_count, fail);
 }

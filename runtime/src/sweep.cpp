@@ -85,7 +85,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
     for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
     sweep.streams.push_back({stream.field, delta * real_bytes(layout), stream.is_written != 0});
   }
-  sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
+  for (int g = 0; g < kernel.grid_count; ++g) sweep.grids.push_back(kernel.grids[g].field);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
   // Of a subgrid they are operations of their own.
   for (int f = 0; f < operation.then_count && !is_divided(layout); ++f)

@@ -27,7 +27,9 @@ struct Sweep {
   int own = 0;                     // first of its own uniforms
   std::vector<SweepStream> streams;
   std::vector<int> grids;
-  std::vector<int> sums;  // program sums
+  std::vector<void*> whole_grids;             // of a subgrid: in their place
+  const dpde_layout* whole_layout = nullptr;  // of these
+  std::vector<int> sums;                      // program sums
   std::vector<HaloFill> then;
   /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is
   /// prefetched.

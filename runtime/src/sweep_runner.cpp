@@ -58,7 +58,6 @@ inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const dou
 
 SweepRunner::SweepRunner(const dpde_layout& layout, const Team& team) : layout_(&layout), team_(team) {
   callers_.resize(static_cast<size_t>(team.threads()));
-  for (Caller& caller : callers_) caller.row.layout = layout_;
 }
 
 void SweepRunner::make_room(const Sweep& sweep) {
@@ -72,7 +71,9 @@ void SweepRunner::make_room(const Sweep& sweep) {
 }
 
 void SweepRunner::run(Sweep& sweep, std::span<void* const> fields, const double* uniforms, std::span<double> sums) {
-  for (size_t g = 0; g < sweep.grids.size(); ++g) grids_[g] = fields[static_cast<size_t>(sweep.grids[g])];
+  for (size_t g = 0; g < sweep.grids.size(); ++g) {
+    grids_[g] = sweep.whole_layout == nullptr ? fields[static_cast<size_t>(sweep.grids[g])] : sweep.whole_grids[g];
+  }
   if (sweep.tuner.is_done()) {
     run_all_parts(sweep, fields, uniforms);
   } else {
@@ -111,6 +112,7 @@ void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::sp
   for (const HaloFill& fill : sweep.then) *start++ = fields[static_cast<size_t>(fill.field())];
   caller.row.streams = caller.pointers.data();
   caller.row.grids = grids_.data();
+  caller.row.layout = sweep.whole_layout == nullptr ? layout_ : sweep.whole_layout;
   caller.row.own = caller.row.uniforms + sweep.own;
   caller.row.count = sweep.count;
   caller.row.first = sweep.first + layout_->first[0];

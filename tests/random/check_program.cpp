@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "codegen/llvm/jit.h"
+#include "dpde/runtime/error.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
@@ -47,6 +49,7 @@ class ProgramCheck {
       if (checks_.without_passes) jit_agrees(false);
       jit_agrees(true);
       if (checks_.threads) threads_agree();
+      if (checks_.ranks) ranks_agree();
     }
     return verdict_;
   }
@@ -233,6 +236,37 @@ class ProgramCheck {
       const RunInputs inputs = inputs_for(variants_.module, name, grid, random_.seed);
       const Outcome one = run_executed(*code->find(name), program, inputs, 1);
       if (distance(run_executed(*code->find(name), program, inputs, 2), one) != 0) return fail("threads", name);
+    }
+    return true;
+  }
+
+  /// Fields to the last bit where nothing is added up for them. What ranks cannot do together is refused.
+  bool ranks_agree() {
+    constexpr int cells[3][3] = {{37, 1, 1}, {19, 17, 1}, {13, 9, 15}};
+    constexpr std::array<int64_t, 3> ranks[3] = {{3, 1, 1}, {2, 2, 1}, {1, 1, 2}};
+    Grid grid = random_.grid;
+    for (int axis = 0; axis < grid.rank; ++axis) grid.cells[axis] = cells[grid.rank - 1][axis];
+    const auto code = compiled("ranks", true);
+    if (!code) return false;
+    for (const std::string& name : variants_.programs) {
+      const Program& program = *variants_.module.find_program(name);
+      const dpde_program& table = *code->find(name);
+      const RunInputs inputs = inputs_for(variants_.module, name, grid, random_.seed);
+      const Outcome whole = run_executed(table, program, inputs, 1);
+      if (!is_finite(whole)) continue;
+      Outcome divided;
+      try {
+        divided = run_divided(table, program, inputs, ranks[grid.rank - 1]);
+      } catch (const Error& error) {
+        const std::string why = error.what();
+        if (why.find("divided among") == std::string::npos) return fail("ranks", name + ": " + why);
+        continue;
+      }
+      const double error = distance(divided, whole);
+      divided.sums = whole.sums;
+      if (!adds_up_fields(table) && distance(divided, whole) != 0) return fail("ranks", name);
+      if (!is_rounding(error, variants_.module, name, grid, random_.seed))
+        return fail("ranks", fmt::format("{}: {:.3e}", name, error));
     }
     return true;
   }

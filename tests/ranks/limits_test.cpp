@@ -34,11 +34,6 @@ TEST(DividedLimits, TransformsAreRefused) {
   expect_refused(error_of(task_of("dt(u) = 0.1*lap(u)", "lap = spectral; time = rk4", "")), "transforms");
 }
 
-TEST(DividedLimits, ComputedPlacesAreRefused) {
-  expect_refused(error_of(task_of("dt(u) = -advect((1, x), u)", "advect = semi_lagrangian", "")),
-                 "places that are computed");
-}
-
 TEST(DividedLimits, PolesAreRefused) {
   const std::string text =
       "model m { field u; dt(u) = 0.1*lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n"

@@ -170,8 +170,22 @@ TEST(Divided, SourceAndReceivers) {
                           "  a = 3\n  b = 0.4\n  boundary u = zero_gradient\n  initial u = 0\n"
                           "  observe here = sample(u, at = (0.46, 0.37))",
                           "unknown a from 2; unknown b from 0.45\n"
-                          "  minimise (sample(u, at = (0.5, 0.4)) - 0.01)^2 over time"));
+                          "  minimise (sample(u, at = (0.5, 0.4)) - 0.01)^2, sum over time"));
   expect_same(other, divisions_2d);
+}
+
+/// The way back adds to places: what several cells of other ranks add to one is added up first.
+TEST(Divided, CarriedAlongTheFlow) {
+  for (const char* const along : {"semi_lagrangian", "semi_lagrangian(cubic)"}) {
+    for (const bool is_periodic : {true, false}) {
+      DividedTask task(plane("field u; param a; dt(u) = -advect((a*(1 + y), 9 - a*x), u)",
+                             std::string("time = euler; advect = ") + along, is_periodic,
+                             std::string("  a = 20\n  initial u = x*y\n") +
+                                 (is_periodic ? "" : "  boundary u: x = 0.3, y = zero_gradient"),
+                             "unknown initial u from sin(x*y); unknown a from 21; minimise mean(u^2*x) at t = 0.06"));
+      expect_same(task, divisions_2d, 1e-12, 1e-13);
+    }
+  }
 }
 
 /// What is reduced along an axis that is divided is added up in another order: fields that hold it differ by rounding.

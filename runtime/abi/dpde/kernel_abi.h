@@ -44,8 +44,8 @@ typedef struct dpde_layout {
 /* Arguments of one row call. */
 typedef struct dpde_row {
   void* const* streams;   /* one pointer a stream, at the row's first cell */
-  void* const* grids;     /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places: of a grid
-                             alone */
+  void* const* grids;     /* base pointers (cell (0,0,0) of the whole grid, with the layout's strides) of fields read or
+                             scattered to at computed places */
   const double* uniforms; /* values common to all cells */
   double* sums;           /* row functions add their sums here, in the order of dpde_kernel.sums */
   int64_t count;          /* cells in the row */
@@ -62,6 +62,12 @@ typedef struct dpde_stream {
   int32_t is_written;            /* 0 read, 1 written, 2 read and written */
 } dpde_stream;
 
+/* A field that a row reads, or adds to, at places that are computed. */
+typedef struct dpde_grid {
+  int32_t field;      /* index into dpde_program.fields */
+  int32_t is_written; /* 1: it is added to, and not read */
+} dpde_grid;
+
 /* Other code for a row that gives the same values to the last bit: which is fastest depends on processor and grid. */
 typedef struct dpde_variant {
   dpde_row_fn row;
@@ -76,7 +82,7 @@ typedef struct dpde_kernel {
   int32_t stream_count;
   const dpde_stream* streams;
   int32_t grid_count;
-  const int32_t* grids; /* field indices */
+  const dpde_grid* grids;
   int32_t sum_count;
   const int32_t* sums; /* indices into dpde_program.sums */
   int32_t variant_count;
