@@ -4,9 +4,7 @@
 // A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
 // to do but pointers and calls. Else sweep_runner.h runs them.
 //
-// Of a subgrid, halos at seams are exchanged by fills, and before sweeps that read them: the adjoint of what lies
-// between walls needs no fill, as masks keep its reads inside of the grid, but not of the subgrid. Inputs that are
-// prepared come with theirs.
+// Of a subgrid, what ranks do between operations is operations of its own, and so are fills (seams.h).
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
@@ -20,16 +18,15 @@
 #include "dpde/runtime/layout.h"
 #include "fill.h"
 #include "fit.h"
-#include "halo_exchange.h"
 #include "inference.h"
 #include "line.h"
 #include "passes.h"
 #include "program_solve.h"
 #include "real.h"
 #include "reduce.h"
+#include "seams.h"
 #include "sweep_runner.h"
 #include "transform.h"
-#include "whole_fields.h"
 
 namespace dpde {
 namespace {
@@ -45,11 +42,10 @@ struct Operation {
   Sweep sweep;
   Passes passes;
   std::vector<Operation> block, step;  // of one pass, of a solve
-  int field = -1;                      // of what ranks do between operations
-  size_t whole = 0;                    // number of its whole field
+  SeamWork seam_work{};
 };
-/// Beside the kinds of the ABI: what ranks do before and after sweeps.
-enum { exchange_kind = -1, gather_kind = -2, clear_kind = -3, add_kind = -4 };
+/// Of seam work, beside the kinds of the ABI.
+constexpr int seam_kind = -1;
 
 /// `f` on each operation, those of blocks behind that which has them.
 void for_each_operation(auto& operations, const auto& f) {
@@ -77,9 +73,7 @@ bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL 
 }  // namespace
 
 struct Executor::Plan {
-  std::optional<HaloExchange> exchange;  // of a subgrid
-  std::optional<WholeFields> whole;      // where its rows compute places
-  std::vector<char> is_exchanged;        // of each field, while operations are made: halos at seams are the neighbours'
+  std::optional<Seams> seams;  // of a subgrid
   std::vector<HaloFill> prepare;
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
@@ -94,14 +88,9 @@ struct Executor::Plan {
                               const dpde_layout& layout);
   Operation make_operation(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
                            FieldTransform* before);
-  HaloExchange* seams() { return exchange ? &*exchange : nullptr; }
-  Communicator* ranks() { return exchange ? &exchange->ranks() : nullptr; }
-  void exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
-                       std::vector<Operation>& made);
-  void note_after(const dpde_program& program, const dpde_operation& from);
-  void gather_before(const dpde_program& program, const dpde_operation& from, std::vector<Operation>& made);
-  void finish_after(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
-                    std::vector<Operation>& made);
+  HaloExchange* exchange() { return seams ? &seams->exchange() : nullptr; }
+  Communicator* ranks() { return seams ? &seams->exchange().ranks() : nullptr; }
+  void add(const std::vector<SeamWork>& work, std::vector<Operation>& made) const;
   std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
 };
@@ -113,13 +102,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   plan_->team = team;
   if (is_divided(layout)) {
     if (ranks == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: a subgrid needs ranks", program.name));
-    plan_->exchange.emplace(*layout_, *ranks);
-    plan_->is_exchanged.assign(static_cast<size_t>(program.field_count), 0);
-    for (int i = 0; i < program.prepare_count; ++i)
-      plan_->is_exchanged[static_cast<size_t>(program.prepare[i].field)] = 1;
-    int grids = 0;
-    for (int k = 0; k < program.kernel_count; ++k) grids = std::max(grids, program.kernels[k].grid_count);
-    if (grids > 0) plan_->whole.emplace(*layout_, *ranks, static_cast<size_t>(grids));
+    plan_->seams.emplace(program, *layout_, *ranks);
   }
   if (solvers != nullptr) plan_->shelf = std::make_shared<SolverShelf>(std::move(solvers));
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
@@ -130,7 +113,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
     plan_->networks.emplace_back(*program.networks[i], layout, team);
   for (int i = 0; i < program.prepare_count; ++i)
-    plan_->prepare.emplace_back(program.prepare[i], layout, plan_->seams());
+    plan_->prepare.emplace_back(program.prepare[i], layout, plan_->exchange());
   for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);
   plan_->operations = plan_->make(program, program.operations, program.operation_count, layout);
   plan_->sweeps = SweepRunner(*layout_, team);
@@ -143,7 +126,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
 
 /// Empty where some operation is not of a line.
 std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
-  if (executor.layout_->rank != 1 || exchange) return {};
+  if (executor.layout_->rank != 1 || seams) return {};
   std::vector<Line> made;
   for (const Operation& operation : operations) {
     if (operation.kind == DPDE_SWEEP && is_line(operation.sweep)) {
@@ -161,16 +144,19 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
                                             const dpde_layout& layout) {
   std::vector<Operation> made;
   for (int i = 0; i < count; ++i) {
-    if (exchange && source[i].kind == DPDE_SWEEP) {
-      exchange_before(program, source[i], layout, made);
-      gather_before(program, source[i], made);
-    }
-    made.push_back(make_operation(program, source[i], layout, made.empty() ? nullptr : &made.back().transform));
-    if (!exchange) continue;
-    note_after(program, source[i]);
-    finish_after(program, source[i], layout, made);
+    const dpde_operation& from = source[i];
+    if (seams) add(seams->before(from), made);
+    made.push_back(make_operation(program, from, layout, made.empty() ? nullptr : &made.back().transform));
+    if (!seams) continue;
+    add(seams->after(from), made);
+    for (int f = 0; f < from.then_count; ++f)
+      made.push_back({.kind = DPDE_FILL, .fill = HaloFill(from.then[f], layout, exchange())});
   }
   return made;
+}
+
+void Executor::Plan::add(const std::vector<SeamWork>& work, std::vector<Operation>& made) const {
+  for (const SeamWork& one : work) made.push_back({.kind = seam_kind, .seam_work = one});
 }
 
 /// `before`: of the operation before it.
@@ -178,7 +164,7 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
                                          const dpde_layout& layout, FieldTransform* before) {
   Operation operation{.kind = from.kind};
   switch (from.kind) {
-    case DPDE_FILL: operation.fill = HaloFill(from.fill, layout, seams()); break;
+    case DPDE_FILL: operation.fill = HaloFill(from.fill, layout, exchange()); break;
     case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
     case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team, ranks()); break;
     case DPDE_NETWORK:
@@ -187,9 +173,7 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
     case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team, before); break;
     case DPDE_SWEEP:
       operation.sweep = make_sweep(program, from, layout, team.threads());
-      for (size_t g = 0; whole && g < operation.sweep.grids.size(); ++g)
-        operation.sweep.whole_grids.push_back(whole->base(g));
-      if (whole && !operation.sweep.grids.empty()) operation.sweep.whole_layout = &whole->layout();
+      if (seams && !operation.sweep.grids.empty()) operation.sweep.read_whole(*seams->whole());
       break;
     case DPDE_SOLVE:
       operation.solve = ProgramSolve(from.solve, program, layout, shelf);
@@ -199,84 +183,13 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
       break;
     case DPDE_REPEAT:
       operation.passes = Passes(from.repeat, stacks);
-      std::ranges::fill(is_exchanged, 0);  // its passes begin with fields of others
+      if (seams) seams->begin_block();
       operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
       break;
     default:
       throw Error(ErrorKind::run, fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
   }
   return operation;
-}
-
-/// What a sweep of a subgrid reads across seams.
-void Executor::Plan::exchange_before(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
-                                     std::vector<Operation>& made) {
-  const dpde_kernel& kernel = program.kernels[from.kernel];
-  for (int s = 0; s < kernel.stream_count; ++s) {
-    const dpde_stream& stream = kernel.streams[s];
-    char& is_there = is_exchanged[static_cast<size_t>(stream.field)];
-    bool crosses = false;
-    for (size_t a = 0; a < 3; ++a) crosses = crosses || (is_divided(layout, a) && stream.offset[a] != 0);
-    if (is_there != 0 || !crosses) continue;
-    made.push_back({.kind = exchange_kind, .field = stream.field});
-    is_there = 1;
-  }
-}
-
-/// What it reads or adds to at places that are computed is there for the whole grid.
-void Executor::Plan::gather_before(const dpde_program& program, const dpde_operation& from,
-                                   std::vector<Operation>& made) {
-  const dpde_kernel& kernel = program.kernels[from.kernel];
-  for (int g = 0; g < kernel.grid_count; ++g) {
-    const dpde_grid& grid = kernel.grids[g];
-    made.push_back({.kind = grid.is_written != 0 ? clear_kind : gather_kind,
-                    .field = grid.field,
-                    .whole = static_cast<size_t>(g)});
-  }
-}
-
-void Executor::Plan::note_after(const dpde_program& program, const dpde_operation& from) {
-  const auto note = [&](int field, bool is_there) {
-    if (field >= 0) is_exchanged[static_cast<size_t>(field)] = is_there ? 1 : 0;
-  };
-  switch (from.kind) {
-    case DPDE_FILL: note(from.fill.field, true); break;
-    case DPDE_FOLD:
-      note(from.fill.field, false);
-      for (const dpde_boundary& sides : from.fill.axes) {
-        if (sides.low.rule == nullptr) continue;
-        note(sides.low.field, false);
-        note(sides.high.field, false);
-      }
-      break;
-    case DPDE_REDUCE: note(from.reduce.result, false); break;
-    case DPDE_SWEEP: {
-      const dpde_kernel& kernel = program.kernels[from.kernel];
-      for (int s = 0; s < kernel.stream_count; ++s) {
-        if (kernel.streams[s].is_written != 0) note(kernel.streams[s].field, false);
-      }
-      for (int g = 0; g < kernel.grid_count; ++g) {
-        if (kernel.grids[g].is_written != 0) note(kernel.grids[g].field, false);
-      }
-      break;
-    }
-    default: std::ranges::fill(is_exchanged, 0);
-  }
-}
-
-/// Behind the sweep of a subgrid: what it has added to whole fields, and the fills that are done with it.
-void Executor::Plan::finish_after(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
-                                  std::vector<Operation>& made) {
-  if (from.kind != DPDE_SWEEP) return;
-  const dpde_kernel& kernel = program.kernels[from.kernel];
-  for (int g = 0; g < kernel.grid_count; ++g) {
-    if (kernel.grids[g].is_written != 0)
-      made.push_back({.kind = add_kind, .field = kernel.grids[g].field, .whole = static_cast<size_t>(g)});
-  }
-  for (int f = 0; f < from.then_count; ++f) {
-    made.push_back({.kind = DPDE_FILL, .fill = HaloFill(from.then[f], layout, seams())});
-    is_exchanged[static_cast<size_t>(from.then[f].field)] = 1;
-  }
 }
 
 Executor::~Executor() = default;
@@ -363,7 +276,7 @@ void Executor::run() {
   std::fill(sums_.begin(), sums_.end(), 0.0);
   make_stacks();
   plan_->run(plan_->operations, *this);
-  if (plan_->exchange && !sums_.empty()) plan_->exchange->ranks().sum(sums_);
+  if (Communicator* const ranks = plan_->ranks(); ranks != nullptr && !sums_.empty()) ranks->sum(sums_);
 }
 
 void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
@@ -374,10 +287,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_SWEEP: sweeps.run(operation.sweep, executor.fields_, executor.uniforms_.data(), executor.sums_); break;
       case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
-      case exchange_kind: exchange->run(fields[operation.field]); break;
-      case gather_kind: whole->gather(fields[operation.field], operation.whole); break;
-      case clear_kind: whole->clear(operation.whole); break;
-      case add_kind: whole->add(operation.whole, fields[operation.field]); break;
+      case seam_kind: seams->run(operation.seam_work, fields); break;
       case DPDE_NETWORK: {
         const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
         const int network = operation.inference.network();

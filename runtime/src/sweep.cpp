@@ -68,6 +68,11 @@ SweepRange region_along(size_t axis, const dpde_operation& operation, const dpde
 
 }  // namespace
 
+void Sweep::read_whole(const WholeFields& fields) {
+  whole_layout = &fields.layout();
+  for (size_t g = 0; g < grids.size(); ++g) whole_grids.push_back(fields.base(g));
+}
+
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
   const dpde_kernel& kernel = program.kernels[operation.kernel];
   Sweep sweep;

@@ -8,6 +8,7 @@
 #include "dpde/kernel_abi.h"
 #include "fill.h"
 #include "sweep_tuner.h"
+#include "whole_fields.h"
 
 namespace dpde {
 
@@ -42,6 +43,8 @@ struct Sweep {
   bool splits_z = false;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
+  /// In place of its grids.
+  void read_whole(const WholeFields& fields);
 };
 
 /// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be

@@ -3,6 +3,10 @@
 // the whole grid. Fields keep every bit. Odd numbers of cells, so that subgrids differ.
 #include <gtest/gtest.h>
 
+#include <atomic>
+
+#include "dpde/runtime/layout.h"
+#include "dpde/runtime/thread_ranks.h"
 #include "ranks/divided_task.h"
 #include "support/scene_run.h"
 
@@ -41,6 +45,16 @@ TEST(Divided, HeatBetweenWalls) {
   DividedTask task(plane(heat, "lap = central(4); time = rk4", false,
                          "  k = 0.03\n  boundary u = 0\n  initial u = x*y\n  observe total = integral(u)", heat_task));
   expect_same(task, divisions_2d);
+}
+
+TEST(Divided, HeatInABlock) {
+  DividedTask task(
+      "model m { field u; coefficient q; dt(u) = div(q*grad(u)) }\nscheme c { lap = central(4); time = rk2 }\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 9, periodic\n  grid y = 0 .. 1, cells 11\n"
+      "  grid z = 0 .. 1, cells 10, periodic\n  boundary u: y.low = mixed(1, 1, sin(x)), y.high = gradient(z)\n"
+      "  q = 0.02 + 0.01*x*y*z\n  initial u = x*y*z\n  time 0 .. 0.04, step 0.01\n}\n"
+      "task t : s { unknown q from 0.03; unknown initial u from x; minimise mean(u^2*z) at t = 0.04 }\n");
+  expect_same(task, {{2, 1, 1}, {1, 2, 2}, {1, 1, 2}, {2, 2, 2}});
 }
 
 TEST(Divided, HeatInSinglePrecision) {
@@ -233,6 +247,61 @@ TEST(Divided, ControlsOverTime) {
                          "  boundary u = 0\n  initial u = x*y\n  a = 0.5 every 0.02\n  F = x*t every 0.03",
                          "unknown F from y\n  unknown a from 1\n  minimise mean(u^2) at t = 0.06"));
   expect_same(task, divisions_2d);
+}
+
+/// All ranks learn of a value that is not finite, and of its cell by its number in the whole grid.
+TEST(Divided, ABlowUpIsMetByAll) {
+  DividedTask task(plane("field u; dt(u) = u^3", "time = euler", true, "  initial u = 0"));
+  const auto run = [&](Communicator* rank, int64_t x, int64_t y) {
+    EngineOptions options;
+    options.ranks = rank;
+    Engine engine(task.scene(), options, nullptr);
+    const dpde_layout& layout = engine.workspace().layout();
+    Rollout& rollout = engine.primary();
+    engine.begin(rollout);
+    const int64_t own_x = x - layout.first[0], own_y = y - layout.first[1];
+    const bool is_own = own_x >= 0 && own_x < layout.cells[0] && own_y >= 0 && own_y < layout.cells[1];
+    if (is_own) rollout.initial(0).set(1e200, own_x, own_y);
+    return rollout.run();
+  };
+  const auto [x, y] = std::pair<int64_t, int64_t>{9, 7};
+  const RunResult whole = run(nullptr, x, y);
+  ASSERT_TRUE(whole.blow_up);
+  std::array<RunResult, 4> found;
+  run_ranks({2, 2, 1}, [&](Communicator& rank) {
+    found[static_cast<std::size_t>(2 * rank.place()[1] + rank.place()[0])] = run(&rank, x, y);
+  });
+  for (const RunResult& own : found) {
+    ASSERT_TRUE(own.blow_up);
+    EXPECT_EQ(own.blow_up->step, whole.blow_up->step);
+    EXPECT_EQ(own.blow_up->cell, (Cell{x, y, 0}));
+    EXPECT_EQ(own.blow_up->cell, whole.blow_up->cell);
+    EXPECT_EQ(own.blow_up->value, whole.blow_up->value);
+    EXPECT_EQ(own.steps_done, whole.steps_done);
+  }
+}
+
+/// One of them is told.
+TEST(Divided, StopsAtAllRanks) {
+  DividedTask task(plane("field u; dt(u) = 0.02*lap(u)", "time = euler", true, "  initial u = x"));
+  std::atomic<bool> stop = false, all_stopped = true;
+  run_ranks({2, 1, 1}, [&](Communicator& rank) {
+    const std::atomic<bool> never = false;
+    EngineOptions options;
+    options.ranks = &rank;
+    options.stop = rank.place()[0] == 0 ? &stop : &never;
+    Engine engine(task.scene(), options, nullptr);
+    engine.watch_gradients(
+        [&](const GradientProgress& progress) {
+          if (rank.place()[0] == 0 && progress.done == 3) stop = true;
+          return true;
+        },
+        1);
+    std::vector<double> gradient(engine.unknown_count());
+    engine.gradient(gradient);
+    if (!engine.was_stopped()) all_stopped = false;
+  });
+  EXPECT_TRUE(all_stopped);
 }
 
 /// The same tables by the other back end.
