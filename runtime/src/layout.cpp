@@ -78,11 +78,12 @@ dpde_layout make_subgrid(std::span<const int64_t> global, const std::array<int64
   for (size_t axis = 0; axis < global.size(); ++axis) {
     first[axis] = global[axis] * place[axis] / ranks[axis];
     cells[axis] = global[axis] * (place[axis] + 1) / ranks[axis] - first[axis];
-    if (cells[axis] == global[axis] || cells[axis] >= std::max<int64_t>(halo[axis], 1)) continue;
+    const int64_t least = global[axis] / ranks[axis];  // so that all ranks know when one has too few
+    if (ranks[axis] == 1 || least >= std::max<int64_t>(halo[axis], 1)) continue;
     throw Error(ErrorKind::input,
                 fmt::format("axis {} of {} cells is divided among {} ranks: {} cells for one of them, fewer than its "
                             "halo of {}",
-                            "xyz"[axis], global[axis], ranks[axis], cells[axis], halo[axis]));
+                            "xyz"[axis], global[axis], ranks[axis], least, halo[axis]));
   }
   dpde_layout layout = make_layout(std::span(cells).first(global.size()), halo, real);
   for (size_t axis = 0; axis < global.size(); ++axis) {

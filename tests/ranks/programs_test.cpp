@@ -25,9 +25,9 @@ struct Shape {
   std::array<int, 3> cells;
   std::vector<std::array<int64_t, 3>> ranks;
 };
-const Shape shapes[] = {{{23, 1, 1}, {{2, 1, 1}, {3, 1, 1}}},
-                        {{14, 13, 1}, {{2, 1, 1}, {1, 2, 1}, {2, 2, 1}}},
-                        {{11, 12, 13}, {{1, 1, 2}, {2, 2, 1}}}};
+const Shape shapes[] = {{{77, 1, 1}, {{2, 1, 1}, {3, 1, 1}}},
+                        {{70, 19, 1}, {{2, 1, 1}, {1, 2, 1}, {2, 2, 1}}},
+                        {{37, 12, 13}, {{1, 1, 2}, {2, 2, 1}}}};
 
 /// The program, its tangent and its adjoint, those that there are.
 stencil::Module derived(const ProgramCase& c, std::vector<std::string>& programs) {

@@ -51,8 +51,8 @@ typedef struct dpde_row {
   int64_t count;          /* cells in the row */
   int64_t first;          /* x of the first cell, in the whole grid; negative on a grown region */
   int64_t y, z;           /* place of the row, in the whole grid */
-  const dpde_layout* layout;
-  const double* own; /* uniforms of this kernel, where others run the same row with theirs */
+  const dpde_layout* layout; /* of the fields; of a subgrid's row that has grids: theirs, of the whole grid */
+  const double* own;         /* uniforms of this kernel, where others run the same row with theirs */
 } dpde_row;
 typedef void (*dpde_row_fn)(const dpde_row* row);
 
