@@ -102,6 +102,35 @@ void SweepRunner::run_all_parts(const Sweep& sweep, std::span<void* const> field
   }
 }
 
+/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
+/// below them are read while they are in the first-level cache. On short rows an addition counts: 2 % of 64 cells.
+template <bool of_subgrid>
+void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller& caller, SweepRange y_range,
+                           SweepRange planes) {
+  const dpde_layout& layout = *layout_;
+  const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
+  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, plane = layout.stride[2] * width;
+  void** pointers = caller.pointers.data();
+  for (size_t i = 0; i < streams + fills; ++i)
+    pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
+  dpde_row& row = caller.row;
+  const bool prefetches = sweep.tuner.choice().prefetches != 0;
+  for (int64_t y = y_range.from; y < y_range.to; ++y) {
+    for (int64_t z = planes.from; z < planes.to; ++z) {
+      row.y = of_subgrid ? y + layout.first[1] : y;
+      row.z = of_subgrid ? z + layout.first[2] : z;
+      row.sums =
+          row_sums_.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
+      for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
+      if (prefetches) prefetch_next(sweep, pointers, stride, width);
+      code.row(&row);
+      const bool is_inside = y >= 0 && y < layout.cells[1] && z >= 0 && z < layout.cells[2];
+      if (is_inside && code.streams == 0) fill_row(sweep, pointers + streams, y, row.uniforms);
+      move_all(pointers, streams + fills, z + 1 < planes.to ? plane : stride - (planes.count() - 1) * plane);
+    }
+  }
+}
+
 /// The rows of a part, by a thread.
 void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::span<void* const> fields, int64_t part,
                            int thread) {
@@ -123,38 +152,13 @@ void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::sp
   const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
   for (int64_t from = y.from; from < y.to; from += rows) {
     const SweepRange tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; place += planes)
-      run_rows(sweep, code, caller, tile, {place, std::min(place + planes, z.to)});
-  }
-  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
-}
-
-/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
-/// below them are read while they are in the first-level cache.
-void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller& caller, SweepRange y_range,
-                           SweepRange planes) {
-  const dpde_layout& layout = *layout_;
-  const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
-  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, plane = layout.stride[2] * width;
-  void** pointers = caller.pointers.data();
-  for (size_t i = 0; i < streams + fills; ++i)
-    pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
-  dpde_row& row = caller.row;
-  const bool prefetches = sweep.tuner.choice().prefetches != 0;
-  for (int64_t y = y_range.from; y < y_range.to; ++y) {
-    for (int64_t z = planes.from; z < planes.to; ++z) {
-      row.y = y + layout.first[1];
-      row.z = z + layout.first[2];
-      row.sums =
-          row_sums_.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
-      for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
-      if (prefetches) prefetch_next(sweep, pointers, stride, width);
-      code.row(&row);
-      const bool is_inside = y >= 0 && y < layout.cells[1] && z >= 0 && z < layout.cells[2];
-      if (is_inside && code.streams == 0) fill_row(sweep, pointers + streams, y, row.uniforms);
-      move_all(pointers, streams + fills, z + 1 < planes.to ? plane : stride - (planes.count() - 1) * plane);
+    for (int64_t place = z.from; place < z.to; place += planes) {
+      const SweepRange levels{place, std::min(place + planes, z.to)};
+      is_divided(*layout_) ? run_rows<true>(sweep, code, caller, tile, levels)
+                           : run_rows<false>(sweep, code, caller, tile, levels);
     }
   }
+  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
 
 }  // namespace dpde
