@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "dpde/runtime/communicator.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/links.h"
@@ -72,7 +73,10 @@ void Engine::make_workspace() {
     setup.axes.push_back(
         {axis.name, axis.low, (axis.high - axis.low) / static_cast<double>(cells_[a]), axis.is_periodic != 0});
   }
-  setup.layout = make_layout(cells_, halo, scene_.program->real);
+  const int32_t real = scene_.program->real;
+  setup.ranks = options_.ranks;
+  setup.layout = setup.ranks == nullptr ? make_layout(cells_, halo, real)
+                                        : make_subgrid(cells_, setup.ranks->ranks(), setup.ranks->place(), halo, real);
   setup.team = Team(options_.threads);
   setup.t_begin = scene_.t_begin;
   setup.step = scene_.step;
@@ -161,6 +165,7 @@ RolloutSetup Engine::setup() const {
     setup.first_part = scene_.control.first;
   }
   setup.team = from.team();
+  setup.ranks = options_.ranks;
   setup.checkpoint_bytes = options_.checkpoint_bytes;
   setup.slots = options_.slots;
   setup.checkpoint_folder = options_.checkpoint_folder;

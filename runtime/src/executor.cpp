@@ -3,11 +3,14 @@
 //
 // A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
 // to do but pointers and calls. Else sweep_runner.h runs them.
+//
+// Of a subgrid, what ranks do between operations is operations of its own, and so are fills (seams.h).
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "dpde/runtime/error.h"
@@ -21,6 +24,7 @@
 #include "program_solve.h"
 #include "real.h"
 #include "reduce.h"
+#include "seams.h"
 #include "sweep_runner.h"
 #include "transform.h"
 
@@ -38,7 +42,10 @@ struct Operation {
   Sweep sweep;
   Passes passes;
   std::vector<Operation> block, step;  // of one pass, of a solve
+  SeamWork seam_work{};
 };
+/// Of seam work, beside the kinds of the ABI.
+constexpr int seam_kind = -1;
 
 /// `f` on each operation, those of blocks behind that which has them.
 void for_each_operation(auto& operations, const auto& f) {
@@ -66,6 +73,7 @@ bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL 
 }  // namespace
 
 struct Executor::Plan {
+  std::optional<Seams> seams;  // of a subgrid
   std::vector<HaloFill> prepare;
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
@@ -78,15 +86,24 @@ struct Executor::Plan {
 
   std::vector<Operation> make(const dpde_program& program, const dpde_operation* source, int count,
                               const dpde_layout& layout);
+  Operation make_operation(const dpde_program& program, const dpde_operation& from, const dpde_layout& layout,
+                           FieldTransform* before);
+  HaloExchange* exchange() { return seams ? &seams->exchange() : nullptr; }
+  Communicator* ranks() { return seams ? &seams->exchange().ranks() : nullptr; }
+  void add(const std::vector<SeamWork>& work, std::vector<Operation>& made) const;
   std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
 };
 
 Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team,
-                   std::shared_ptr<SolverStore> solvers)
+                   std::shared_ptr<SolverStore> solvers, Communicator* ranks)
     : program_(&program), layout_(std::make_unique<dpde_layout>(layout)), plan_(std::make_unique<Plan>()) {
   check_fits(program, layout);
   plan_->team = team;
+  if (is_divided(layout)) {
+    if (ranks == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: a subgrid needs ranks", program.name));
+    plan_->seams.emplace(program, *layout_, *ranks);
+  }
   if (solvers != nullptr) plan_->shelf = std::make_shared<SolverShelf>(std::move(solvers));
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
   params_.assign(static_cast<size_t>(program.param_count + program.counter_count), 0.0);
@@ -95,7 +112,8 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
   for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
     plan_->networks.emplace_back(*program.networks[i], layout, team);
-  for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
+  for (int i = 0; i < program.prepare_count; ++i)
+    plan_->prepare.emplace_back(program.prepare[i], layout, plan_->exchange());
   for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);
   plan_->operations = plan_->make(program, program.operations, program.operation_count, layout);
   plan_->sweeps = SweepRunner(*layout_, team);
@@ -108,7 +126,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
 
 /// Empty where some operation is not of a line.
 std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
-  if (executor.layout_->rank != 1) return {};
+  if (executor.layout_->rank != 1 || seams) return {};
   std::vector<Line> made;
   for (const Operation& operation : operations) {
     if (operation.kind == DPDE_SWEEP && is_line(operation.sweep)) {
@@ -127,36 +145,51 @@ std::vector<Operation> Executor::Plan::make(const dpde_program& program, const d
   std::vector<Operation> made;
   for (int i = 0; i < count; ++i) {
     const dpde_operation& from = source[i];
-    Operation operation{.kind = from.kind};
-    switch (from.kind) {
-      case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
-      case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
-      case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
-      case DPDE_NETWORK:
-        operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
-        break;
-      case DPDE_TRANSFORM:
-        operation.transform =
-            FieldTransform(from.transform, layout, team, made.empty() ? nullptr : &made.back().transform);
-        break;
-      case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
-      case DPDE_SOLVE:
-        operation.solve = ProgramSolve(from.solve, program, layout, shelf);
-        operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
-        if (const dpde_solve* step = from.solve.step)
-          operation.step = make(program, step->operations, step->operation_count, layout);
-        break;
-      case DPDE_REPEAT:
-        operation.passes = Passes(from.repeat, stacks);
-        operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
-        break;
-      default:
-        throw Error(ErrorKind::run,
-                    fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
-    }
-    made.push_back(std::move(operation));
+    if (seams) add(seams->before(from), made);
+    made.push_back(make_operation(program, from, layout, made.empty() ? nullptr : &made.back().transform));
+    if (!seams) continue;
+    add(seams->after(from), made);
+    for (int f = 0; f < from.then_count; ++f)
+      made.push_back({.kind = DPDE_FILL, .fill = HaloFill(from.then[f], layout, exchange())});
   }
   return made;
+}
+
+void Executor::Plan::add(const std::vector<SeamWork>& work, std::vector<Operation>& made) const {
+  for (const SeamWork& one : work) made.push_back({.kind = seam_kind, .seam_work = one});
+}
+
+/// `before`: of the operation before it.
+Operation Executor::Plan::make_operation(const dpde_program& program, const dpde_operation& from,
+                                         const dpde_layout& layout, FieldTransform* before) {
+  Operation operation{.kind = from.kind};
+  switch (from.kind) {
+    case DPDE_FILL: operation.fill = HaloFill(from.fill, layout, exchange()); break;
+    case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
+    case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team, ranks()); break;
+    case DPDE_NETWORK:
+      operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
+      break;
+    case DPDE_TRANSFORM: operation.transform = FieldTransform(from.transform, layout, team, before); break;
+    case DPDE_SWEEP:
+      operation.sweep = make_sweep(program, from, layout, team.threads());
+      if (seams && !operation.sweep.grids.empty()) operation.sweep.read_whole(*seams->whole());
+      break;
+    case DPDE_SOLVE:
+      operation.solve = ProgramSolve(from.solve, program, layout, shelf);
+      operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
+      if (const dpde_solve* step = from.solve.step)
+        operation.step = make(program, step->operations, step->operation_count, layout);
+      break;
+    case DPDE_REPEAT:
+      operation.passes = Passes(from.repeat, stacks);
+      if (seams) seams->begin_block();
+      operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
+      break;
+    default:
+      throw Error(ErrorKind::run, fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
+  }
+  return operation;
 }
 
 Executor::~Executor() = default;
@@ -243,6 +276,7 @@ void Executor::run() {
   std::fill(sums_.begin(), sums_.end(), 0.0);
   make_stacks();
   plan_->run(plan_->operations, *this);
+  if (Communicator* const ranks = plan_->ranks(); ranks != nullptr && !sums_.empty()) ranks->sum(sums_);
 }
 
 void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
@@ -253,6 +287,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_SWEEP: sweeps.run(operation.sweep, executor.fields_, executor.uniforms_.data(), executor.sums_); break;
       case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
+      case seam_kind: seams->run(operation.seam_work, fields); break;
       case DPDE_NETWORK: {
         const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
         const int network = operation.inference.network();

@@ -189,7 +189,7 @@ void fill_coordinate(Field& field, int axis, double low, double spacing, bool pe
   const dpde_layout& layout = field.layout();
   const auto a = static_cast<size_t>(axis);
   const auto value = [&](int64_t i) {
-    const int64_t cell = periodic ? wrapped(i, layout.cells[a]) : i;
+    const int64_t place = i + layout.first[a], cell = periodic ? wrapped(place, layout.global[a]) : place;
     return low + (static_cast<double>(cell) + 0.5) * spacing;
   };
   for (int64_t z = -layout.halo[2]; z < layout.cells[2] + layout.halo[2]; ++z) {

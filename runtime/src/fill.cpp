@@ -79,13 +79,18 @@ int64_t parts_for(const Team& team, int64_t rows) { return rows < 2048 ? 1 : tea
 
 }  // namespace
 
-HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fill.field), real_(layout.real) {
+HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout, HaloExchange* exchange)
+    : field_(fill.field), real_(layout.real), exchange_(exchange) {
   for (size_t a = 0; a < 3; ++a) {
     const dpde_boundary& boundary = fill.axes[a];
     stride_[a] = layout.stride[a];
-    axes_[a] = HaloAxis(boundary, layout.cells[a], layout.halo[a]);
-    const auto is_of_all = [](const dpde_side& side) { return side.field >= 0 || is_pole(side); };
-    is_of_all_ = is_of_all_ || (!axes_[a].periodic && (is_of_all(boundary.low) || is_of_all(boundary.high)));
+    axes_[a] = HaloAxis(boundary, layout, a, layout.halo[a]);
+    is_ring_[a] = boundary.low.rule == nullptr;
+    for (const dpde_side* side : {&boundary.low, &boundary.high}) {
+      if (is_ring_[a]) continue;
+      is_of_all_ = is_of_all_ || side->field >= 0 || is_pole(*side);
+      if (exchange != nullptr && side->field >= 0) walls_.push_back(side->field);
+    }
   }
   images_are_direct_ = axes_[1].images_are_direct();
 }
@@ -106,7 +111,8 @@ void HaloFill::run_bounded_row(void* cells, const double* uniforms) const {
   });
 }
 
-/// Axis by axis, outwards, one cell after the other. Along periodic axes c is read where the place wraps to.
+/// Axis by axis, outwards, one cell after the other. Along periodic axes c is read where the place wraps to: the halo
+/// of c has it where the axis is divided.
 template <class Real>
 void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
   const auto wrapped = [this](size_t axis, int64_t i) {
@@ -141,6 +147,7 @@ void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
       }
     }
     grow[a] = axes_[a].halo;
+    meet(fields[field_], a);
   }
 }
 
@@ -188,6 +195,9 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
 
 void HaloFill::run(void* const* fields, const double* uniforms, const Team& team) const {
   if (!is_of_all_) return run_plain(fields[field_], uniforms, team);
+  for (const int wall : walls_) {
+    for (size_t a = 0; a < 3; ++a) exchange_->run(fields[wall], a, is_ring_[a]);
+  }
   with_real(real_, [&](auto real) { run_cells<decltype(real)>(fields, uniforms); });
 }
 
@@ -198,8 +208,11 @@ void HaloFill::run_plain(void* base, const double* uniforms, const Team& team) c
     share_rows(team, parts_for(team, ny * nz), ny, nz,
                [&](int64_t y, int64_t z) { run_row(cells + z * stride_[2] + y * stride_[1], uniforms); });
   });
+  meet(base, 0);
   run_y(base, uniforms, team);
+  meet(base, 1);
   run_z(base, uniforms, team);
+  meet(base, 2);
 }
 
 HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout)
@@ -208,7 +221,7 @@ HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout
     const dpde_boundary& boundary = fill.axes[a];
     const bool folds = static_cast<int32_t>(a) < layout.rank && boundary.low.rule != nullptr;
     stride_[a] = layout.stride[a];
-    axes_[a] = HaloAxis(boundary, layout.cells[a], folds ? grow[a] : 0);
+    axes_[a] = HaloAxis(boundary, layout, a, folds ? grow[a] : 0);
   }
 }
 

@@ -3,16 +3,19 @@
 //
 // Halo cells are set outwards, both sides in turn: cell -1-k (or n+k) then only reads an interior cell or a halo cell
 // nearer to the interior, which is already set. So every extent n >= 1 and every width is handled by the same loop.
-// Axis by axis, threads share what lies along the other axes.
+// Axis by axis, threads share what lies along the other axes. Of a subgrid what lies at seams comes from the neighbours
+// when an axis is done, before the next one is.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
 #include "halo_axis.h"
+#include "halo_exchange.h"
 #include "real.h"
 
 namespace dpde {
@@ -20,7 +23,8 @@ namespace dpde {
 class HaloFill {
  public:
   HaloFill() = default;
-  HaloFill(const dpde_fill& fill, const dpde_layout& layout);
+  /// `exchange`: of a subgrid; it must stay. There, too, is run() only.
+  HaloFill(const dpde_fill& fill, const dpde_layout& layout, HaloExchange* exchange = nullptr);
 
   int field() const { return field_; }
   /// Sets the whole halo. `fields` point at their cells (0,0,0).
@@ -62,6 +66,9 @@ class HaloFill {
   }
   template <class Real>
   void run_cells(void* const* fields, const double* uniforms) const;
+  void meet(void* base, std::size_t axis) const {
+    if (exchange_ != nullptr) exchange_->run(base, axis, is_ring_[axis]);
+  }
   void run_bounded_row(void* row, const double* uniforms) const;
   void set_images(void* row, int64_t y, const double* uniforms) const;
   template <class Real>
@@ -76,8 +83,12 @@ class HaloFill {
   bool is_of_all_ = false;  // one cell after the other
   std::array<HaloAxis, 3> axes_;
   std::array<int64_t, 3> stride_{};
+  HaloExchange* exchange_ = nullptr;
+  std::array<bool, 3> is_ring_{};
+  std::vector<int> walls_;  // of a subgrid: fields that hold values beyond walls
 };
 
+/// At seams nothing is folded: sweeps of a subgrid are not grown there, as those cells are the neighbour's.
 class HaloFold {
  public:
   HaloFold() = default;

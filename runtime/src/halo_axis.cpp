@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "halo_axis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
 
 namespace dpde {
 namespace {
@@ -27,11 +32,11 @@ const dpde_ghost_row& row_of(const dpde_ghost_rows& rows, int64_t cells) {
 
 }  // namespace
 
-HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, bool is_low, int64_t layer)
+HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool is_low, int64_t layer)
     : place(0), image(0), behind(0), value_(side.value), field_(side.field) {
   const dpde_rule& rule = *side.rule;
   const int64_t on_walls = rule.on_walls;
-  row_ = &row_of(on_walls != 0 && layer == 0 ? rule.wall : rule.beyond, cells);
+  row_ = &row_of(on_walls != 0 && layer == 0 ? rule.wall : rule.beyond, global);
   way_ = static_cast<double>(2 * layer + 1 - on_walls);
   const auto cell = [&](int64_t inside) { return is_low ? inside : cells - 1 - on_walls - inside; };
   const int64_t inside = row_->first + row_->step * layer;
@@ -60,23 +65,33 @@ Ghost HaloLayer::computed(const double* uniforms) const {
   return {-at_image / at_place, -at_behind / at_place, at(row_->rate, way_) / at_place};
 }
 
-HaloAxis::HaloAxis(const dpde_boundary& boundary, int64_t cell_count, int64_t width)
-    : periodic(boundary.low.rule == nullptr), cells(cell_count), halo(width) {
-  if (periodic) {
-    for (int64_t k = 0; k < halo; ++k) {
-      layers.emplace_back(-1 - k, cells - 1 - k);
-      layers.emplace_back(cells + k, k);
-    }
-    return;
+HaloAxis::HaloAxis(const dpde_boundary& boundary, const dpde_layout& layout, std::size_t axis, int64_t width)
+    : periodic(boundary.low.rule == nullptr && !is_divided(layout, axis)), cells(layout.cells[axis]), halo(width) {
+  for (int64_t k = 0; periodic && k < halo; ++k) {
+    layers.emplace_back(-1 - k, cells - 1 - k);
+    layers.emplace_back(cells + k, k);
   }
+  if (boundary.low.rule == nullptr) return;
   const bool on_walls = boundary.low.rule->on_walls != 0;
+  const bool has_low = !has_low_seam(layout, axis), has_high = !has_high_seam(layout, axis);
+  const int64_t global = layout.global[axis];
   for (int64_t k = 0; k < halo + (on_walls ? 1 : 0); ++k) {
     const bool is_wall = on_walls && k == 0;
-    const HaloLayer low(boundary.low, cells, true, k), high(boundary.high, cells, false, k);
-    if (k < halo && !is_wall) layers.push_back(low);
-    const bool stays = is_wall && cells == 1 && high.reads_inside();
-    if (!stays && high.is_made()) layers.push_back(high);
-    if (k < halo && is_wall) layers.push_back(low);
+    const HaloLayer low(boundary.low, cells, global, true, k), high(boundary.high, cells, global, false, k);
+    if (has_low && k < halo && !is_wall) layers.push_back(low);
+    const bool stays = is_wall && global == 1 && high.reads_inside();
+    if (has_high && !stays && high.is_made()) layers.push_back(high);
+    if (has_low && k < halo && is_wall) layers.push_back(low);
+  }
+  const auto has = [&](int64_t place) { return place >= 0 && place < cells; };
+  for (const HaloLayer& layer : layers) {
+    const bool is_own = (!layer.reads_inside() || has(layer.image)) && (!layer.reads_behind() || has(layer.behind));
+    if (is_divided(layout, axis) && !is_own) {
+      throw Error(ErrorKind::input,
+                  fmt::format("axis {} is divided among ranks, and {} cells of one are too few for a condition at its "
+                              "side, which reads others",
+                              "xyz"[axis], cells));
+    }
   }
 }
 

@@ -21,7 +21,8 @@ class HaloLayer {
  public:
   /// Around a periodic axis.
   HaloLayer(int64_t place_along, int64_t image_along) : place(place_along), image(image_along), behind(image_along) {}
-  HaloLayer(const dpde_side& side, int64_t cells, bool is_low, int64_t layer);
+  /// `cells` along the axis; `global` ones in the whole grid.
+  HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool is_low, int64_t layer);
 
   int64_t place, image, behind;  // cells along the axis
 
@@ -59,9 +60,11 @@ constexpr int64_t half_a_turn_from(int64_t place, int64_t cells) {
 
 struct HaloAxis {
   HaloAxis() = default;
-  HaloAxis(const dpde_boundary& boundary, int64_t cell_count, int64_t width);
+  /// At seams there are no layers: what lies there is the neighbour's.
+  /// @throws Error(input) where a layer is made from cells that the subgrid does not have.
+  HaloAxis(const dpde_boundary& boundary, const dpde_layout& layout, std::size_t axis, int64_t width);
 
-  bool periodic = true;
+  bool periodic = true;  // and whole: its own cells lie beyond its ends
   int64_t cells = 1, halo = 0;
   std::vector<HaloLayer> layers;  // in the order of a fill; a fold takes them the other way round
 

@@ -49,6 +49,7 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
   for (size_t axis = 0; axis < DPDE_MAX_RANK; ++axis) {
     layout.cells[axis] = axis < cells.size() ? cells[axis] : 1;
     layout.halo[axis] = axis < cells.size() ? halo[axis] : 0;
+    layout.global[axis] = layout.cells[axis];
   }
   const auto times = [&](int64_t a, int64_t b) {
     int64_t product = 0;
@@ -70,7 +71,31 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
   return layout;
 }
 
+dpde_layout make_subgrid(std::span<const int64_t> global, const std::array<int64_t, 3>& ranks,
+                         const std::array<int64_t, 3>& place, const std::array<int64_t, 3>& halo, int32_t real) {
+  check(global, halo, real);
+  std::array<int64_t, 3> first{}, cells{1, 1, 1};
+  for (size_t axis = 0; axis < global.size(); ++axis) {
+    first[axis] = global[axis] * place[axis] / ranks[axis];
+    cells[axis] = global[axis] * (place[axis] + 1) / ranks[axis] - first[axis];
+    const int64_t least = global[axis] / ranks[axis];  // so that all ranks know when one has too few
+    if (ranks[axis] == 1 || least >= std::max<int64_t>(halo[axis], 1)) continue;
+    throw Error(ErrorKind::input,
+                fmt::format("axis {} of {} cells is divided among {} ranks: {} cells for one of them, fewer than its "
+                            "halo of {}",
+                            "xyz"[axis], global[axis], ranks[axis], least, halo[axis]));
+  }
+  dpde_layout layout = make_layout(std::span(cells).first(global.size()), halo, real);
+  for (size_t axis = 0; axis < global.size(); ++axis) {
+    layout.global[axis] = global[axis];
+    layout.first[axis] = first[axis];
+  }
+  return layout;
+}
+
 int64_t cell_count(const dpde_layout& layout) { return layout.cells[0] * layout.cells[1] * layout.cells[2]; }
+
+int64_t global_cell_count(const dpde_layout& layout) { return layout.global[0] * layout.global[1] * layout.global[2]; }
 
 int64_t field_bytes(const dpde_layout& layout) { return layout.size * real_bytes(layout); }
 

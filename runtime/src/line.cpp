@@ -16,7 +16,7 @@ Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* unif
   line.row.own = uniforms + sweep.own;
   line.row.sums = sweep.sums.empty() ? sums : sums + sweep.sums.front();
   line.row.count = sweep.count;
-  line.row.first = sweep.first;
+  line.row.first = sweep.first + layout.first[0];
   line.row.layout = &layout;
   return line;
 }

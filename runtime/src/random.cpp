@@ -37,8 +37,16 @@ double normal(std::uint64_t seed, std::uint64_t cell, std::uint64_t stream) {
 }
 
 void fill_noise(const dpde_layout& layout, void* base, std::uint64_t seed, std::uint64_t stream) {
-  std::vector<double> dense(static_cast<std::size_t>(cell_count(layout)));
-  for (std::size_t cell = 0; cell < dense.size(); ++cell) dense[cell] = normal(seed, cell, stream);
+  std::vector<double> dense;
+  dense.reserve(static_cast<std::size_t>(cell_count(layout)));
+  for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
+    for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
+      const std::int64_t row = (z + layout.first[2]) * layout.global[1] + y + layout.first[1];
+      const std::int64_t cell = row * layout.global[0] + layout.first[0];
+      for (std::int64_t x = 0; x < layout.cells[0]; ++x)
+        dense.push_back(normal(seed, static_cast<std::uint64_t>(cell + x), stream));
+    }
+  }
   copy_in(layout, base, dense);
 }
 

@@ -43,7 +43,8 @@ double value_of_row(const Real* row, int64_t count, double first, const Combine&
 
 }  // namespace
 
-FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team)
+FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team,
+                               Communicator* ranks)
     : reduce_(reduce), real_(layout.real) {
   int64_t all = 1;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -51,7 +52,8 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
     cells_[axis] = exists ? layout.cells[axis] : 1;
     stride_[axis] = exists ? layout.stride[axis] : 0;
     all *= cells_[axis];
-    if (over(axis)) count_ *= static_cast<double>(cells_[axis]);
+    if (over(axis) && exists) count_ *= static_cast<double>(layout.global[axis]);
+    if (over(axis) && is_divided(layout, axis)) ranks_ = ranks;
   }
   if (all >= least_cells_for_threads) team_ = team;
   const int64_t threads = team_.threads();
@@ -61,6 +63,7 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
   const int64_t line = cache_line / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
   piece_ = std::min(widest, (share + line - 1) / line * line);
   if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
+  if (ranks_ != nullptr || over(0)) values_.assign(static_cast<size_t>(groups(0) * groups(1) * groups(2)), 0.0);
 }
 
 void FieldReduction::run(void* const* fields) {
@@ -98,42 +101,76 @@ void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const
 /// The values of rows that belong together become one.
 template <class Combine>
 void FieldReduction::combine_rows(double first, const Combine& combine) {
-  for (int64_t z = 0; z < groups(2); ++z) {
-    for (int64_t y = 0; y < groups(1); ++y) {
-      double* const begin = rows_.data() + z * cells_[1] + y;
-      double value = first;
-      for (int64_t k = 0; k < length(2); ++k) {
-        for (int64_t j = 0; j < length(1); ++j) value = combine(value, begin[k * cells_[1] + j]);
-      }
-      value = finished(value);
-      for (int64_t k = 0; k < length(2); ++k) std::fill_n(begin + k * cells_[1], length(1), value);
+  const auto for_each_group = [&](const auto& f) {
+    for (int64_t z = 0; z < groups(2); ++z) {
+      for (int64_t y = 0; y < groups(1); ++y)
+        f(values_[static_cast<size_t>(z * groups(1) + y)], rows_.data() + z * cells_[1] + y);
     }
-  }
+  };
+  for_each_group([&](double& value, const double* begin) {
+    value = first;
+    for (int64_t k = 0; k < length(2); ++k) {
+      for (int64_t j = 0; j < length(1); ++j) value = combine(value, begin[k * cells_[1] + j]);
+    }
+  });
+  meet();
+  for_each_group([&](double value, double* begin) {
+    for (int64_t k = 0; k < length(2); ++k) std::fill_n(begin + k * cells_[1], length(1), finished(value));
+  });
+}
+
+/// The values of all subgrids become one.
+void FieldReduction::meet() {
+  if (ranks_ == nullptr) return;
+  const Communicator::Axes axes{over(0), over(1), over(2)};
+  if (reduce_.kind == DPDE_MEAN || reduce_.kind == DPDE_SUM) return ranks_->sum(values_, axes);
+  const bool is_least = reduce_.kind == DPDE_MIN;
+  for (double& value : values_) value = is_least ? -value : value;
+  ranks_->largest(values_, axes);
+  for (double& value : values_) value = is_least ? -value : value;
 }
 
 /// Row by row, a piece of them at a time.
 template <class Real, class Combine>
-void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) const {
+void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) {
   const int64_t pieces = (cells_[0] + piece_ - 1) / piece_, tasks = pieces * groups(1) * groups(2);
-  team_.run(tasks, [&](int64_t task, int) {
-    const int64_t x = task % pieces * piece_, group = task / pieces;
-    const int64_t begin = x + group % groups(1) * stride_[1] + group / groups(1) * stride_[2];
-    const int64_t width = std::min(piece_, cells_[0] - x);
-    double values[widest];
+  const auto combine_piece = [&](double* values, const Real* begin, int64_t width) {
     std::fill_n(values, width, first);
     for (int64_t k = 0; k < length(2); ++k) {
       for (int64_t j = 0; j < length(1); ++j) {
-        const Real* row = from + begin + j * stride_[1] + k * stride_[2];
+        const Real* row = begin + j * stride_[1] + k * stride_[2];
         for (int64_t i = 0; i < width; ++i) values[i] = combine(values[i], row[i]);
       }
     }
+  };
+  const auto store = [&](double* values, Real* begin, int64_t width) {
     for (int64_t i = 0; i < width; ++i) values[i] = finished(values[i]);
     for (int64_t k = 0; k < length(2); ++k) {
       for (int64_t j = 0; j < length(1); ++j)
-        std::transform(values, values + width, to + begin + j * stride_[1] + k * stride_[2],
+        std::transform(values, values + width, begin + j * stride_[1] + k * stride_[2],
                        [](double v) { return static_cast<Real>(v); });
     }
+  };
+  const auto for_each_piece = [&](const auto& f) {
+    team_.run(tasks, [&](int64_t task, int) {
+      const int64_t x = task % pieces * piece_, group = task / pieces;
+      const int64_t begin = x + group % groups(1) * stride_[1] + group / groups(1) * stride_[2];
+      f(begin, std::min(piece_, cells_[0] - x), group * cells_[0] + x);
+    });
+  };
+  if (ranks_ == nullptr) {
+    return for_each_piece([&](int64_t begin, int64_t width, int64_t) {
+      double values[widest];
+      combine_piece(values, from + begin, width);
+      store(values, to + begin, width);
+    });
+  }
+  for_each_piece([&](int64_t begin, int64_t width, int64_t number) {
+    combine_piece(values_.data() + number, from + begin, width);
   });
+  meet();
+  for_each_piece(
+      [&](int64_t begin, int64_t width, int64_t number) { store(values_.data() + number, to + begin, width); });
 }
 
 }  // namespace dpde

@@ -3,7 +3,7 @@
 // grid along these axes, stored at all of its cells.
 //
 // Values are combined in f64, in an order that does not depend on the number of threads: along x in lanes of a row,
-// then row by row.
+// then row by row, then subgrid by subgrid.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/communicator.h"
 #include "dpde/runtime/team.h"
 
 namespace dpde {
@@ -18,7 +19,8 @@ namespace dpde {
 class FieldReduction {
  public:
   FieldReduction() = default;
-  FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team);
+  /// `ranks`: of a subgrid; they must stay.
+  FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team, Communicator* ranks = nullptr);
 
   /// `fields` point at their cells (0,0,0). Allocates nothing.
   void run(void* const* fields);
@@ -29,9 +31,10 @@ class FieldReduction {
   template <class Real, class Combine>
   void reduce_rows(const Real* from, Real* to, double first, const Combine& combine);
   template <class Real, class Combine>
-  void reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) const;
+  void reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine);
   template <class Combine>
   void combine_rows(double first, const Combine& combine);
+  void meet();
   bool over(std::size_t axis) const { return reduce_.over[axis] != 0; }
   /// How many lines, planes or grids there are along an axis, and how many rows of each lie along it.
   int64_t groups(std::size_t axis) const { return over(axis) ? 1 : cells_[axis]; }
@@ -44,7 +47,9 @@ class FieldReduction {
   int64_t piece_ = 1;  // cells of a row that are combined with those of other rows at a time
   double count_ = 1;   // cells that make one value
   std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};
-  std::vector<double> rows_;  // where x is reduced: the value of each row
+  std::vector<double> rows_;       // where x is reduced: the value of each row
+  Communicator* ranks_ = nullptr;  // where an axis is divided along which is reduced
+  std::vector<double> values_;     // what they have to say, one value a cell or a row of the result
 };
 
 }  // namespace dpde

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -114,11 +115,28 @@ int Rollout::Impl::free_buffer(int a, int b) const {
   return buffer;
 }
 
+/// The first value that is not finite. Of ranks it is the one whose cell has the smallest number in the whole grid.
+std::optional<Cell> Rollout::Impl::find_bad_cell(const void* state, double& value) const {
+  const dpde_layout& layout = setup.layout;
+  const std::optional<Cell> own = find_not_finite(layout, state);
+  if (own) value = value_at(layout, state, *own);
+  if (setup.ranks == nullptr) return own;
+  const Cell there = own.value_or(Cell{});
+  const auto [x, y, z] = std::array{there.x + layout.first[0], there.y + layout.first[1], there.z + layout.first[2]};
+  const double number = own ? static_cast<double>((z * layout.global[1] + y) * layout.global[0] + x) : INFINITY;
+  const double first = -largest_of(setup.ranks, -number);
+  if (std::isinf(first)) return std::nullopt;
+  value = first == number ? value : 0;
+  setup.ranks->sum({&value, 1});
+  const auto cell = static_cast<int64_t>(first), row = cell / layout.global[0];
+  return Cell{cell % layout.global[0], row % layout.global[1], row / layout.global[1]};
+}
+
 std::optional<BlowUp> Rollout::Impl::find_blow_up(int step, const StateBuffer& state) const {
   for (size_t i = 0; i < state.size(); ++i) {
-    if (const std::optional<Cell> cell = find_not_finite(setup.layout, state[i])) {
-      return BlowUp{step, time(step), static_cast<int>(i), *cell, value_at(setup.layout, state[i], *cell)};
-    }
+    double value = 0;
+    if (const std::optional<Cell> cell = find_bad_cell(state[i], value))
+      return BlowUp{step, time(step), static_cast<int>(i), *cell, value};
   }
   return std::nullopt;
 }

@@ -70,7 +70,7 @@ bool Rollout::Impl::go_on(int state, int worked, int64_t total, bool is_back) {
   const int64_t before = std::exchange(steps_worked, steps_worked + worked);
   if (!watch || (before / watch_every == steps_worked / watch_every && steps_worked != total)) return true;
   const FloatScope of_host(host_mode);
-  return watch({steps_worked, total, time(state), is_back});
+  return largest_of(setup.ranks, watch({steps_worked, total, time(state), is_back}) ? 0 : 1) == 0;
 }
 
 /// By rows in extended range: adjoints of chaotic runs grow without bounds, and their squares twice as far.
@@ -88,7 +88,12 @@ double Rollout::Impl::adjoint_norm() const {
       }
     }
   }
-  return static_cast<double>(std::sqrt(sum));
+  const auto own = static_cast<double>(std::sqrt(sum));
+  const double most = largest_of(setup.ranks, own);
+  if (setup.ranks == nullptr || most == 0) return own;
+  double part = own / most * (own / most);
+  setup.ranks->sum({&part, 1});
+  return most * std::sqrt(part);
 }
 
 FieldView Rollout::Impl::bar_of(std::string_view field) const {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "dpde/runtime/communicator.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
@@ -146,6 +147,7 @@ struct Rollout::Impl {
   void plan_buffers(int slots, const std::vector<char>& read);
   int64_t bytes_of_states() const;
   int plan_slots(const std::vector<char>& read);
+  int least_of_ranks(int64_t slots) const;
   int64_t recomputed_steps(int slots);
   void plan_storage();
   void allocate_states();
@@ -191,7 +193,9 @@ struct Rollout::Impl {
   void bind_control_fields(BoundProgram& program, int n) const;
   int end_of_intervals(int n) const;
   void set_control(std::string_view name, int every, std::span<const double> values);
-  bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
+  bool stopping() const {
+    return setup.stop != nullptr && largest_of(setup.ranks, setup.stop->load(std::memory_order_relaxed) ? 1 : 0) > 0;
+  }
   void begin(int first = 0);
   void update_weights();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
@@ -211,6 +215,7 @@ struct Rollout::Impl {
   }
   bool has_losses(int k) { return !events_at(k).empty(); }
   int free_buffer(int a, int b) const;
+  std::optional<Cell> find_bad_cell(const void* state, double& value) const;
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const;
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
   RunResult run(const Observer& observer, int first);

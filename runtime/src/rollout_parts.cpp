@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
 #include "rollout_impl.h"
 
 namespace dpde {
@@ -77,7 +78,7 @@ int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
   rate->program.bind_states(state);
   rate->program.prepare_inputs();
   rate->program.executor.run();
-  const double fastest = largest(setup.layout, rate->program.executor.bound(rate->field));
+  const double fastest = largest_of(setup.ranks, largest(setup.layout, rate->program.executor.bound(rate->field)));
   const double parts = std::ceil(setup.dt * fastest / setup.courant - 1e-9);
   if (parts <= most_parts) return std::max(1, static_cast<int>(parts));
   if (find_blow_up(n, state)) return 1;
@@ -104,8 +105,7 @@ double Rollout::Impl::estimate_part(int n, const PartOfStep& part, const StateBu
   } catch (const NoSolution&) {
     return std::numeric_limits<double>::infinity();
   }
-  double cells = 1;
-  for (int axis = 0; axis < setup.layout.rank; ++axis) cells *= static_cast<double>(setup.layout.cells[axis]);
+  const auto cells = static_cast<double>(global_cell_count(setup.layout));
   const double error = std::sqrt(forward->program.executor.sums()[0] / cells);
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }

@@ -8,6 +8,7 @@
 #include "aligned_memory.h"
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
 #include "dpde/runtime/links.h"
 #include "rollout_impl.h"
 
@@ -37,10 +38,22 @@ void check_steps(const RolloutSetup& setup) {
   }
 }
 
+/// What looks beyond a subgrid otherwise than programs do.
+void check_divided(RolloutSetup& setup) {
+  if (!is_divided(setup.layout)) return;
+  const auto fail = [](const char* what) {
+    throw Error(ErrorKind::run, fmt::format("a grid that is divided among ranks cannot have {}", what));
+  };
+  if (setup.steady > 0) fail("runs until steady");
+  if (setup.block_steps > 1) fail("several steps at once");
+  setup.block_steps = 1;
+}
+
 }  // namespace
 
 Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), purpose(why) {
   check_steps(setup);
+  check_divided(setup);
   place_sought();
   if (setup.steady > 0) setup.block_steps = 1;  // each step is looked at
   bind_step();
@@ -148,7 +161,7 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 /// own_fields: fields that the caller of this function binds itself (beside the states).
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields,
                                          bool is_step) {
-  BoundProgram bound{.executor = Executor(program, setup.layout, setup.team, solvers)};
+  BoundProgram bound{.executor = Executor(program, setup.layout, setup.team, solvers, setup.ranks)};
   bytes_of_fields += bound.executor.network_bytes();
   bytes_of_fields += bound.executor.stack_bytes();
   if (purpose == Purpose::run) bound.executor.make_stacks();

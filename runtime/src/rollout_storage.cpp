@@ -65,6 +65,11 @@ int Rollout::Impl::plan_slots(const std::vector<char>& read) {
   return checkpoint::slots_for(setup.checkpoint_bytes, states * FieldPool::stride_of(setup.layout), legs());
 }
 
+/// Subgrids differ in size; what is made again is made by all ranks.
+int Rollout::Impl::least_of_ranks(int64_t slots) const {
+  return static_cast<int>(-largest_of(setup.ranks, -static_cast<double>(slots)));
+}
+
 /// How many states gradient() stores, and when it makes the others again.
 void Rollout::Impl::plan_storage() {
   int slots = 1;
@@ -75,7 +80,7 @@ void Rollout::Impl::plan_storage() {
     plan_reverse_block();
   }
   if (keeps_trajectory) {
-    slots = plan_slots(read);
+    slots = least_of_ranks(plan_slots(read));
     if (purpose == Purpose::run) reversal = Reversal(legs(), slots);
     result.stored_states = slots - 1;
     result.recomputed_steps = recomputed_steps(slots);
@@ -88,8 +93,8 @@ void Rollout::Impl::plan_storage() {
   if (backward && setup.steady == 0) plan_tapes(has_parts() ? unused / 2 : unused);
   const int64_t state_bytes = static_cast<int64_t>(state_names.size()) * FieldPool::stride_of(setup.layout);
   const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
-  part_slots = setup.slots > 0 ? setup.slots
-                               : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
+  part_slots =
+      setup.slots > 0 ? setup.slots : least_of_ranks(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
 }
 
 /// What a plan counts is what a run takes, since both come here.

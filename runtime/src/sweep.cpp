@@ -60,7 +60,18 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   return {first, std::move(moves)};
 }
 
+/// What lies beyond a seam is the neighbour's to compute.
+SweepRange region_along(size_t axis, const dpde_operation& operation, const dpde_layout& layout) {
+  const int64_t grow = operation.grow[axis];
+  return {has_low_seam(layout, axis) ? 0 : -grow, layout.cells[axis] + (has_high_seam(layout, axis) ? 0 : grow)};
+}
+
 }  // namespace
+
+void Sweep::read_whole(const WholeFields& fields) {
+  whole_layout = &fields.layout();
+  for (size_t g = 0; g < grids.size(); ++g) whole_grids.push_back(fields.base(g));
+}
 
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
   const dpde_kernel& kernel = program.kernels[operation.kernel];
@@ -68,19 +79,22 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   sweep.code = {{kernel.row, 0, 0}};
   sweep.code.insert(sweep.code.end(), kernel.variants, kernel.variants + kernel.variant_count);
   sweep.own = kernel.own;
-  sweep.first = -operation.grow[0];
-  sweep.count = layout.cells[0] + 2 * operation.grow[0];
-  sweep.y = {-operation.grow[1], layout.cells[1] + operation.grow[1]};
-  sweep.z = {-operation.grow[2], layout.cells[2] + operation.grow[2]};
+  const SweepRange x = region_along(0, operation, layout);
+  sweep.first = x.from;
+  sweep.count = x.count();
+  sweep.y = region_along(1, operation, layout);
+  sweep.z = region_along(2, operation, layout);
   for (int s = 0; s < kernel.stream_count; ++s) {
     const dpde_stream& stream = kernel.streams[s];
     int64_t delta = sweep.first + stream.offset[0];
     for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
     sweep.streams.push_back({stream.field, delta * real_bytes(layout), stream.is_written != 0});
   }
-  sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
+  for (int g = 0; g < kernel.grid_count; ++g) sweep.grids.push_back(kernel.grids[g].field);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
-  for (int f = 0; f < operation.then_count; ++f) sweep.then.emplace_back(operation.then[f], layout);
+  // Of a subgrid they are operations of their own.
+  for (int f = 0; f < operation.then_count && !is_divided(layout); ++f)
+    sweep.then.emplace_back(operation.then[f], layout);
   sweep.ordered = operation.serial != 0;
   sweep.leading = leading_streams(kernel);
   sweep.tuner = make_tuner(sweep, layout);

@@ -8,6 +8,7 @@
 #include "dpde/kernel_abi.h"
 #include "fill.h"
 #include "sweep_tuner.h"
+#include "whole_fields.h"
 
 namespace dpde {
 
@@ -27,7 +28,9 @@ struct Sweep {
   int own = 0;                     // first of its own uniforms
   std::vector<SweepStream> streams;
   std::vector<int> grids;
-  std::vector<int> sums;  // program sums
+  std::vector<void*> whole_grids;             // of a subgrid: in their place
+  const dpde_layout* whole_layout = nullptr;  // of these
+  std::vector<int> sums;                      // program sums
   std::vector<HaloFill> then;
   /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is
   /// prefetched.
@@ -40,6 +43,8 @@ struct Sweep {
   bool splits_z = false;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
+  /// In place of its grids.
+  void read_whole(const WholeFields& fields);
 };
 
 /// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be

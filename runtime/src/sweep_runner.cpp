@@ -58,7 +58,6 @@ inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const dou
 
 SweepRunner::SweepRunner(const dpde_layout& layout, const Team& team) : layout_(&layout), team_(team) {
   callers_.resize(static_cast<size_t>(team.threads()));
-  for (Caller& caller : callers_) caller.row.layout = layout_;
 }
 
 void SweepRunner::make_room(const Sweep& sweep) {
@@ -72,7 +71,9 @@ void SweepRunner::make_room(const Sweep& sweep) {
 }
 
 void SweepRunner::run(Sweep& sweep, std::span<void* const> fields, const double* uniforms, std::span<double> sums) {
-  for (size_t g = 0; g < sweep.grids.size(); ++g) grids_[g] = fields[static_cast<size_t>(sweep.grids[g])];
+  for (size_t g = 0; g < sweep.grids.size(); ++g) {
+    grids_[g] = sweep.whole_layout == nullptr ? fields[static_cast<size_t>(sweep.grids[g])] : sweep.whole_grids[g];
+  }
   if (sweep.tuner.is_done()) {
     run_all_parts(sweep, fields, uniforms);
   } else {
@@ -101,34 +102,9 @@ void SweepRunner::run_all_parts(const Sweep& sweep, std::span<void* const> field
   }
 }
 
-/// The rows of a part, by a thread.
-void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::span<void* const> fields, int64_t part,
-                           int thread) {
-  Caller& caller = callers_[static_cast<size_t>(thread)];
-  void** start = caller.starts.data();
-  for (const SweepStream& stream : sweep.streams)
-    *start++ = moved(fields[static_cast<size_t>(stream.field)], stream.delta, 1);
-  for (const HaloFill& fill : sweep.then) *start++ = fields[static_cast<size_t>(fill.field())];
-  caller.row.streams = caller.pointers.data();
-  caller.row.grids = grids_.data();
-  caller.row.own = caller.row.uniforms + sweep.own;
-  caller.row.count = sweep.count;
-  caller.row.first = sweep.first;
-  SweepRange y = sweep.y, z = sweep.z;
-  SweepRange& split = sweep.splits_z ? z : y;
-  const SweepRange whole = split;
-  split = {whole.from + whole.count() * part / sweep.parts, whole.from + whole.count() * (part + 1) / sweep.parts};
-  const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
-  for (int64_t from = y.from; from < y.to; from += rows) {
-    const SweepRange tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; place += planes)
-      run_rows(sweep, code, caller, tile, {place, std::min(place + planes, z.to)});
-  }
-  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
-}
-
 /// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
-/// below them are read while they are in the first-level cache.
+/// below them are read while they are in the first-level cache. On short rows an addition counts: 2 % of 64 cells.
+template <bool of_subgrid>
 void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller& caller, SweepRange y_range,
                            SweepRange planes) {
   const dpde_layout& layout = *layout_;
@@ -141,8 +117,8 @@ void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller&
   const bool prefetches = sweep.tuner.choice().prefetches != 0;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     for (int64_t z = planes.from; z < planes.to; ++z) {
-      row.y = y;
-      row.z = z;
+      row.y = of_subgrid ? y + layout.first[1] : y;
+      row.z = of_subgrid ? z + layout.first[2] : z;
       row.sums =
           row_sums_.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
       for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
@@ -153,6 +129,36 @@ void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller&
       move_all(pointers, streams + fills, z + 1 < planes.to ? plane : stride - (planes.count() - 1) * plane);
     }
   }
+}
+
+/// The rows of a part, by a thread.
+void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::span<void* const> fields, int64_t part,
+                           int thread) {
+  Caller& caller = callers_[static_cast<size_t>(thread)];
+  void** start = caller.starts.data();
+  for (const SweepStream& stream : sweep.streams)
+    *start++ = moved(fields[static_cast<size_t>(stream.field)], stream.delta, 1);
+  for (const HaloFill& fill : sweep.then) *start++ = fields[static_cast<size_t>(fill.field())];
+  caller.row.streams = caller.pointers.data();
+  caller.row.grids = grids_.data();
+  caller.row.layout = sweep.whole_layout == nullptr ? layout_ : sweep.whole_layout;
+  caller.row.own = caller.row.uniforms + sweep.own;
+  caller.row.count = sweep.count;
+  caller.row.first = sweep.first + layout_->first[0];
+  SweepRange y = sweep.y, z = sweep.z;
+  SweepRange& split = sweep.splits_z ? z : y;
+  const SweepRange whole = split;
+  split = {whole.from + whole.count() * part / sweep.parts, whole.from + whole.count() * (part + 1) / sweep.parts};
+  const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
+  for (int64_t from = y.from; from < y.to; from += rows) {
+    const SweepRange tile{from, std::min(from + rows, y.to)};
+    for (int64_t place = z.from; place < z.to; place += planes) {
+      const SweepRange levels{place, std::min(place + planes, z.to)};
+      is_divided(*layout_) ? run_rows<true>(sweep, code, caller, tile, levels)
+                           : run_rows<false>(sweep, code, caller, tile, levels);
+    }
+  }
+  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
 
 }  // namespace dpde

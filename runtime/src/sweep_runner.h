@@ -32,6 +32,7 @@ class SweepRunner {
 
   void run_all_parts(const Sweep& sweep, std::span<void* const> fields, const double* uniforms);
   void run_part(const Sweep& sweep, const dpde_variant& code, std::span<void* const> fields, int64_t part, int thread);
+  template <bool of_subgrid>
   void run_rows(const Sweep& sweep, const dpde_variant& code, Caller& caller, SweepRange y_range, SweepRange planes);
 
   const dpde_layout* layout_ = nullptr;

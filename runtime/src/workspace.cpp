@@ -24,7 +24,7 @@ Workspace::Workspace(Setup setup)
     fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing, axis.is_periodic);
   }
   params_["dt"] = setup_.step;
-  params_["cells"] = static_cast<double>(cell_count_);
+  params_["cells"] = static_cast<double>(global_cell_count(setup_.layout));
   draw_noise(0);
 }
 
@@ -160,7 +160,7 @@ bool has_to_be_there(const dpde_program& program, int field) {
 
 const Executor& Workspace::execute(const dpde_program& program, double t, const Bound& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
-  if (!executor) executor = std::make_unique<Executor>(program, layout(), team());
+  if (!executor) executor = std::make_unique<Executor>(program, layout(), team(), nullptr, setup_.ranks);
   for (int f = 0; f < program.field_count; ++f) {
     const std::string_view name = program.fields[f];
     const auto given = bound.find(name);

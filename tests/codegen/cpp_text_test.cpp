@@ -94,9 +94,9 @@ TEST(CppText, MasksAndSums) {
       R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict u_0_m1,
                     const double* __restrict u, double* __restrict sums) {
   const int64_t first = row->first;
-  const int64_t cells_x = row->layout->cells[0];
+  const int64_t cells_x = row->layout->global[0];
   const int64_t place_y = row->y;
-  const int64_t cells_y = row->layout->cells[1];
+  const int64_t cells_y = row->layout->global[1];
   const bool dpde_inside_p1_m1_row = dpde_inside(place_y - 1, cells_y, 0);
   double loss_sum = 0.0;
 #pragma omp simd reduction(+ : loss_sum)
@@ -117,7 +117,7 @@ TEST(CppText, Places) {
             R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict d,
                     const double* __restrict u_grid, const double a) {
   const int64_t first = row->first;
-  const int64_t cells_x = row->layout->cells[0];
+  const int64_t cells_x = row->layout->global[0];
 #pragma omp simd
   for (int64_t i = 0; i < count; ++i) {
     v[i] = dpde_interp_1(u_grid, dpde_slope(dpde_periodic(first + i + 1, dpde_product(d[i], a), cells_x)));

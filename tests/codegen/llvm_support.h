@@ -117,7 +117,7 @@ class Memory {
     layout_.rank = rank;
     layout_.size = 1;
     for (int a = 0; a < 3; ++a) {
-      layout_.cells[a] = a < rank ? cells[a] : 1;
+      layout_.cells[a] = layout_.global[a] = a < rank ? cells[a] : 1;
       layout_.halo[a] = a < rank ? halo : 0;
       layout_.stride[a] = layout_.size;
       layout_.origin += layout_.halo[a] * layout_.stride[a];
@@ -177,7 +177,7 @@ inline void run(const dpde_program& program, const std::vector<Topology>& axes, 
     const dpde_kernel& kernel = program.kernels[k];
     std::vector<double> sums(kernel.sum_count, 0.0);
     std::vector<void*> grids;
-    for (int g = 0; g < kernel.grid_count; ++g) grids.push_back(memory.base(program.fields[kernel.grids[g]]));
+    for (int g = 0; g < kernel.grid_count; ++g) grids.push_back(memory.base(program.fields[kernel.grids[g].field]));
     memory.for_each_row(axes, grow, [&](int64_t y, int64_t z, int64_t first, int64_t count) {
       std::vector<void*> streams;
       for (int s = 0; s < kernel.stream_count; ++s) {

@@ -127,7 +127,8 @@ TEST(ProgramTable, GrownSweepsScattersSumsAndFolds) {
   const dpde_kernel& scatter = p->kernels[p->operations[2].kernel];
   EXPECT_STREQ(scatter.name, "s_scatter");
   ASSERT_EQ(scatter.grid_count, 1);
-  EXPECT_STREQ(p->fields[scatter.grids[0]], "v");
+  EXPECT_STREQ(p->fields[scatter.grids[0].field], "v");
+  EXPECT_EQ(scatter.grids[0].is_written, 1);
 }
 
 TEST(ProgramTable, AddressesOutliveMoves) {

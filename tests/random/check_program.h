@@ -22,6 +22,7 @@ struct Checks {
   bool jit = true;             // after all passes
   bool without_passes = true;  // machine code of the program as it is, beside that after all passes
   bool threads = true;         // one thread against two, on a grid large enough for two
+  bool ranks = true;           // a grid that is divided among ranks against the whole one
 };
 
 Verdict check_program(const RandomProgram& program, const Checks& checks);

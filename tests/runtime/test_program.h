@@ -87,8 +87,8 @@ class TestProgram {
       table.push_back({index(fields_, stream.field), {stream.x, stream.y, stream.z}, 0});
     std::vector<int>& sum_table = indices_.emplace_back();
     for (const std::string& sum : sums) sum_table.push_back(index(sums_, sum));
-    std::vector<int>& grid_table = indices_.emplace_back();
-    for (const std::string& grid : grids) grid_table.push_back(index(fields_, grid));
+    std::vector<dpde_grid>& grid_table = grids_.emplace_back();
+    for (const std::string& grid : grids) grid_table.push_back({index(fields_, grid), serial ? 1 : 0});
     kernels_.push_back({"kernel", row, static_cast<int>(table.size()), table.data(),
                         static_cast<int>(grid_table.size()), grid_table.data(), static_cast<int>(sum_table.size()),
                         sum_table.data()});
@@ -184,6 +184,7 @@ class TestProgram {
   std::vector<const char*> field_names_, param_names_, sum_names_;
   std::deque<std::vector<dpde_stream>> streams_;
   std::deque<std::vector<int>> indices_;
+  std::deque<std::vector<dpde_grid>> grids_;
   std::deque<std::vector<dpde_fill>> thens_;
   std::vector<dpde_kernel> kernels_;
   std::vector<dpde_fill> prepare_;

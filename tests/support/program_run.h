@@ -3,6 +3,8 @@
 // inputs, the same results under the same names. All memory starts as NaN, so that what nobody wrote shows.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -32,5 +34,11 @@ Outcome run_interpreted(const stencil::Module& module, const stencil::Program& p
 /// `compiled` is `program` in machine code.
 Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
                      int threads);
+/// The same where the grid is divided among ranks in threads, so many along each axis.
+/// @throws Error where they cannot run it.
+Outcome run_divided(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
+                    const std::array<int64_t, 3>& ranks);
+/// Whether values of several ranks are added up for a field: in another order than on the whole grid.
+bool adds_up_fields(const dpde_program& compiled);
 
 }  // namespace dpde::testing

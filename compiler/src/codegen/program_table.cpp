@@ -38,7 +38,8 @@ struct KernelStorage {
   std::string name;
   loop::Binding binding;
   std::vector<dpde_stream> streams;
-  std::vector<int32_t> grids, sums;
+  std::vector<dpde_grid> grids;
+  std::vector<int32_t> sums;
   RowCode code;
 };
 
@@ -197,7 +198,9 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Swe
     storage.streams.push_back(
         {fields.index_of(binding.field(s.field)), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
   }
-  for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(binding.field(grid)));
+  for (const std::string& grid : source->grids) storage.grids.push_back({fields.index_of(binding.field(grid)), 0});
+  for (const loop::Scatter& scatter : source->scatters)
+    storage.grids[static_cast<std::size_t>(scatter.target.grid)].is_written = 1;
   for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(binding.sum(sum.name)));
   if (row_code) storage.code = row_code(sweep.row);
   kernels.push_back({storage.name.c_str(), storage.code.row, static_cast<int32_t>(storage.streams.size()),

@@ -6,6 +6,10 @@
  *   base[x + y*stride[1] + z*stride[2]],  -halo[a] <= cell < cells[a] + halo[a],   `base` points at cell (0,0,0).
  * All fields of a simulation share one layout. Axes beyond rank have cells 1, halo 0.
  *
+ * The cells may be a subgrid of a larger grid: those with the numbers first[a] to first[a] + cells[a] - 1 of its
+ * global[a] ones. What asks for the number of a cell or for the size of the grid (rows, coordinates, masks, noise,
+ * means) goes by these; memory goes by `cells`. A grid alone has global = cells, first = 0.
+ *
  * Values of fields are doubles or floats, by `real` of layout and program (they agree); pointers to them are untyped.
  * Parameters, uniforms and sums are doubles in any case.
  */
@@ -20,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 21
+#define DPDE_ABI_VERSION 22
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -33,19 +37,22 @@ typedef struct dpde_layout {
   int64_t stride[DPDE_MAX_RANK]; /* in elements; stride[0] = 1 */
   int64_t size;                  /* elements of one field, halo and padding included */
   int64_t origin;                /* element index of cell (0,0,0) from the start of the allocation */
+  int64_t global[DPDE_MAX_RANK]; /* cells of the whole grid an axis */
+  int64_t first[DPDE_MAX_RANK];  /* number of cell (0,0,0) in it */
 } dpde_layout;
 
 /* Arguments of one row call. */
 typedef struct dpde_row {
   void* const* streams;   /* one pointer a stream, at the row's first cell */
-  void* const* grids;     /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
+  void* const* grids;     /* base pointers (cell (0,0,0) of the whole grid, with the layout's strides) of fields read or
+                             scattered to at computed places */
   const double* uniforms; /* values common to all cells */
   double* sums;           /* row functions add their sums here, in the order of dpde_kernel.sums */
   int64_t count;          /* cells in the row */
-  int64_t first;          /* x of the first cell; negative on a grown region */
-  int64_t y, z;           /* place of the row */
-  const dpde_layout* layout;
-  const double* own; /* uniforms of this kernel, where others run the same row with theirs */
+  int64_t first;          /* x of the first cell, in the whole grid; negative on a grown region */
+  int64_t y, z;           /* place of the row, in the whole grid */
+  const dpde_layout* layout; /* of the fields; of a subgrid's row that has grids: theirs, of the whole grid */
+  const double* own;         /* uniforms of this kernel, where others run the same row with theirs */
 } dpde_row;
 typedef void (*dpde_row_fn)(const dpde_row* row);
 
@@ -54,6 +61,12 @@ typedef struct dpde_stream {
   int32_t offset[DPDE_MAX_RANK]; /* x, y, z */
   int32_t is_written;            /* 0 read, 1 written, 2 read and written */
 } dpde_stream;
+
+/* A field that a row reads, or adds to, at places that are computed. */
+typedef struct dpde_grid {
+  int32_t field;      /* index into dpde_program.fields */
+  int32_t is_written; /* 1: it is added to, and not read */
+} dpde_grid;
 
 /* Other code for a row that gives the same values to the last bit: which is fastest depends on processor and grid. */
 typedef struct dpde_variant {
@@ -69,7 +82,7 @@ typedef struct dpde_kernel {
   int32_t stream_count;
   const dpde_stream* streams;
   int32_t grid_count;
-  const int32_t* grids; /* field indices */
+  const dpde_grid* grids;
   int32_t sum_count;
   const int32_t* sums; /* indices into dpde_program.sums */
   int32_t variant_count;

@@ -188,7 +188,7 @@ std::string RowEmitter::places() const {
     if (!uses_grids_ && (masks_.empty() || !is_bounded(axis))) continue;
     out += axis == 0 ? "  const int64_t first = row->first;\n"
                      : fmt::format("  const int64_t place_{0} = row->{0};\n", name);
-    out += fmt::format("  const int64_t cells_{} = row->layout->cells[{}];\n", name, axis);
+    out += fmt::format("  const int64_t cells_{} = row->layout->global[{}];\n", name, axis);
     if (axis > 0 && uses_grids_)
       out += fmt::format("  const int64_t stride_{} = row->layout->stride[{}];\n", name, axis);
   }

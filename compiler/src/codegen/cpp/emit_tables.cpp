@@ -114,9 +114,10 @@ std::string Tables::kernel(const dpde_kernel& k) {
   const auto stream = [](const dpde_stream& s) {
     return fmt::format("{{{}, {{{}, {}, {}}}, {}}}", s.field, s.offset[0], s.offset[1], s.offset[2], s.is_written);
   };
+  const auto grid = [](const dpde_grid& g) { return fmt::format("{{{}, {}}}", g.field, g.is_written); };
   const auto number = [](int32_t n) { return fmt::format("{}", n); };
   const std::string streams = array("dpde_stream", "streams", texts(k.streams, k.stream_count, stream));
-  const std::string grids = array("int32_t", "grids", texts(k.grids, k.grid_count, number));
+  const std::string grids = array("dpde_grid", "grids", texts(k.grids, k.grid_count, grid));
   const std::string sums = array("int32_t", "sums", texts(k.sums, k.sum_count, number));
   return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, 0, nullptr, {}}}", quoted(k.name), symbol_of(k.name),
                      k.stream_count, streams, k.grid_count, grids, k.sum_count, sums, k.own);

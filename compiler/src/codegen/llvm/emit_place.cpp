@@ -23,7 +23,7 @@ llvm::Value* PlaceEmitter::layout_entry(int member, int axis) {
 
 llvm::Value* PlaceEmitter::cells(int axis) {
   llvm::Value*& value = cells_.at(axis);
-  if (value == nullptr) value = layout_entry(offsetof(dpde_layout, cells), axis);
+  if (value == nullptr) value = layout_entry(offsetof(dpde_layout, global), axis);
   return value;
 }
 

@@ -32,6 +32,9 @@ struct EngineOptions : SimulationOptions {
   std::string checkpoint_folder;  // see RolloutSetup
   /// Cells of halo that programs beside the scene's need, which the caller runs on the same fields.
   std::array<std::int64_t, 3> halo{};
+  /// Not null: one of several engines that have a subgrid each. `cells` are those of the whole grid; fields, unknown
+  /// ones too, are those of the subgrid. All make the same calls.
+  Communicator* ranks = nullptr;
   /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
   std::function<std::string(const RolloutSetup&)> find_tuning;
 };

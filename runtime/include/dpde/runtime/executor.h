@@ -29,6 +29,7 @@
 
 namespace dpde {
 
+class Communicator;
 class FieldSolve;
 class Network;
 class SolverStore;
@@ -36,9 +37,12 @@ class SolverStore;
 class Executor {
  public:
   /// `solvers`: of programs that run one after the other; empty: of this one alone.
-  /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout.
+  /// `ranks`: where the layout is of a subgrid; they must stay. Halos at seams are then the neighbours' cells and sums
+  /// those of all ranks, which make the same calls.
+  /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout, or ranks cannot do
+  /// what it does.
   Executor(const dpde_program& program, const dpde_layout& layout, const Team& team = 1,
-           std::shared_ptr<SolverStore> solvers = {});
+           std::shared_ptr<SolverStore> solvers = {}, Communicator* ranks = nullptr);
   ~Executor();
   Executor(Executor&&) noexcept;
   Executor& operator=(Executor&&) noexcept;
@@ -74,7 +78,7 @@ class Executor {
     if (uniforms_are_stale_) compute_uniforms();
   }
 
-  /// Fills the halos of the inputs (all, or those of one field) as the program needs them.
+  /// Fills the halos of the inputs (all, or those of one field) as the program needs them, of a subgrid at seams too.
   void prepare();
   void prepare(int field);
   /// True when prepare() fills that field.

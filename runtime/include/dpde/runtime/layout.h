@@ -4,6 +4,7 @@
 //  - at least max(halo, one line of 64 bytes) elements lie before and after the cells of a row, and one line more
 //  before
 //    the first and after the last row: kernels read whole lines, wherever a row begins;
+//  - a grid that is made alone is whole (`global`, `first`);
 //  - the strides of y and z are multiples of 64 bytes and no multiples of 4 KiB (stores and loads do not collide).
 #pragma once
 
@@ -21,11 +22,32 @@ namespace dpde {
 /// cells along an axis (their centres would not be different numbers); Error(machine) for more bytes than addressable.
 dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real = DPDE_F64);
 
+/// Layout of a subgrid: a grid of `global` cells is divided among a grid of ranks, as many along each axis as `ranks`
+/// says, as equally as can be; this is that of the one at `place`.
+/// @throws Error(input) beside the above where a subgrid has fewer cells than its halo along an axis that is divided.
+dpde_layout make_subgrid(std::span<const int64_t> global, const std::array<int64_t, 3>& ranks,
+                         const std::array<int64_t, 3>& place, const std::array<int64_t, 3>& halo,
+                         int32_t real = DPDE_F64);
+
+/// Whether the grid has other subgrids along the axis: the same for all of them.
+inline bool is_divided(const dpde_layout& layout, size_t axis) { return layout.cells[axis] != layout.global[axis]; }
+inline bool is_divided(const dpde_layout& layout) {
+  return is_divided(layout, 0) || is_divided(layout, 1) || is_divided(layout, 2);
+}
+/// Whether a side is a seam: the next cells of the grid are another subgrid's. What lies beyond the ends of a periodic
+/// axis is not looked at.
+inline bool has_low_seam(const dpde_layout& layout, size_t axis) { return layout.first[axis] > 0; }
+inline bool has_high_seam(const dpde_layout& layout, size_t axis) {
+  return layout.first[axis] + layout.cells[axis] < layout.global[axis];
+}
+
 /// Bytes of one value.
 inline int64_t real_bytes(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 4 : 8; }
 
 /// Interior cells: the length of a dense array.
 int64_t cell_count(const dpde_layout& layout);
+/// Of the whole grid.
+int64_t global_cell_count(const dpde_layout& layout);
 
 /// Bytes of one field, halo and padding included.
 int64_t field_bytes(const dpde_layout& layout);

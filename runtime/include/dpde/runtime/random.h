@@ -19,7 +19,7 @@ std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::a
 
 double normal(std::uint64_t seed, std::uint64_t cell, std::uint64_t stream = 0);
 
-/// The interior; cells are counted as in dense arrays, x fastest.
+/// The interior; cells are counted as in dense arrays of the whole grid, x fastest.
 void fill_noise(const dpde_layout& layout, void* base, std::uint64_t seed, std::uint64_t stream = 0);
 
 }  // namespace dpde

@@ -124,6 +124,9 @@ struct RolloutSetup {
   int steps = 0;
   double t0 = 0, dt = 0;
   Team team;
+  /// Not null: the layout is of a subgrid. All ranks make the same calls; initial(), final_states(), bars of fields and
+  /// data are those of the subgrid, losses, bars of parameters, and what a run has met, are the same for all of them.
+  Communicator* ranks = nullptr;
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
   std::vector<ControlField> control_fields;
@@ -192,7 +195,7 @@ struct Observer {
 struct BlowUp {
   int step;   // number of the first state that is not finite
   double t;   // its time
-  int state;  // index of the state field, and its first bad cell
+  int state;  // index of the state field, and its first bad cell, of a subgrid by its number in the grid
   Cell cell;
   double value;
 };

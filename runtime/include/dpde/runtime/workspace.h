@@ -44,6 +44,7 @@ class Workspace {
   struct Setup {
     dpde_layout layout{};
     Team team;
+    Communicator* ranks = nullptr;  // not null: the layout is of a subgrid
     double t_begin = 0, step = 1;
     std::vector<Axis> axes;
     std::vector<Noise> noises;
