@@ -270,11 +270,12 @@ std::vector<std::string> weights_of(const dpde_scene& s, Tables& tables) {
   return weights;
 }
 
+std::string value_text(const dpde_value& v) {
+  return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
+}
+
 /// The scene's initialiser; what it points to goes to `tables`.
 std::string scene_text(const dpde_scene& s, Tables& tables) {
-  const auto value = [](const dpde_value& v) {
-    return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
-  };
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
   const auto datum = [&](const dpde_datum& d) {
     return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at));
@@ -288,7 +289,7 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
     return fmt::format("{{{}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares);
   };
   const std::string programs = programs_of(s, tables);
-  const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
+  const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value_text));
   const auto control = [&](const dpde_control& c) {
     return fmt::format("{{{}, {}, {}, {}}}", quoted(c.name), c.every, c.count,
                        tables.array("double", "values", texts(c.values, c.count, number)));
