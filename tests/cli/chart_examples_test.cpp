@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -83,9 +84,11 @@ TEST_F(ChartExamples, SquareByLimitersAndLinearSchemes) {
 }
 
 TEST_F(ChartExamples, Plate) {
-  const Json json = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3");
-  EXPECT_EQ(json["points"][0]["errors"].size(), 2u) << "l2 and linf";
-  EXPECT_NEAR(order(json, 16, "time", "euler"), 2, 0.15);
+  if (testing::is_thorough()) {
+    const Json json = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3");
+    EXPECT_EQ(json["points"][0]["errors"].size(), 2u) << "l2 and linf";
+    EXPECT_NEAR(order(json, 16, "time", "euler"), 2, 0.15);
+  }
   const Json fine = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3 --vary time=rk4");
   EXPECT_NEAR(order(fine, 16, "lap", "central(4)"), 4, 0.15);
 }
@@ -118,6 +121,7 @@ TEST_F(ChartExamples, MergingVortices) {
 /// Convection: a spectral run beside differences, and the growth of Rayleigh's first wave, where Pr = 1
 /// sqrt(Ra/3) - 3*pi^2/2.
 TEST_F(ChartExamples, RollsAlongWhichTheFluidSlips) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: a reference of 96 x 96 cells";
   const Json json = chart("convection/free_rolls", "accuracy_of_rolls",
                           "--vary cells=24,48 --vary step=0.0005 --set end=0.05 --reference-cells 96");
   EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-3);

@@ -75,7 +75,8 @@ TEST(Functions, ThatExplodeAreStopped) {
                    std::to_string(i - 1) + "(a)\n";
   }
   EXPECT_EQ(message_at(definitions, "f40(u)"),
-            "the expression is too large once its lets, operators and integrals are spelled out | call fewer functions inside one "
+            "the expression is too large once its lets, operators and integrals are spelled out | call fewer functions "
+            "inside one "
             "another");
 }
 
