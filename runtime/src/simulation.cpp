@@ -257,7 +257,7 @@ void Simulation::set(std::string_view name, double value) {
   impl_->require_param(name);
   const dpde_scene& scene = impl_->engine.scene();
   const auto is_fixed = [&](const dpde_value& param) {
-    return name == param.name && param.is_fixed != 0 && param.value != value;
+    return param.is_fixed != 0 && param.value != value && name == param.name;
   };
   if (std::any_of(scene.params, scene.params + scene.param_count, is_fixed))
     throw Error(ErrorKind::input, fmt::format("parameter {} is part of the grid, the times or the like, which are made "

@@ -13,11 +13,7 @@ namespace {
 /// The formula of a field that is sought says where it begins; in derivatives by another unknown the field is fixed.
 TEST(Settings, SoughtFieldsStayWhereOtherUnknownsMove) {
   const std::string text = R"(
-model heat {
-  field u
-  param k, q
-  dt(u) = k*lap(u) + q
-}
+model heat { field u; param k, q; dt(u) = k*lap(u) + q }
 scheme ftcs { lap = central(2); time = euler }
 scene scaled : heat with ftcs {
   grid x = 0 .. 2*pi, cells 16, periodic

@@ -2,7 +2,6 @@
 #include "adjoint/regions.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "stencil/effects.h"
 #include "support/contains.h"

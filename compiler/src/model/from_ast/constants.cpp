@@ -19,14 +19,13 @@ namespace {
 
 class Evaluation {
  public:
-  explicit Evaluation(const std::map<std::string, std::optional<double>>& values, std::array<double, 3> place = {})
-      : values_(values), place_(place) {}
+  explicit Evaluation(const std::map<std::string, std::optional<double>>& values) : values_(values) {}
 
   double operator()(const Expr& e) {
     return match(
         e->kind, [](const Number& n) { return n.value; }, [&](const Param& p) { return values_.at(p.name).value(); },
         [](const Field&) -> double { unreachable("a field in a number"); },
-        [&](const Coordinate& c) { return place_[static_cast<std::size_t>(c.axis)]; },
+        [](const Coordinate&) -> double { unreachable("a coordinate in a number"); },
         [](const Noise&) -> double { unreachable("noise in a number"); },
         [&](const Neg& n) { return -(*this)(n.operand); },
         [&](const Binary& b) {
@@ -65,7 +64,6 @@ class Evaluation {
   }
 
   const std::map<std::string, std::optional<double>>& values_;
-  std::array<double, 3> place_;
   std::string mistake_;
   SourceRange at_;
 };
@@ -76,19 +74,6 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
   Evaluation evaluation(values);
   const double number = evaluation(e);
   return evaluation.finish(number);
-}
-
-std::optional<double> value_at(const Expr& e, const std::map<std::string, std::optional<double>>& values,
-                               const std::array<double, 3>& place) {
-  const bool is_open = any_part(e, [&](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
-    const auto known = param != nullptr ? values.find(param->name) : values.end();
-    if (param != nullptr) return known == values.end() || !known->second;
-    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
-           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
-           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
-  });
-  return is_open ? std::nullopt : std::optional(Evaluation(values, place)(e));
 }
 
 namespace {

@@ -255,8 +255,8 @@ MeasureList Measures::name(const std::string& name) {
   }
   // A name that the file gives a parameter or a field is that.
   const Meaning* meaning = draft_.scope.find(name);
-  const bool is_given = meaning != nullptr && meaning->role != Role::coordinate && meaning->role != Role::constant &&
-                        meaning->role != Role::time && meaning->role != Role::let;
+  const bool is_given = meaning != nullptr && (meaning->role == Role::parameter || meaning->role == Role::state ||
+                                               meaning->role == Role::coefficient || meaning->role == Role::datum);
   if (is_given) return {of_name(name)};
   if (name == "pi" || name == "identity") return {{Measure::Kind::number}};
   const bool is_spacing = name.size() == 2 && name[0] == 'h';

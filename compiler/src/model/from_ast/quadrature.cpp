@@ -9,8 +9,9 @@
 #include <utility>
 
 #include "model/build.h"
-#include "model/from_ast/constants.h"
+#include "model/formula.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
@@ -37,6 +38,18 @@ std::array<QuadratureNode, place_count> gauss_nodes() {
     nodes[static_cast<std::size_t>(i)] = {x, 2 / ((1 - x * x) * slope * slope)};
   }
   return nodes;
+}
+
+/// nullopt where more than coordinates and parameters with values is in it.
+std::optional<double> known_at(const Draft& draft, const Expr& e, const std::array<double, 3>& place) {
+  const bool is_open = any_part(e, [&](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    const auto known = param != nullptr ? draft.values.find(param->name) : draft.values.end();
+    return param != nullptr && (known == draft.values.end() || !known->second);
+  });
+  if (is_open) return std::nullopt;
+  const Expr formula = with_values(draft, e);
+  return is_formula(formula) ? std::optional(value_at(formula, place)) : std::nullopt;
 }
 
 }  // namespace
@@ -81,9 +94,9 @@ void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr&
     std::array<double, 3> corner{};
     for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a)
       corner[a] = is_low ? draft_.problem.axes[a].low : draft_.problem.axes[a].high;
-    const auto at_once = value_at(whole, draft_.values, corner);
-    const auto parts = value_at(binary(BinaryOp::add, *first, *second), draft_.values, corner);
-    const auto size = value_at(*sizes, draft_.values, corner);
+    const auto at_once = known_at(draft_, whole, corner);
+    const auto parts = known_at(draft_, binary(BinaryOp::add, *first, *second), corner);
+    const auto size = known_at(draft_, *sizes, corner);
     if (!at_once || !parts || !size || std::abs(*at_once - *parts) <= digits * std::abs(*size)) continue;
     draft_.sink.report(
         "integral-not-resolved", e.callee_range, {fmt::format("{:.6g}", *at_once), fmt::format("{:.6g}", *parts)},

@@ -217,10 +217,13 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
                        "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
     return {};
   }
-  const auto is_on_faces = [&](const Expr& part) {
-    return placements.natural(part).value_or(Placement{}) != Placement{};
+  const auto is_on_pole = [&](std::size_t axis) {
+    const bool has_it = is_pole_at(draft_.problem, axis, true) || is_pole_at(draft_.problem, axis, false);
+    return has_it && placements.natural((*velocity)[axis]).value_or(Placement{})[axis];
   };
-  if (has_poles && operand.type == Typed::Type::number && std::ranges::any_of(*velocity, is_on_faces)) {
+  bool any_on_pole = false;
+  for (std::size_t axis = 0; axis < velocity->size(); ++axis) any_on_pole = any_on_pole || is_on_pole(axis);
+  if (any_on_pole && operand.type == Typed::Type::number) {
     draft_.sink.report("in-curved-coordinates", range, {"advect by a vector on faces", "coordinates with a pole"},
                        "write div(v*interpolate(f)), less f*div(v) where v is not free of it");
     return {};
