@@ -3,31 +3,12 @@
 // listed.
 #include <algorithm>
 #include <map>
-#include <regex>
 
 #include "command_support.h"
+#include "examples_by_day.h"
 
 namespace dpde::testing {
 namespace {
-
-const fs::path examples = fs::path(DPDE_SOURCE_DIR) / "dsl-examples";
-
-std::vector<std::string> files_of_examples() {
-  std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(examples)) {
-    if (entry.path().extension() == ".dpde") files.push_back(fs::relative(entry.path(), examples).string());
-  }
-  std::ranges::sort(files);
-  return files;
-}
-
-std::vector<std::string> targets_of(const std::string& text) {
-  std::vector<std::string> names;
-  const std::regex target(R"((^|\n)(scene|task) +(\w+))");
-  for (std::sregex_iterator found(text.begin(), text.end(), target), end; found != end; ++found)
-    names.push_back((*found)[3]);
-  return names;
-}
 
 /// What makes them quick; the others are as they are.
 const std::map<std::string, std::string> smaller = {
@@ -128,12 +109,12 @@ const std::map<std::string, std::string> without_their_files = {
     {"unseen", "controller.safetensors"},
 };
 
-class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<std::string> {
+class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
   void certify(const std::string& target) const {
-    const std::string file = GetParam(), stem = fs::path(file).stem().string();
+    const std::string stem = GetParam().stem().string();
     const auto settings = smaller.find(stem + " " + target);
-    const Outcome outcome = dpde("verify '" + (examples / file).string() + "' " + target + " --json --threads 1 " +
+    const Outcome outcome = dpde("verify '" + GetParam().string() + "' " + target + " --json --threads 1 " +
                                  (settings == smaller.end() ? "" : settings->second));
     const auto missing = without_their_files.find(target);
     if (missing != without_their_files.end() && outcome.status == 2) {
@@ -154,7 +135,7 @@ class AllTasksAndScenesAreCertified : public Command, public ::testing::WithPara
 };
 
 TEST_P(AllTasksAndScenesAreCertified, Of) {
-  const std::vector<std::string> targets = targets_of(content(examples / GetParam()));
+  const std::vector<std::string> targets = targets_by_day(content(GetParam()));
   ASSERT_FALSE(targets.empty());
   for (const std::string& target : targets) {
     SCOPED_TRACE(target);
@@ -162,22 +143,19 @@ TEST_P(AllTasksAndScenesAreCertified, Of) {
   }
 }
 
-std::string test_name(const ::testing::TestParamInfo<std::string>& info) {
-  return fs::path(info.param).stem().string();
-}
-
-INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::ValuesIn(files_of_examples()), test_name);
+INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::ValuesIn(example_files()),
+                         [](const auto& info) { return info.param.stem().string(); });
 
 /// Nothing above is left from an example that is gone.
 TEST(Examples, WhatIsMadeSmallerOrLacksAFileIsThere) {
   std::map<std::string, int> seen;
-  for (const std::string& file : files_of_examples()) {
-    for (const std::string& target : targets_of(content(examples / file)))
-      ++seen[target], ++seen[fs::path(file).stem().string() + " " + target];
+  for (const fs::path& file : example_files()) {
+    for (const std::string& target : targets_of(content(file)))
+      ++seen[target], ++seen[file.stem().string() + " " + target];
   }
   for (const auto& [target, settings] : smaller) EXPECT_EQ(seen[target], 1) << target;
   for (const auto& [target, file] : without_their_files) EXPECT_EQ(seen[target], 1) << target;
-  EXPECT_GE(files_of_examples().size(), 23u);
+  EXPECT_GE(example_files().size(), 23u);
 }
 
 }  // namespace

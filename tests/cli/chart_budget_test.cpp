@@ -27,12 +27,11 @@ TEST_F(ChartBudget, AddsUpToTheErrorOfExactSolutions) {
     std::size_t points;  // that are stable
   };
   const Case cases[] = {
-      {"advection/advection.dpde ring --vary advect=upwind1,upwind5,central2,central6,weno5,muscl_van_leer "
-       "--vary time=rk4 --vary cells=32,64 --vary fraction=0.9",
-       12},
-      {"heat/heat.dpde rod --vary time=euler,rk4,crank_nicolson,backward_euler --vary cells=32 --vary fraction=0.9,0.3 "
-       "--vary real=f32,f64",
-       16},
+      {"advection/advection.dpde ring --vary advect=upwind1,central6,weno5 --vary time=rk4 "
+       "--vary cells=32,64 --vary fraction=0.9",
+       6},
+      {"heat/heat.dpde rod --vary time=rk4,crank_nicolson --vary cells=32 --vary fraction=0.9,0.3 --vary real=f32,f64",
+       8},
       {"heat/heat.dpde plate --vary lap=central2,central4 --vary time=euler,rk4 --vary cells=16 "
        "--vary fraction=0.9",
        4},

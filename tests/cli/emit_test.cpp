@@ -4,6 +4,7 @@
 #include <regex>
 
 #include "command_support.h"
+#include "examples_by_day.h"
 
 namespace dpde::testing {
 namespace {
@@ -31,12 +32,9 @@ std::string without_comments(const std::string& text) {
 class EmitsExample : public EmitCommand, public ::testing::WithParamInterface<fs::path> {};
 
 TEST_P(EmitsExample, ReadsBackAsItWas) {
-  const std::string text = content(GetParam());
-  const std::regex block("(^|\n)(task|scene) (\\w+)");
-  int blocks = 0;
-  for (auto found = std::sregex_iterator(text.begin(), text.end(), block); found != std::sregex_iterator();
-       ++found, ++blocks) {
-    const std::string name = (*found)[3];
+  const std::vector<std::string> names = targets_by_day(content(GetParam()));
+  EXPECT_FALSE(names.empty());
+  for (const std::string& name : names) {
     for (const std::string stage : {"stencil", "adjoint"}) {
       const Outcome first = dpde("emit " + GetParam().string() + " " + name + " --stage " + stage);
       ASSERT_EQ(first.status, 0) << first.err;
@@ -48,16 +46,6 @@ TEST_P(EmitsExample, ReadsBackAsItWas) {
       EXPECT_EQ(without_comments(again.out), without_comments(first.out)) << name << " " << stage;
     }
   }
-  EXPECT_GT(blocks, 0);
-}
-
-std::vector<fs::path> example_files() {
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(DPDE_SOURCE_DIR) / "dsl-examples")) {
-    if (entry.path().extension() == ".dpde") found.push_back(entry.path());
-  }
-  std::ranges::sort(found);
-  return found;
 }
 
 INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(example_files()),

@@ -9,6 +9,7 @@
 #include "../driver/driver_support.h"
 #include "support/flow_texts.h"
 #include "support/scene_run.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -269,6 +270,7 @@ void expect_certified_but_for_kinks(const std::string& text) {
 TEST(CarriedFaces, AreCertified) {
   for (const char* on : {"on faces.x", "on nodes"}) {
     for (const char* advect : {"semi_lagrangian", "maccormack", "maccormack(steady)"}) {
+      if (advect == std::string("maccormack") && !testing::is_thorough()) continue;
       const std::string text = fmt::format(
           "model m {{ vector u on faces; field q {}; param c; dt(u) = -advect(c*u, u) + 0.002*lap(u); dt(q) = "
           "-advect(u, q) "

@@ -9,6 +9,7 @@
 
 #include "../driver/driver_support.h"
 #include "support/scene_run.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -119,8 +120,9 @@ task t : film {{
 }
 
 TEST(WallFormulas, DerivativesAreCertified) {
-  for (const char* time : {"rk4", "ab2", "ssp_rk3"}) {
+  for (std::size_t count = 0; const char* time : {"rk4", "ab2", "ssp_rk3"}) {
     for (const char* cells : {"1", "2", "5"}) {
+      if (!testing::is_tried(count++, 2)) continue;
       const auto certificate = certificate_of(reacting(time, cells, "5"), std::string(time) == "rk4");
       ASSERT_TRUE(certificate);
       EXPECT_TRUE(certificate->passed()) << time << " " << cells;

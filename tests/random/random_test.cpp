@@ -57,7 +57,8 @@ struct Count {
 };
 
 TEST(RandomPrograms, AgreeEverywhere) {
-  const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1), count = setting("DPDE_RANDOM_PROGRAMS", 25);
+  const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1),
+                      count = setting("DPDE_RANDOM_PROGRAMS", is_thorough() ? 25 : 12);
   Count total;
   std::vector<RandomProgram> for_cpp;
   const auto report = [&](const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
