@@ -13,6 +13,8 @@
 namespace dpde {
 namespace {
 
+constexpr int most_single_steps = 16;
+
 void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {
@@ -38,6 +40,9 @@ const GradientResult& Rollout::Impl::gradient() {
   for (size_t i = 0; i < result.field_bars.size(); ++i) {
     fill_all(bar_layout, field_bar_pool.base(static_cast<int64_t>(i)), 0.0);
   }
+  for (size_t i = 0; i < backward->totals.size() && setup.layout.real == DPDE_F32; ++i)
+    fill_all(setup.layout, single_totals.base(static_cast<int64_t>(i)), 0.0);
+  single_steps = 0;
   loss_value = 0;
   current = front = 0;
   bar = 0;
@@ -245,6 +250,29 @@ void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<F
   }
 }
 
+/// What the adjoint of step n adds to.
+void Rollout::Impl::bind_totals(int n) {
+  for (size_t i = 0; i < backward->totals.size(); ++i) {
+    const FieldBar& total = backward->totals[i];
+    void* const to = setup.layout.real == DPDE_F32
+                         ? single_totals.base(static_cast<int64_t>(i))
+                         : field_bar_pool.base(static_cast<int64_t>(sought[total.number].at(n)));
+    backward->program.executor.bind(total.field, to);
+  }
+}
+
+/// Singles are added up as such over a few steps, in which that is as good as the values are, and then as doubles.
+void Rollout::Impl::flush_totals(int n) {
+  const bool ends = std::ranges::any_of(backward->totals, [&](const FieldBar& total) {
+    return n == 0 || sought[total.number].at(n) != sought[total.number].at(n - 1);
+  });
+  if (++single_steps < most_single_steps && !ends) return;
+  add_field_bars(backward->program.executor, backward->totals, n);
+  for (const FieldBar& total : backward->totals)
+    fill_all(setup.layout, backward->program.executor.bound(total.field), 0.0);
+  single_steps = 0;
+}
+
 /// bars[seeds] are the seeds, the other one the result.
 void Rollout::Impl::bind_reverse(const StateBuffer& state, size_t seeds) {
   backward->program.bind_states(state);
@@ -298,6 +326,7 @@ void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
 
 void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& state) {
   set_step(backward->program, n, part, parts);
+  bind_totals(n);
   bind_reverse(state, bar);
   if (part + 1 == parts && (setup.steady > 0 || has_losses(n + 1))) prepare_seeds();
   run_in_step(backward->program.executor, n);
@@ -314,6 +343,7 @@ void Rollout::Impl::after_reverse(int n) {
   if (!adds_bars) return;
   add_param_bars(backward->program.executor.sums(), backward->params, n);
   add_field_bars(backward->program.executor, backward->fields, n);
+  if (setup.layout.real == DPDE_F32 && !backward->totals.empty()) flush_totals(n);
 }
 
 /// When all states are stored (state k in buffer k) the pointers of every run are known beforehand.
@@ -331,6 +361,7 @@ void Rollout::Impl::make_frames() {
     bind_control_fields(backward->program, static_cast<int>(n));
     bind_buffers(buffers[n], buffers[n + 1]);
     step.make_frame(&step_frames[n * step_size]);
+    bind_totals(static_cast<int>(n));
     bind_reverse(buffers[n], (steps - 1 - n) % 2);
     adjoint.make_frame(&adjoint_frames[n * adjoint_size]);
   }

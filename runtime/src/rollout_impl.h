@@ -87,9 +87,10 @@ struct BoundAdjoint {
   BoundProgram program;
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
   std::vector<ParamBar> params;
-  std::vector<FieldBar> fields;
-  std::optional<Wavefront> block;     // adjoints of several steps at once
-  std::vector<size_t> block_results;  // of its swaps: the state
+  std::vector<FieldBar> fields, totals;  // whose values are to be added to what is kept; which the program adds to
+  int64_t bytes = 0;                     // of its pools
+  std::optional<Wavefront> block;        // adjoints of several steps at once
+  std::vector<size_t> block_results;     // of its swaps: the state
 };
 /// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
 struct BoundData {
@@ -137,7 +138,8 @@ struct Rollout::Impl {
   void place_sought();
   void bind_step();
   void bind_rate();
-  void bind_adjoint();
+  void bind_adjoint(const dpde_program& program);
+  void take_total_adjoint();
   void bind_term(const LossTerm& term);
   std::vector<BoundData> bind_data(const LossTerm& term, BoundProgram& bound);
   std::vector<ParamBar> bind_param_bars(const dpde_program& program);
@@ -260,6 +262,8 @@ struct Rollout::Impl {
   void drop_adjoints(int state);
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
+  void bind_totals(int n);
+  void flush_totals(int n);
   void after_reverse(int n);
   /// Counts steps of a gradient, forward or back, that led to `state`, or of `total`; false when whoever watches wants
   /// no more.
@@ -322,6 +326,8 @@ struct Rollout::Impl {
   FieldPool field_bar_pool;         // one a sought field, or one an interval of it
   std::vector<SoughtField> sought;  // where they are
   dpde_layout bar_layout{};         // of field_bar_pool: that of the states, but of doubles
+  FieldPool single_totals;          // in single precision: what a few steps have added up
+  int single_steps = 0;             // how many
   std::vector<StateBuffer> bars;    // two, and one for seeds to be added
   std::vector<char> is_seeded;      // of each state
   bool adds_bars = true;            // of parameters and fields, in the adjoint of a step

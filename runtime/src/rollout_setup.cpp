@@ -61,7 +61,7 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
   for (size_t s = 0; s < is_rate.size(); ++s) is_rate[s] = contains(setup.rates, state_names[s]);
   if (setup.rate != nullptr) bind_rate();
   if (purpose == Purpose::run) plan_block();
-  if (setup.adjoint != nullptr) bind_adjoint();
+  if (setup.adjoint != nullptr) bind_adjoint(*setup.adjoint);
   for (const LossTerm& term : setup.losses) bind_term(term);
   result.param_bars.assign(param_bar_names.size(), 0.0);
   result.control_bars.resize(param_bar_names.size());
@@ -207,8 +207,8 @@ void Rollout::Impl::bind_rate() {
     throw Error(ErrorKind::run, fmt::format("program {}: no result called {}", setup.rate->name, setup.rate_field));
 }
 
-void Rollout::Impl::bind_adjoint() {
-  const dpde_program& program = *setup.adjoint;
+void Rollout::Impl::bind_adjoint(const dpde_program& program) {
+  const int64_t bytes_before = bytes_of_fields;
   std::vector<std::string> own;
   std::vector<int> seeds, results;
   for (const std::string& next : next_names) {
@@ -222,9 +222,31 @@ void Rollout::Impl::bind_adjoint() {
     own.emplace_back(program.fields[seed]);
     own.emplace_back(program.fields[found->next]);
   }
-  backward.emplace(BoundAdjoint{
-      bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
+  std::vector<FieldBar> totals;
+  for (size_t i = 0; i < setup.sought.size() && &program == setup.total_adjoint; ++i) {
+    const int field = find_derived(program, DPDE_LINK_FIELD, setup.sought[i]);
+    if (field < 0 || field >= program.input_count) continue;
+    totals.push_back({field, i});
+    own.emplace_back(program.fields[field]);
+  }
+  backward.emplace(BoundAdjoint{bind_program(program, own, false),
+                                std::move(seeds),
+                                std::move(results),
+                                bind_param_bars(program),
+                                {},
+                                std::move(totals),
+                                {},
+                                {},
+                                {}});
   backward->fields = bind_field_bars(backward->program.executor);
+  backward->bytes = bytes_of_fields - bytes_before;
+}
+
+/// Where steps are reversed one by one. (Blocks of steps add rows to totals while they are in the first cache.)
+void Rollout::Impl::take_total_adjoint() {
+  if (setup.total_adjoint == nullptr || setup.steady > 0 || backward->block) return;
+  bytes_of_fields -= backward->bytes;
+  bind_adjoint(*setup.total_adjoint);
 }
 
 void Rollout::Impl::place_sought() {

@@ -78,6 +78,7 @@ void Rollout::Impl::plan_storage() {
     read = states_read();
     keeps_trajectory = std::ranges::find(read, char{1}) != read.end();
     plan_reverse_block();
+    take_total_adjoint();
   }
   if (keeps_trajectory) {
     slots = least_of_ranks(plan_slots(read));
@@ -113,6 +114,8 @@ void Rollout::Impl::allocate_states() {
   if (backward) {
     bar_pool = make_pool(setup.layout, 3 * states);
     field_bar_pool = make_pool(bar_layout, bar_count);
+    if (setup.layout.real == DPDE_F32 && !backward->totals.empty())
+      single_totals = make_pool(setup.layout, static_cast<int64_t>(backward->totals.size()));
   }
   if (purpose == Purpose::plan) return;
   buffers.emplace_back();

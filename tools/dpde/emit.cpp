@@ -36,7 +36,8 @@ stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
 }
 
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
-  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true), compiled.real());
+  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true), compiled.real(),
+                               driver::totals_of(compiled));
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/links.h"
 
+#include <algorithm>
+
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -42,6 +44,11 @@ std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
          {&derived.tangent, &derived.adjoint, &derived.second, &derived.squares, &derived.squares_adjoint}) {
       if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
     }
+  }
+  const adjoint::Totals totals = totals_of(compiled);
+  if (std::ranges::any_of(compiled.loop.programs, [&](const loop::Program& p) { return p.name == totals.name(); })) {
+    programs.push_back(linked(*compiled.derived.at(compiled.step_name()).adjoint));
+    programs.back().program = totals.name();
   }
   return programs;
 }

@@ -405,13 +405,28 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
   return names;
 }
 
-loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs, Precision real) {
+adjoint::Totals totals_of(const Compiled& compiled) {
+  if (compiled.options.backend == Backend::interpreter) return {};  // it runs what is written
+  const auto found = compiled.derived.find(compiled.step_name());
+  if (!compiled.problem || !compiled.problem->task || found == compiled.derived.end() || !found->second.adjoint)
+    return {};
+  const adjoint::Derivative& derivative = *found->second.adjoint;
+  adjoint::Totals totals{derivative.program, {}};
+  for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
+    if (const std::string* bar = derivative.field(coefficient.name)) totals.results.push_back(*bar);
+  }
+  return totals;
+}
+
+loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
+                           const adjoint::Totals& totals) {
   module = adjoint::with_newton_steps(std::move(module));
   for (const stencil::Pass& pass : stencil::loop_passes) {
     // Regrouped, the weights of u + dt*(...) are rounded one by one and do not add up to 1: floats would drift by it.
     if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;
     module = pass.run(module);
   }
+  if (adjoint::add_program_of(totals, module)) programs.push_back(totals.name());
   return loop::from_stencil(module, programs, real);
 }
 
@@ -422,7 +437,8 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real());
+  compiled.loop =
+      lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(), totals_of(compiled));
   if (!stages.after(
           "loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); }))
     return std::nullopt;

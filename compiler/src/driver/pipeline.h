@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "adjoint/totals.h"
 #include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
 #include "loop/loop.h"
@@ -91,8 +92,12 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
 /// What the derivatives of program `name` are taken with respect to: the part of `activity` that it reads.
 adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name);
 
-/// The rows of the named programs, after the passes for speed: what the back ends get.
-loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs, Precision real);
+/// The gradients by coefficients that the adjoint of the step keeps.
+adjoint::Totals totals_of(const Compiled& compiled);
+
+/// The rows of the named programs, after the passes for speed: what the back ends get. With that of the totals.
+loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
+                           const adjoint::Totals& totals = {});
 
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);

@@ -269,6 +269,7 @@ void SceneTable::Storage::fill() {
   add_parts();
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
+  scene.total_adjoint = compiled->program(totals_of(*compiled).name());
   scene.initial = compiled->program(initial);
   scene.initial_adjoint = compiled->adjoint_of(initial);
   scene.coefficient_formulas = compiled->program(formulas);

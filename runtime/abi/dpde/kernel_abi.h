@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 22
+#define DPDE_ABI_VERSION 23
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };

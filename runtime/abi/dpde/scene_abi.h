@@ -147,6 +147,7 @@ typedef struct dpde_scene {
       sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
   const dpde_program* program;         /* one step */
   const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
+  const dpde_program* total_adjoint;   /* see RolloutSetup::total_adjoint */
   const dpde_program* initial;         /* keeps the states that have a formula */
   const dpde_program* initial_adjoint; /* reads the adjoints of the states, has the sums of parameters */
   const dpde_program* coefficient_formulas;

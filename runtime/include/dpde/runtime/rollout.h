@@ -120,6 +120,9 @@ struct StepController {
 struct RolloutSetup {
   const dpde_program* step = nullptr;
   const dpde_program* adjoint = nullptr;  // null: forward only
+  /// The adjoint with bars of sought fields as inputs that it adds to; null: there is none. It takes the place of
+  /// `adjoint` where steps are reversed one by one.
+  const dpde_program* total_adjoint = nullptr;
   dpde_layout layout{};
   int steps = 0;
   double t0 = 0, dt = 0;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/totals.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "stencil/effects.h"
+#include "support/contains.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+namespace {
+
+using stencil::Module;
+using stencil::Program;
+
+/// Whether a kernel is the first that touches the field, and stores to it, and other kernels add to it at most.
+bool is_stored_once(const Module& module, const Program& program, const std::string& field) {
+  bool is_stored = false;
+  for (const stencil::Statement& statement : program.body) {
+    const stencil::Effects e = stencil::effects(module, statement);
+    const bool writes = contains(e.writes, field), updates = contains(e.updates, field);
+    const bool uses =
+        contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) || contains(e.spoils, field);
+    const bool is_row_wise = match(
+        statement,
+        [&](const stencil::Run& run) {
+          const stencil::Kernel& kernel = stencil::kernel_of(module, run);
+          return std::ranges::none_of(kernel.scatters,
+                                      [&](const stencil::Scatter& s) { return s.target.field == field; });
+        },
+        [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
+        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
+        [](const stencil::Transform&) { return false; }, [](const stencil::Solve&) { return false; },
+        [](const stencil::Repeat&) { return false; });
+    if (!writes && !updates && !uses) continue;
+    if (uses || !is_row_wise || writes == is_stored) return false;
+    is_stored = true;
+  }
+  return is_stored;
+}
+
+}  // namespace
+
+bool add_program_of(const Totals& totals, Module& module) {
+  const Program* program = module.find_program(totals.program);
+  std::set<std::string> added_to;
+  for (const std::string& result : totals.results) {
+    if (program && contains(program->keeps, result) && is_stored_once(module, *program, result))
+      added_to.insert(result);
+  }
+  if (added_to.empty() || module.find_program(totals.name()) != nullptr) return false;
+  Program added = *program;
+  added.name = totals.name();
+  stencil::for_each_run(added, [&](stencil::Run& run) {
+    stencil::Kernel kernel = stencil::kernel_of(module, run);
+    bool is_other = false;
+    for (stencil::Store& store : kernel.stores) {
+      if (!added_to.contains(store.field) || store.accumulate) continue;
+      store.accumulate = is_other = true;
+    }
+    if (!is_other) return;
+    do kernel.name += "_total";
+    while (module.find_kernel(kernel.name) != nullptr);
+    run.kernel = kernel.name;
+    module.kernels.push_back(std::move(kernel));
+  });
+  module.programs.push_back(std::move(added));
+  return true;
+}
+
+}  // namespace dpde::adjoint
