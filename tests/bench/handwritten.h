@@ -53,6 +53,9 @@ struct Tiling {
 };
 void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c, Tiling tiling = {});
 
+/// next = w - dt J(phi, w) with Arakawa's bracket J and hx = hy: a = dt / (12 h^2).
+void arakawa_step(const dpde_layout& layout, const double* phi, const double* w, double* next, double a);
+
 /// Rooflines: to = from, over all elements.
 void copy(double* to, const double* from, int64_t count);
 /// to = from + factor * more

@@ -24,7 +24,7 @@ namespace dpde::stencil {
 namespace {
 
 /// Of a kernel, with those of the sums that are atoms: above that the search takes longer than it saves.
-constexpr std::size_t most_terms = 200;
+constexpr std::size_t most_terms = 500;
 
 /// Writes polynomials as expressions; what atoms stand for becomes a let.
 class Writer {
