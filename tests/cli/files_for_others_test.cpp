@@ -28,7 +28,7 @@ TEST_F(FilesForOthers, NamesAreWordsAndTimeHasAUnit) {
   EXPECT_EQ(file.text("u_x", "dpde_name"), "u.x");
   EXPECT_EQ(file.text("u_x", "long_name"), "field u.x");
   EXPECT_EQ(file.text("time", "standard_name"), "time");
-  EXPECT_EQ(file.text("time", "units"), "1");
+  EXPECT_EQ(file.text("time", "units"), "") << "nothing is told: not a pure number";
   // At the centres: the mean of the faces, the one on the low wall being the boundary's.
   EXPECT_EQ(file.dimensions("u_x_centre"), (std::vector<std::string>{"time", "x"}));
   const std::vector<double> faces = file.values("u_x"), centres = file.values("u_x_centre");

@@ -62,7 +62,7 @@ TEST_F(Netcdf, HoldsTheFirstAndTheLastStateWithCoordinates) {
     EXPECT_NEAR(bounds[2 * i + 1], (i + 1) * std::numbers::pi / 8, 1e-14);
   }
   EXPECT_EQ(file.text("x", "axis"), "X");
-  EXPECT_EQ(file.text("x", "units"), "1");
+  EXPECT_EQ(file.text("x", "units"), "");
   EXPECT_EQ(file.text("x", "bounds"), "x_bounds");
   EXPECT_EQ(file.text("time", "axis"), "T");
   EXPECT_EQ(file.text("", "Conventions"), "CF-1.8");

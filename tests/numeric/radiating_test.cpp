@@ -67,6 +67,29 @@ TEST(Radiating, NothingGrows) {
   }
 }
 
+/// Sound as two equations of first order, in parts that go to the right and to the left, v + p and v - p over Z: at
+/// each end that which would come in is 0.
+TEST(Characteristic, WhatLeavesIsOfOrderTwo) {
+  const std::string text =
+      "model sound { field p, v; param Z; dt(p) = -Z*dx(v); dt(v) = -dx(p)/Z }\nscheme s { time = rk4 }\n"
+      "scene out : sound with s {\n  grid x = 0 .. 1, cells 64\n  Z = 2\n"
+      "  boundary p: x.low = -Z*v, x.high = Z*v\n  boundary v: x = linear\n"
+      "  initial p = exp(-((x - 0.5)/0.06)^2)\n  initial v = 0\n"
+      "  exact p = (exp(-((x - 0.5 - t)/0.06)^2) + exp(-((x - 0.5 + t)/0.06)^2))/2\n"
+      "  time 0 .. 1, step 1/2048\n}\n"
+      "task t : out { unknown Z; unknown initial p; minimise mean(p^2 + v^2) over time }\n";
+  const auto error_of_p = [&](int cells, const char* end) {
+    return run_scene(text, "out", {{"cells", std::to_string(cells)}, {"end", end}}).l2.at("p");
+  };
+  EXPECT_NEAR(std::log2(error_of_p(128, "0.5") / error_of_p(256, "0.5")), 2, 0.15);  // half of it has left
+  const double left = error_of_p(256, "1"), pulse = std::sqrt(0.06 * std::sqrt(std::acos(-1) / 2));
+  EXPECT_GT(std::log2(error_of_p(128, "1") / left), 1.9);
+  EXPECT_LT(left / pulse, 3e-4);
+  const auto certificate = certificate_of(std::string(text).replace(text.find("cells 64"), 8, "cells 5"), true);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed());
+}
+
 /// A speed that differs from place to place and is sought, beside other conditions, in two dimensions.
 std::string sought(const std::string& time, const std::string& cells_x, const std::string& cells_y) {
   return "model sound { field p; coefficient c2; param a, g; dt(dt(p)) = c2*lap(p) }\n"

@@ -54,11 +54,11 @@ class NetcdfFile {
     nc_inq_vartype(group, number, &type);
     return type == NC_FLOAT;
   }
-  /// Of a variable, or ("") of the file.
+  /// Of a variable, or ("") of the file; "" where there is none.
   std::string text(const std::string& variable, const std::string& attribute) const {
     const auto [group, number] = variable.empty() ? std::pair(id_, NC_GLOBAL) : place(variable);
     std::size_t length = 0;
-    EXPECT_EQ(nc_inq_attlen(group, number, attribute.c_str(), &length), NC_NOERR) << variable << ":" << attribute;
+    if (nc_inq_attlen(group, number, attribute.c_str(), &length) != NC_NOERR) return "";
     std::string value(length, '\0');
     nc_get_att_text(group, number, attribute.c_str(), value.data());
     return value;

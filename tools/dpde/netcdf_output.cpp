@@ -119,7 +119,9 @@ std::string NetcdfNames::free(std::string name) {
 }
 
 NetcdfAttributes described(const std::string& what, const std::string& unit) {
-  return {{"long_name", what}, {"units", unit.empty() ? "1" : unit}};
+  NetcdfAttributes attributes{{"long_name", what}};
+  if (!unit.empty()) attributes.emplace_back("units", unit);  // "1" would be a pure number
+  return attributes;
 }
 
 NetcdfVariable time_variable(const model::Problem& problem, const std::string& name, std::vector<double> times) {

@@ -91,12 +91,13 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
 
 /// Of the cell that the place lies in; nullopt after a diagnostic.
 std::optional<Slice> slice_at(Job& job, const StoredField& field, const std::string& written) {
-  const auto refuse = [&](const std::string& why) {
-    job.sink().report("bad-option", {}, {fmt::format("--slice {}: {}", written, why)}, "write --slice z=0.5");
+  const auto refuse = [&](const std::string& why, const std::string& hint = "write --slice z=0.5") {
+    job.sink().report("bad-option", {}, {fmt::format("--slice {}: {}", written, why)}, hint);
     return std::nullopt;
   };
   const std::size_t equals = written.find('=');
-  if (field.axes.size() != 3) return refuse(fmt::format("{} has {} axes, not 3", field.name, field.axes.size()));
+  if (field.axes.size() != 3)
+    return refuse(fmt::format("{} has no three axes", field.name), "leave out --slice: all of the field is shown");
   double place = 0;
   const char *begin = written.data() + std::min(equals, written.size() - 1) + 1, *end = written.data() + written.size();
   if (equals == std::string::npos || std::from_chars(begin, end, place).ptr != end || begin == end)
@@ -176,7 +177,7 @@ bool check_time(Job& job, const PlotOptions& options, const StoredField& field) 
   if (*options.time >= first - slack && *options.time <= last + slack) return true;
   return refuse(
       fmt::format("--time {}: states of {} are from t = {:.6g} to {:.6g}", *options.time, field.name, first, last),
-      "the state nearest to it is shown");
+      fmt::format("write --time {:.6g}, or one between: the state nearest to it is shown", last));
 }
 
 using Slices = std::vector<std::optional<Slice>>;  // a field
