@@ -59,6 +59,21 @@ TEST_F(FilesForOthers, UnitsThatTheModelTells) {
             std::string::npos);
 }
 
+/// In files and pictures; the dimensions stay x and y.
+TEST_F(FilesForOthers, AxesAreCalledAsTheirCoordinatesHaveThem) {
+  write("earth.dpde",
+        "model heat { field u; dt(u) = lap(u) }\nscene earth : heat {\n  coordinates sphere(1)\n"
+        "  grid lon = 0 .. 2*pi, cells 8, periodic\n  grid lat = -pi/2 .. pi/2, cells 4\n  boundary u: lat = pole\n"
+        "  initial u = sin(lat)\n  time 0 .. 1e-3, step 1e-3\n}\n");
+  ASSERT_EQ(dpde("run earth.dpde --quiet --out o").status, 0);
+  const NetcdfFile file(path("o/earth.nc").string());
+  EXPECT_EQ(file.text("y", "long_name"), "lat of the cell centres");
+  EXPECT_EQ(file.text("y", "dpde_name"), "lat");
+  ASSERT_EQ(dpde("plot o/earth.nc --quiet --out p").status, 0);
+  for (const std::string picture : {"o/earth.svg", "p/earth_u.svg"})
+    EXPECT_NE(content(path(picture)).find(">lon<"), std::string::npos) << picture;
+}
+
 TEST_F(FilesForOthers, CentresOnPeriodicAndSlopingSides) {
   write("ring.dpde", canal(", periodic", ""));
   ASSERT_EQ(dpde("run ring.dpde canal --quiet --centres --out o").status, 0);

@@ -20,13 +20,15 @@ namespace dpde::tools {
 
 namespace {
 
-void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name,
+/// `in_words`: what readers call the axis.
+void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& in_words,
               const NetcdfAttributes& attributes, const std::string& corner, NetcdfNames& names) {
   content.dimensions.push_back({name, axis.cells});
   NetcdfVariable places{name, {name}, attributes, {}};
   NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
   const std::string letter(1, static_cast<char>(axis.name[0] - 'x' + 'X'));
-  places.attributes.insert(places.attributes.end(), {{"axis", letter}, {"bounds", bounds.name}});
+  places.attributes.insert(places.attributes.end(),
+                           {{"axis", letter}, {"bounds", bounds.name}, {"dpde_name", in_words}});
   places.attributes.push_back({"boundary", axis.topology == Topology::periodic ? "periodic" : "bounded"});
   for (int i = 0; i < axis.cells; ++i) {
     places.values.push_back(axis.centre(i));
@@ -144,14 +146,15 @@ AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const
     const model::Axis& axis = axes[a];
     result.push_back({axis.name, ""});
     const std::string unit = session.problem().unit_of(axis.name);
-    add_axis(content, axis, axis.name, described(axis.name + " of the cell centres", unit), corner, names);
+    const std::string in_words = called(session.problem(), axis.name);
+    add_axis(content, axis, axis.name, in_words, described(in_words + " of the cell centres", unit), corner, names);
     const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
     if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
     result.back()[1] = names.free(axis.name + "_faces");
     model::Placement faces{};
     faces[a] = true;
-    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1],
-             described(axis.name + " of the upper faces of the cells", unit), corner, names);
+    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1], in_words,
+             described(in_words + " of the upper faces of the cells", unit), corner, names);
   }
   return result;
 }

@@ -58,8 +58,8 @@ std::vector<Panel> maps_of(const driver::Session& session, const std::string& ti
   for (int across = 2; across >= 0; --across) {
     const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
     const model::Axis& cut = axes[std::size_t(across)];
-    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, cut.name, cut.centre(middle),
-                                          behind_number(session.problem().unit_of(cut.name)));
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, called(session.problem(), cut.name),
+                                          cut.centre(middle), behind_number(session.problem().unit_of(cut.name)));
     MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
     panel.value_label = state.label;
     panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
@@ -79,8 +79,15 @@ void add_label(std::string& label, const std::string& more) {
   if (label.size() > longest) label = " ";
 }
 
+std::string called(const model::Problem& problem, const std::string& name) {
+  for (std::size_t a = 0; problem.metric && a < problem.metric->axes.size(); ++a) {
+    if (problem.axes[a].name == name) return problem.metric->axes[a];
+  }
+  return name;
+}
+
 std::string label_of(const model::Problem& problem, const std::string& name) {
-  return label_of(name, problem.unit_of(name));
+  return label_of(called(problem, name), problem.unit_of(name));
 }
 
 std::string time_text(const model::Problem& problem, double t) {

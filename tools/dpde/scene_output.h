@@ -13,6 +13,8 @@
 
 namespace dpde::tools {
 
+/// Of an axis what it is called in its coordinates: lon, r; of all else its name.
+std::string called(const model::Problem& problem, const std::string& name);
 /// "x [m]"; the name alone where no unit is known.
 std::string label_of(const model::Problem& problem, const std::string& name);
 /// "t = 0.5 s"

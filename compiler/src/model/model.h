@@ -219,6 +219,7 @@ struct Metric {
   std::string name;  // as messages have it: polar coordinates
   std::vector<Expr> scales;
   Expr around = 1.0;
+  std::vector<std::string> axes = {};  // what the first ones are called: r, theta
 };
 /// "x.low": of the side where the coordinate is high where the axis runs down.
 std::string side_name(const Axis& axis, bool is_low);

@@ -54,8 +54,10 @@ class MetricBinder {
   MetricBinder(Draft& draft, WrittenCoordinates line) : draft_(draft), line_(std::move(line)) {}
 
   void bind() {
-    const auto metric = made();
-    if (metric && is_positive(*metric)) draft_.problem.metric = metric;
+    auto metric = made();
+    if (!metric || !is_positive(*metric)) return;
+    metric->axes = names_of_axes(line_.kind);
+    draft_.problem.metric = metric;
   }
 
  private:
