@@ -178,5 +178,18 @@ TEST(Vectors, OnFacesCarryNumbersOverPolesAsFluxes) {
   EXPECT_EQ(refusal("-advect(v, f)", "1"), "");
 }
 
+/// Of derivatives of derivatives beside a pole a factor leaves nothing that falls faster than lengths do.
+TEST(Vectors, DerivativesOfDerivativesAreRightBehindAFactorThatFallsTowardsPoles) {
+  const auto warning = [](const std::string& factor) {
+    return message("model m { vector u on faces; dt(u) = -curl(" + factor +
+                   "*curl(u)) }\nscene s : m {\n  coordinates sphere(1)\n  grid lon = 0 .. 2*pi, cells 8, periodic\n"
+                   "  grid lat = -pi/2 .. pi/2, cells 4\n  boundary u.x: lat = pole\n  boundary u.y: lat = 0\n"
+                   "  initial u = (cos(lat), 0)\n  time 0 .. 0.01, step 0.001\n}\n");
+  };
+  EXPECT_NE(warning("2").find("beside a pole"), std::string::npos);
+  EXPECT_NE(warning("cos(lat)").find("beside a pole"), std::string::npos);
+  EXPECT_EQ(warning("min(1, 25*cos(lat)^2)"), "0 diagnostics:");
+}
+
 }  // namespace
 }  // namespace dpde::model

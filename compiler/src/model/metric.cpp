@@ -120,6 +120,20 @@ bool has_pole(const Problem& problem) {
   return false;
 }
 
+bool falls_towards_poles(const Problem& problem, const Expr& factor) {
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    for (const bool is_low : {true, false}) {
+      if (!is_pole_at(problem, axis, is_low)) continue;
+      for (std::size_t other = 0; other < problem.axes.size(); ++other) {
+        const Expr& scale = problem.metric->scales[other];
+        if (other == axis || !vanishes_at(problem, scale, axis, is_low)) continue;
+        if (!vanishes_at(problem, binary(BinaryOp::divide, factor, scale), axis, is_low)) return false;
+      }
+    }
+  }
+  return true;
+}
+
 double length_of_poles(const Problem& problem, std::size_t axis, std::size_t around) {
   Place middle{};
   for (std::size_t a = 0; a < problem.axes.size(); ++a) middle[a] = problem.axes[a].centre(0);

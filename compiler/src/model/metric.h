@@ -23,6 +23,9 @@ bool has_pole(const Problem& problem);
 /// Whether a formula of coordinates, a length or made of lengths, is 0 on that side; false of other expressions.
 bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low);
 
+/// Whether a formula of coordinates falls to 0 faster than lengths do towards each pole.
+bool falls_towards_poles(const Problem& problem, const Expr& factor);
+
 /// Of a unit of coordinate `around`: what is shorter lies on a pole at an end of `axis`.
 double length_of_poles(const Problem& problem, std::size_t axis, std::size_t around);
 

@@ -57,6 +57,17 @@ std::vector<Expr> symmetric_part(const std::vector<Expr>& s, std::size_t n, cons
   return parts;
 }
 
+/// How deep derivatives are nested, but for those behind a factor that leaves nothing of them beside poles.
+int order_beside_poles(const Problem& problem, const Expr& e) {
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return order_beside_poles(problem, neg->operand);
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b != nullptr && (b->op == BinaryOp::add || b->op == BinaryOp::subtract))
+    return std::max(order_beside_poles(problem, b->left), order_beside_poles(problem, b->right));
+  const bool falls = b != nullptr && b->op == BinaryOp::multiply &&
+                     (falls_towards_poles(problem, b->left) || falls_towards_poles(problem, b->right));
+  return falls ? 0 : nested_order(e);
+}
+
 constexpr const char* takes_a_tensor = "it takes a tensor: grad(v) of a vector, outer(a, b), ((a, b), (c, d))";
 
 }  // namespace
@@ -168,10 +179,11 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
 /// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
 /// fluxes alone do not.
 void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
-  const auto is_deep = [&](const Expr& e) { return nested_order(e) > allowed; };
+  const auto is_deep = [&](const Expr& e) { return order_beside_poles(draft_.problem, e) > allowed; };
   if (!has_pole(draft_.problem) || std::ranges::none_of(operand, is_deep)) return;
   draft_.sink.report("beside-pole", range, {},
-                     "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out");
+                     "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
+                     "factor as cos(lat)^2");
 }
 
 /// With an axis of symmetry a tensor would have a component around it too.
