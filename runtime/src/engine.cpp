@@ -118,6 +118,7 @@ void Engine::make_fields() {
 }
 
 void Engine::make_unknowns() {
+  std::size_t numbers = 0;
   for (int32_t u = 0; u < scene_.unknown_count; ++u) {
     const dpde_unknown& unknown = scene_.unknowns[u];
     std::size_t size = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : workspace_->cell_count();
@@ -128,6 +129,7 @@ void Engine::make_unknowns() {
     unknowns_.push_back({unknown.name, std::string(rate_of(is_field ? DPDE_LINK_FIELD : DPDE_LINK_PARAM, unknown.name)),
                          unknown.kind, unknown.low, unknown.high, unknown_count_, size});
     unknown_count_ += size;
+    numbers += is_field ? 0 : size;
     const auto seek = [&](auto& field) {
       field.is_unknown = true;
       if (unknown.start != DPDE_START_SCENE) field.start = unknown.start;
@@ -138,6 +140,7 @@ void Engine::make_unknowns() {
     seek(coefficient);
     if (unknown.start != DPDE_START_SCENE) coefficient.is_needed = unknown.start == DPDE_START_HOST;
   }
+  first_numbers_.reserve(numbers);
 }
 
 int Engine::state_index(std::string_view name) const {
@@ -284,7 +287,8 @@ void Engine::watch_gradients(GradientCallback watch, int every) {
 
 void Engine::begin_at(double time) {
   workspace_->begin_at(time);
-  make_stale(false);
+  formulas_are_stale_ = true;
+  held_are_stale_ = !first_numbers_.empty();
   for_each_rollout([&](Rollout& rollout) { rollout.set_begin(time); });
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "dpde/runtime/engine.h"
 
@@ -27,23 +28,48 @@ bool has_network(const dpde_program& program, std::string_view name) {
 
 }  // namespace
 
-/// Formulas that read the value are evaluated again. Not so those of sought fields where the value is sought too: they
-/// say where the fields begin, and in derivatives by the value the fields stay as they are.
+/// Formulas that read the value are evaluated again. Before the first of those unknowns changes that any reads, sought
+/// fields are held where they begin; what else changes moves them, with the unknowns as they were then.
 void Engine::before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view)) {
   if (std::ranges::none_of(formulas_, [&](const dpde_program* formula) { return reads(*formula, name); })) return;
   const bool is_sought = std::ranges::find(unknowns_, name, &Unknown::name) != unknowns_.end();
-  const auto moves = [](const auto& field) { return field.is_unknown && !field.is_kept(); };
+  const auto moves = [](const auto& field) { return field.is_unknown && !field.is_given; };
   const bool any_moves = std::ranges::any_of(states_, moves) ||
                          std::ranges::any_of(given_, [&](const auto& named) { return moves(named.second); });
-  if (is_sought && any_moves) update_formulas();
-  make_stale(is_sought);
+  if (is_sought && any_moves && first_numbers_.empty()) {
+    update_formulas();
+    hold_sought(true);
+    add_sought_numbers(first_numbers_);
+  }
+  formulas_are_stale_ = true;
+  held_are_stale_ = held_are_stale_ || (!is_sought && !first_numbers_.empty());
 }
 
-void Engine::make_stale(bool holds_sought) {
-  const auto is_held = [&](const auto& field) { return holds_sought && field.is_unknown && !field.is_given; };
-  for (State& state : states_) state.is_held = is_held(state);
-  for (auto& [name, given] : given_) given.is_held = is_held(given);
-  formulas_are_stale_ = true;
+void Engine::hold_sought(bool holds) {
+  for (State& state : states_) state.is_held = holds && state.is_unknown;
+  for (auto& [name, given] : given_) given.is_held = holds && given.is_unknown;
+}
+
+void Engine::add_sought_numbers(std::vector<double>& to) const {
+  for (const Unknown& unknown : unknowns_) {
+    const auto add = [&](const std::vector<double>& values) { to.insert(to.end(), values.begin(), values.end()); };
+    if (unknown.kind == DPDE_UNKNOWN_PARAM) to.push_back(workspace_->params().find(unknown.name)->second);
+    if (unknown.kind == DPDE_UNKNOWN_CONTROL) add(workspace_->controls().find(unknown.name)->second.values);
+    if (unknown.is_network()) add(workspace_->weights().find(unknown.name)->second.values);
+  }
+}
+
+/// For formulas alone: rollouts are not told.
+void Engine::put_sought_numbers(Values numbers) {
+  for (const Unknown& unknown : unknowns_) {
+    if (unknown.is_field()) continue;
+    const Values own = numbers.first(unknown.size);
+    numbers = numbers.subspan(unknown.size);
+    if (unknown.kind == DPDE_UNKNOWN_PARAM) workspace_->set_param(unknown.name, own[0]);
+    if (unknown.kind == DPDE_UNKNOWN_CONTROL)
+      workspace_->set_control(unknown.name, workspace_->controls().find(unknown.name)->second.every, own);
+    if (unknown.is_network()) std::ranges::copy(own, workspace_->weights().find(unknown.name)->second.values.begin());
+  }
 }
 
 void Engine::set_param(std::string_view name, double value) {
@@ -142,6 +168,19 @@ void Engine::run_formulas(const dpde_program& program, int32_t start) {
 void Engine::update_formulas() {
   if (!formulas_are_stale_) return;
   formulas_are_stale_ = false;
+  if (std::exchange(held_are_stale_, false)) {
+    std::vector<double> now;
+    add_sought_numbers(now);
+    put_sought_numbers(first_numbers_);
+    hold_sought(false);
+    run_all_formulas();
+    hold_sought(true);
+    put_sought_numbers(now);
+  }
+  run_all_formulas();
+}
+
+void Engine::run_all_formulas() {
   for (int32_t c = 0; c < scene_.coefficient_count; ++c) {
     const dpde_coefficient& control = scene_.coefficients[c];
     if (control.formula == nullptr || given_.find(std::string_view(control.name))->second.is_kept()) continue;

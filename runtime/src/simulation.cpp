@@ -260,9 +260,12 @@ void Simulation::set(std::string_view name, double value) {
     return param.is_fixed != 0 && param.value != value && name == param.name;
   };
   if (std::any_of(scene.params, scene.params + scene.param_count, is_fixed))
-    throw Error(ErrorKind::input, fmt::format("parameter {} is part of the grid, the times or the like, which are made "
-                                              "when the scene is compiled: give its value there, among the settings",
-                                              name));
+    throw Error(
+        ErrorKind::input,
+        fmt::format("of parameter {} something is made when the scene is compiled, as the grid, a time, a seed, "
+                    "a control or another parameter: give its value there, among the settings, or write let in "
+                    "place of a parameter that is made of it",
+                    name));
   impl_->engine.set_param(name, value);
 }
 

@@ -215,6 +215,28 @@ TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
       not_here);
 }
 
+/// What is written for a field would be dropped where the argument is a number, and the derived one certified.
+TEST_F(GivenAdjointCommand, OfNumbersIsWrittenAsASum) {
+  const auto outcome = [&](const std::string& lines, const std::string& argument, const std::string& unknown = "k") {
+    write("n.dpde", "operator f(u, k) order 0 = k*u^2\n" + lines +
+                        "model m { field u; coefficient c; param k = 0.7; dt(u) = -f(u, " + argument +
+                        ") + 0*c + 0*k }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; c = 1; initial u = 1 + x; "
+                        "time 0 .. 0.1, step 0.1 }\ntask t : s { unknown " +
+                        unknown + "; minimise mean(u^2) }\n");
+    return dpde("gradient n.dpde t --json");
+  };
+  const std::vector<std::string> none, bad{"E0371"};
+  const std::string as_field = "  adjoint k_bar = u^2*f_bar\n", as_number = "  adjoint k_bar += u^2*f_bar\n";
+  EXPECT_EQ(outcome(as_field, "k").codes(), bad);
+  EXPECT_EQ(outcome(as_field, "2*k").codes(), bad);
+  EXPECT_EQ(outcome(as_number, "k").codes(), none);
+  EXPECT_EQ(outcome(as_field + as_number, "k").codes(), none);
+  EXPECT_EQ(outcome(as_field, "c").codes(), none);
+  EXPECT_EQ(outcome(as_number, "c").codes(), bad);
+  EXPECT_EQ(outcome(as_field, "k", "initial u").codes(), none) << "nothing goes to k";
+  EXPECT_EQ(outcome(as_field, "0.7").codes(), none);
+}
+
 TEST_F(GivenAdjointCommand, IsFormattedAsItStands) {
   const std::string text =
       "# a filter\noperator f(u) order 1 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction "

@@ -266,6 +266,17 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   }
   ASSERT_EQ(dpde("run start.dpde d --out . --json").status, 0);
   EXPECT_EQ(dpde("optimize start.dpde learn --json").status, 0);
+  const auto made_of = [&](const std::string& param, const std::string& rate) {
+    std::string whole = text("1", "x");
+    whole.replace(whole.find("param s;"), 8, "param s; " + param)
+        .replace(whole.find("+ f }"), 5, "+ f + " + rate + " }");
+    write("made.dpde", whole);
+    return dpde("optimize made.dpde learn --json");
+  };
+  const std::vector<std::string> none, bad{"E0907"};
+  EXPECT_EQ(made_of("param L = 2*s;", "0.01*L").codes(), bad);
+  EXPECT_EQ(made_of("param D[2] = (s, 2*s);", "0.01*(D[1] + D[2])").codes(), bad);
+  EXPECT_EQ(made_of("let L = 2*s;", "0.01*L").codes(), none);
 }
 
 TEST_F(Training, WhatATaskCannotSay) {

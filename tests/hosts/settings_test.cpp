@@ -35,23 +35,66 @@ task level : scaled {
   const double above = sim.loss();
   sim.set("q", 0.5 - e);
   EXPECT_NEAR((above - sim.loss()) / (2 * e), 0.4, 1e-9);
-  sim.set("k", 0.25);  // which is not sought: the field begins anew, where q is now
-  EXPECT_NEAR(sim.initial("u")[0] - 0.25, (0.5 - e) * std::sin(M_PI / 16), 1e-14);
+  sim.set("k", 0.25);  // which is not sought: the field moves with it alone
+  EXPECT_NEAR(sim.initial("u")[0] - 0.25, 0.5 * std::sin(M_PI / 16), 1e-14);
+}
+
+/// Whatever is set first: a sought field begins where unknowns were at first and all else is now.
+TEST(Settings, OrderMakesNoDifference) {
+  const auto made = [] {
+    return compile_text(R"(
+model m { field u, q; param a = 2, b = 1, c = 1; dt(u) = -u; dt(q) = -q }
+scene s : m {
+  grid x = 0 .. 1, cells 4, periodic
+  time 0 .. 0.1, step 0.05
+  initial u = a*b*(1 + x)
+  initial q = a*c
+}
+task f : s { unknown a; unknown initial u; minimise mean((u + q)^2) at t = 0 }
+)",
+                        {.name = "f"});
+  };
+  const std::string names[] = {"a", "b", "c"};
+  for (const int first : {0, 1, 2}) {
+    for (const int step : {1, 2}) {
+      Simulation sim = made();
+      for (int i = 0; i < 3; ++i) {
+        sim.set(names[(first + i * step) % 3], 3);
+        sim.loss();
+      }
+      EXPECT_DOUBLE_EQ(sim.initial("u")[0], 2 * 3 * 1.125) << first << step;
+      EXPECT_DOUBLE_EQ(sim.initial("q")[0], 9) << first << step;
+      EXPECT_DOUBLE_EQ(sim.param("a"), 3);
+      sim.set("b", 1);
+      EXPECT_DOUBLE_EQ(sim.initial("u")[0], 2 * 1.125);
+    }
+  }
+  Simulation sim = made();
+  sim.set_initial("u", std::vector<double>(4, 7));
+  sim.set("a", 3);
+  sim.set("b", 3);
+  EXPECT_EQ(sim.initial("u")[0], 7);
 }
 
 /// What grid and times are made of cannot be set when they are.
 TEST(Settings, FixedParametersAreRefused) {
   Simulation sim = compile_text(R"(
-model m { field u; param L = 1, P = 0.1, a = 2, b; dt(u) = -a*u }
+model m {
+  field u
+  param L = 1, P = 0.1, a = 2, b, D[2] = (c, 1), c = 1, d = 1, g = 1, h = 1, s = 3, n = 3
+  control F
+  dt(u) = -a*u*b*D[1] + F + random_signal(seed = n, lowest = 1, highest = 2)
+}
 scene s : m {
   grid x = 0 .. L, cells 4, periodic
-  b = 2*a
-  initial u = b
+  b = 2*d
+  F = g + h*t every 0.2
+  initial u = b + random_field(seed = s, lowest = 1, highest = 2)
   time 0 .. 1, step 0.1
   every P: u += 1
 }
 )");
-  for (const char* name : {"L", "P"}) {
+  for (const char* name : {"L", "P", "c", "d", "g", "h", "s", "n"}) {
     try {
       sim.set(name, 0.5);
       ADD_FAILURE() << name;
@@ -63,6 +106,16 @@ scene s : m {
   }
   sim.set("a", 1);
   sim.set("b", 3);
+}
+
+/// Scenes of programs are as those of models.
+TEST(Settings, FixedParametersOfProgramsAreRefused) {
+  Simulation sim = compile_text(R"(
+kernel decay(u: field, out w: field, k: param) { w = u - 0.1*k*u }
+program p { fill u periodic; run decay; swap u, w }
+scene s : p { grid x = 0 .. q, cells 4, periodic; k = 1; let q = 2*k; initial u = 1 + x; time 0 .. 1, step 0.1 }
+)");
+  EXPECT_THROW(sim.set("k", 2), Error);
 }
 
 }  // namespace

@@ -401,6 +401,12 @@ TEST(Units, OfCurvedCoordinatesAndNamesOfAxes) {
       "grid r = 1 .. 2 in m, cells 4; grid theta = 0 .. 2*pi, cells 4, periodic; boundary u: r = 0";
   EXPECT_EQ(misfit(on("coordinates polar", disc, "r*u + k*lap(u)")), "");  // r is the parameter
   EXPECT_EQ(misfit(on("coordinates polar", disc, "k*dx(u)")), "this is in K*m/s, but dt(u) in K/s");
+  std::string with_let = on("coordinates polar", disc, "r*u + k*lap(u)");
+  with_let.replace(with_let.find("r = 3 in 1/s,"), 13, "q = 3 in 1/s,")
+      .replace(with_let.find("dt(u)"), 0, "let r = 2*q; ");
+  EXPECT_EQ(misfit(with_let), "");  // r is the let
+  with_let.replace(with_let.find("r*u"), 3, "r*2");
+  EXPECT_EQ(misfit(with_let), "this is in 1/s, but dt(u) in K/s");
 }
 
 TEST(Units, WhereNoneIsToldNothingIsChecked) {

@@ -166,16 +166,19 @@ TEST(Vectors, OnFacesCarryNumbersOverPolesAsFluxes) {
   const auto refusal = [](const std::string& rate, const std::string& low) {
     const bool has_pole = low == "0";
     const std::string across = has_pole ? "pole" : "0";
-    return refusal_of("model m { vector v on faces; field f; dt(v) = 0*v; dt(f) = " + rate +
-                      " }\nscene s : m {\n  coordinates polar\n  grid r = " + low +
-                      " .. 2, cells 4\n  grid theta = 0 .. 2*pi, cells 8, periodic\n"
-                      "  boundary v.x: r = 0\n  boundary v.y: r.low = " +
-                      across + ", r.high = 0\n  boundary f: r.low = " + across +
-                      ", r.high = 0\n  initial v = (0, 0)\n  initial f = r^2\n  time 0 .. 1, step 0.1\n}\n");
+    return refusal_of(
+        "model m { vector v on faces; field f; vector w; dt(v) = 0*v; dt(w) = 0*w; dt(f) = " + rate +
+        " }\nscene s : m {\n  coordinates polar\n  grid r = " + low +
+        " .. 2, cells 4\n  grid theta = 0 .. 2*pi, cells 8, periodic\n"
+        "  boundary v.x: r = 0\n  boundary v.y: r.low = " +
+        across + ", r.high = 0\n  boundary f: r.low = " + across + ", r.high = 0\n  boundary w: r.low = " + across +
+        ", r.high = 0\n  initial v = (0, 0)\n  initial w = (0, 0)\n  initial f = r^2\n  time 0 .. 1, step 0.1\n}\n");
   };
   EXPECT_NE(refusal("-advect(v, f)", "0").find("E0440 write div(v*interpolate(f))"), std::string::npos);
   EXPECT_EQ(refusal("-div(v*interpolate(f))", "0"), "");
   EXPECT_EQ(refusal("-advect(v, f)", "1"), "");
+  EXPECT_NE(refusal("-advect(v, w).x", "0").find("E0440"), std::string::npos);
+  EXPECT_EQ(refusal("-advect(v, w).x", "1"), "");
 }
 
 /// Of derivatives of derivatives beside a pole a factor leaves nothing that falls faster than lengths do.

@@ -174,11 +174,16 @@ std::optional<std::vector<DotCase>> cases_of(const driver::Compiled& compiled, c
 std::string help_for(const driver::Compiled& compiled) {
   constexpr double loose = 1e-6;
   const double tolerance = compiled.problem ? compiled.problem->scheme.solve.tolerance : 0;
+  const bool has_given_adjoints = std::ranges::any_of(
+      compiled.stencil.kernels, [](const stencil::Kernel& kernel) { return !kernel.custom_adjoints.empty(); });
   return tolerance > loose
              ? fmt::format(
                    "solves to {:g} of their right sides leave as much: take a smaller tolerance. dpde verify "
                    "measures it",
                    tolerance)
+         : has_given_adjoints
+             ? "an adjoint that the text gives is wrong for some values, else this is a bug of dpde: leave the lines "
+               "adjoint ... out to see. dpde verify shows more"
              : "this is a bug of dpde: the gradient would be wrong. dpde verify shows more";
 }
 

@@ -248,7 +248,7 @@ void SceneTable::Storage::fill() {
   scene.steps = run_steps;
   scene.steady = options.steps ? 0 : problem.steady;
   for (const model::Parameter& param : problem.params)
-    params.push_back({text(param.name), param.value, param.is_fixed ? 1 : 0});
+    params.push_back({text(param.name), param.value, param.is_fixed && !options.sets_all ? 1 : 0});
   for (const model::Control& c : problem.controls) {  // a task begins with `start`
     const std::vector<double>& values = c.start.empty() || options.begins_as_scene ? c.values : c.start;
     controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});

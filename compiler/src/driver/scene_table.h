@@ -25,6 +25,7 @@ struct SceneTableOptions {
   bool begins_as_scene = false;
   std::optional<int> steps;  // in place of the scene's, whatever happens in them
   bool without_files = false;
+  bool sets_all = false;  // parameters of which something is made, too: who runs it has seen that it stays the same
 };
 
 /// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.

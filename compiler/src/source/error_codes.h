@@ -209,7 +209,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0504", "sign-at-wall", Severity::warning,
      "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0302", "beside-pole", Severity::warning,
-     "in the row beside a pole the error of a derivative of derivatives does not fall with the cells"},
+     "in the row beside a pole the error of {} does not fall with the cells"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
     {"E0801", "blow-up", Severity::error,
      "{} is no longer finite after step {} of {} (t = {}), first in cell ({}) at {}"},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a training needs before it begins: the scene as hosts run it, trajectories, fields of files.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -32,14 +33,20 @@ bool has_histories(const model::Problem& problem, const files::Trajectories& tra
   return true;
 }
 
-/// The scene but for what windows bring along: values of parameters, initial states.
+/// The scene but for what windows bring along: the parameters' values that the file has, initial states.
 std::string text_without_values(model::Problem problem, const files::Trajectories& trajectories) {
-  for (model::Parameter& param : problem.params) param.value = 0;
+  for (model::Parameter& param : problem.params) {
+    if (std::ranges::find(trajectories.params, param.name) != trajectories.params.end()) param.value = 0;
+  }
+  std::string controls;
+  for (const model::Control& control : problem.controls) {  // their formulas may hold a parameter, values are what runs
+    if (!problem.find_param(control.name)->unknown) controls += fmt::format("{}\n", fmt::join(control.values, " "));
+  }
   for (model::State& state : problem.states) {
     if (std::ranges::find(trajectories.states, state.name) != trajectories.states.end()) state.initial = {};
   }
   problem.task.reset();
-  return print(problem);
+  return print(problem) + controls;
 }
 
 /// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the
@@ -67,8 +74,8 @@ bool is_same_scene(const driver::Compiled& compiled, const files::Trajectories& 
 
 }  // namespace
 
-/// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another
-/// scene.
+/// A parameter may stand where the compiler needs its number: in a seed, an extent, another parameter. Another value
+/// then makes another scene.
 bool runs_are_of_this_scene(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
                             DiagnosticSink& sink) {
   const driver::Compiled& compiled = *scene.compiled;
@@ -80,11 +87,14 @@ bool runs_are_of_this_scene(const TrainingScene& scene, const files::Trajectorie
     if (std::ranges::all_of(values,
                             [&](double value) { return is_same_scene(compiled, trajectories, own, name, value); }))
       continue;
-    sink.report("bad-array-file", where,
-                {trajectories.path,
-                 fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent",
-                             name, compiled.problem->scene)},
-                "what differs from run to run must be able to change between two windows");
+    sink.report(
+        "bad-array-file", where,
+        {trajectories.path,
+         fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed, an extent, a "
+                     "control or another parameter",
+                     name, compiled.problem->scene)},
+        "what differs from run to run must be able to change between two windows: let in place of a parameter or a "
+        "control that is made of it does");
     return false;
   }
   return true;
@@ -147,7 +157,7 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
   scene->given_hash = files::hash_of_files(problem, source);
   scene->compiled = compiled;
   if (!runs_are_of_this_scene(*scene, scene->trajectories, where, sink)) return nullptr;
-  scene->table = driver::SceneTable::make(std::move(compiled), source, {}, sink);
+  scene->table = driver::SceneTable::make(std::move(compiled), source, {.sets_all = true}, sink);
   return scene->table ? std::move(scene) : nullptr;
 }
 

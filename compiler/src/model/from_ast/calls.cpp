@@ -195,6 +195,9 @@ Typed Expressions::interpolation(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   if (operand.type == Typed::Type::none) return {};
+  if (std::ranges::any_of(operand.parts, [&](const Expr& part) { return is_on_pole(draft_.problem, part); }))
+    draft_.sink.report("beside-pole", range, {"what is interpolated from faces on the pole"},
+                       "there it is 0, whatever flows over the pole: leave `on faces` out, or the rows beside poles");
   return map_parts(operand, [&](const Expr& part) { return interpolate(part, {range}); });
 }
 

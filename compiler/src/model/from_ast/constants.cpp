@@ -76,17 +76,6 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
   return evaluation.finish(number);
 }
 
-namespace {
-
-std::optional<double> finite_value(Draft& draft, const Expr& formula, const ast::Expr& e) {
-  const Value value = value_of(formula, draft.values);
-  if (value.mistake.empty()) return value.number;
-  draft.sink.report("not-finite", value.at.is_known() ? value.at : e.range(), {value.mistake});
-  return std::nullopt;
-}
-
-}  // namespace
-
 void fix_params(Draft& draft, const Expr& formula) {
   any_part(formula, [&](const Expr& part) {
     if (const auto* param = std::get_if<Param>(&part->kind)) draft.fixed.insert(param->name);
@@ -94,16 +83,19 @@ void fix_params(Draft& draft, const Expr& formula) {
   });
 }
 
-std::optional<double> evaluate_once(Draft& draft, const ast::Expr& e, const std::string& what) {
-  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
-  if (!formula) return std::nullopt;
-  fix_params(draft, *formula);
-  return finite_value(draft, *formula, e);
+std::optional<double> made_once(Draft& draft, const Expr& formula, SourceRange range, std::optional<double> t) {
+  fix_params(draft, formula);
+  auto known = draft.values;
+  if (t) known["t"] = t;
+  const Value value = value_of(formula, known);
+  if (value.mistake.empty()) return value.number;
+  draft.sink.report("not-finite", value.at.is_known() ? value.at : range, {value.mistake});
+  return std::nullopt;
 }
 
 std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what) {
   const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
-  return formula ? finite_value(draft, *formula, e) : std::nullopt;
+  return formula ? made_once(draft, *formula, e.range()) : std::nullopt;
 }
 
 }  // namespace dpde::model

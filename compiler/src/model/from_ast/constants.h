@@ -16,7 +16,8 @@ struct Value {
   SourceRange at;       // of the mistake
 };
 
-/// `values` has all parameters of `e`; fields, coordinates and reductions do not occur.
+/// `values` has all parameters of `e`; fields, coordinates and reductions do not occur. For messages: what goes on into
+/// the problem is asked of made_once.
 Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>& values);
 
 }  // namespace dpde::model

@@ -2,7 +2,6 @@
 // Controls: parameters with one value for each interval of time, from a formula of t taken in the middle of each.
 #include <fmt/format.h>
 
-#include "model/from_ast/constants.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -22,16 +21,12 @@ std::vector<double> values_of(Draft& draft, const Control& control, const Expr& 
                       fmt::format("write {} = ... every {}", control.name, problem.step * 1000));
     return {};
   }
-  auto known = draft.values;
   for (int number = 0; number < count; ++number) {
-    known["t"] =
+    const double t =
         problem.t_begin + (number + 0.5) * control.every * problem.step;  // of a whole interval, the last one too
-    const Value value = value_of(formula, known);
-    if (!value.mistake.empty()) {
-      draft.sink.report("not-finite", value.at.is_known() ? value.at : range, {value.mistake});
-      return {};
-    }
-    values.push_back(value.number);
+    const std::optional<double> value = made_once(draft, formula, range, t);
+    if (!value) return {};
+    values.push_back(*value);
   }
   return values;
 }

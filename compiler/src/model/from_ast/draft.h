@@ -101,7 +101,7 @@ struct Draft {
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> controls;                       // parameters that vary in time
-  std::set<std::string> fixed;                          // parameters whose value grid, times and the like are made of
+  std::set<std::string> fixed;                          // parameters of which something is made once: see made_once
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere
   std::vector<OpenPlace> open_places;                   // of all formulas
   std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis

@@ -85,6 +85,7 @@ class Expressions {
   bool can_pass(const Typed& argument, SourceRange at, const std::string& what);
   Typed formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const Typed* seed);
   bool add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed, Operator& function);
+  bool can_take_adjoints(const FunctionScope& call, const Apply& application, SourceRange range);
   bool lay_out(Apply& result, SourceRange range);
   Typed name_in_function(const std::string& name, SourceRange range);
   Typed offsets(const ast::Offsets& e, SourceRange range);
@@ -161,6 +162,7 @@ class Expressions {
   static bool is_quadrature(const ast::Call& e);
   std::optional<Expr> gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes);
   void look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole);
+  std::optional<Expr> sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high);
   Typed quadrature(const ast::Call& e, SourceRange range);
 
   // random.cpp
@@ -203,6 +205,7 @@ class Expressions {
   std::set<std::string> open_ = {};            // names whose formulas of the scene are being put in
   std::map<std::string, Typed> put_in_ = {};   // and those that were
   bool is_measuring_ = false;                  // this body is read for its order only
+  bool is_in_parts_ = false;                   // integrals of formulas are taken in two parts, to compare
   bool is_in_sum_ = false;                     // products of dot are left where they lie
 };
 
@@ -212,11 +215,14 @@ std::string_view place_of(Purpose purpose);
 /// "vector of 2 components", "condition", ...
 std::string describe(const Typed& value);
 
+// Numbers of which something is made here and not again, as the grid or another parameter: from then on the parameters
+// in them are fixed (Draft::fixed).
 /// The number that `e` means, made of numbers and parameters that have values; nullopt after a diagnostic. `what` is
 /// for messages: "the step".
 std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what);
-/// Of what is made of it here and not again, as the grid: its parameters are fixed (Draft::fixed).
-std::optional<double> evaluate_once(Draft& draft, const ast::Expr& e, const std::string& what);
+/// The same of a formula of numbers, parameters and, where it is given, t.
+std::optional<double> made_once(Draft& draft, const Expr& formula, SourceRange range, std::optional<double> t = {});
+/// A formula that is made once of the parameters' values.
 void fix_params(Draft& draft, const Expr& formula);
 
 bool is_load(const ast::Expr& e);

@@ -47,7 +47,7 @@ int cells_of(Draft& draft, const ast::GridItem& item, const Counts& counts, std:
     draft.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 behind the extent");
     return 1;
   }
-  const auto value = evaluate_once(draft, *counted, "the number of cells");
+  const auto value = evaluate(draft, *counted, "the number of cells");
   return value ? as_cells(draft, *value, counted->range()).value_or(1) : 1;
 }
 
@@ -101,7 +101,7 @@ void check_falling(Draft& draft, const ast::GridItem& item) {
 }
 
 void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
-  const auto low = evaluate_once(draft, item.low, "the grid"), high = evaluate_once(draft, item.high, "the grid");
+  const auto low = evaluate(draft, item.low, "the grid"), high = evaluate(draft, item.high, "the grid");
   if (!low || !high) return;
   if (*low == *high) {
     draft.sink.report("empty-extent", item.high.range(), {fmt::format("{}", *low)});

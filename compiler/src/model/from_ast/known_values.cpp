@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "model/build.h"
 #include "model/from_ast/constants.h"
@@ -18,6 +19,23 @@ std::optional<double> known_value(const Expr& e, const KnownValues& values) {
   if (is_open || !is_uniform(e)) return std::nullopt;
   const Value value = value_of(e, values);
   return value.mistake.empty() ? std::optional(value.number) : std::nullopt;
+}
+
+Expr with_known(const Expr& e, const KnownValues& values) {
+  const auto same = [&](const Expr& part) { return with_known(part, values); };
+  if (const auto* param = std::get_if<Param>(&e->kind)) {
+    const auto found = values.find(param->name);
+    return found != values.end() && found->second ? number(*found->second, e->origin) : e;
+  }
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
+  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
+  if (const auto* s = std::get_if<Select>(&e->kind))
+    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
+  const auto* c = std::get_if<Call>(&e->kind);
+  if (!c) return e;
+  std::vector<Expr> arguments;
+  for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
+  return call(c->fn, std::move(arguments), e->origin);
 }
 
 bool holds_time(const Expr& e) {

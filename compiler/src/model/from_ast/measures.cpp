@@ -253,18 +253,16 @@ MeasureList Measures::name(const std::string& name) {
     if (own != arguments_->end()) return own->second;
     if (whole != arguments_->end()) return part_of(whole->second);
   }
-  // A name that the file gives a parameter or a field is that.
+  // A name that the file gives something is that.
   const Meaning* meaning = draft_.scope.find(name);
-  const bool is_given = meaning != nullptr && (meaning->role == Role::parameter || meaning->role == Role::state ||
-                                               meaning->role == Role::coefficient || meaning->role == Role::datum);
-  if (is_given) return {of_name(name)};
+  if (lets_.contains(name)) return of_let(name);
+  if (meaning != nullptr && meaning->declared.is_known()) return {of_name(name)};
   if (name == "pi" || name == "identity") return {{Measure::Kind::number}};
   const bool is_spacing = name.size() == 2 && name[0] == 'h';
   const int axis = axis_of(draft_, is_spacing && arguments_ != nullptr ? name.substr(1) : name);
   const bool is_axis = axis >= 0 && static_cast<std::size_t>(axis) < axes_.coordinates.size();
   if (is_axis) return {axes_.coordinates[static_cast<std::size_t>(axis)]};
   if (name == "t" || name == "dt") return {axes_.time};
-  if (lets_.contains(name)) return of_let(name);
   if (lets_.contains(base)) return part_of(of_let(base));
   return {of_name(name)};
 }

@@ -11,7 +11,6 @@
 
 #include "model/build.h"
 #include "model/formula.h"
-#include "model/from_ast/constants.h"
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
@@ -77,7 +76,6 @@ class MetricBinder {
   }
   std::optional<Expr> formula(const ast::Expr& e) {
     const auto value = Expressions(draft_, Purpose::scale, "the coordinates").number(e);
-    if (value) fix_params(draft_, *value);
     return value ? std::optional(with_values(draft_, *value)) : std::nullopt;
   }
 

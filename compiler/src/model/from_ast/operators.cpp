@@ -57,6 +57,14 @@ std::vector<Placement> places_of_others(const Placements& placements, const Appl
   return places;
 }
 
+/// Whether something goes to the adjoint of an argument: to that of a field, or of what the task seeks.
+bool is_active(const Draft& draft, const Expr& argument) {
+  return any_part(argument, [&](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    return std::holds_alternative<Field>(part->kind) || (param && draft.unknowns.contains(param->name));
+  });
+}
+
 const char* const derive_it = "leave the lines adjoint ... out: what is not given is derived";
 
 }  // namespace
@@ -168,6 +176,32 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
   return true;
 }
 
+/// A line with = is of an argument that is a field, one with += of a number: where the other is given alone, this one
+/// would be derived without a word.
+bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& application, SourceRange range) {
+  const auto is_given = [&](const std::string& parameter, bool of_field) {
+    return std::ranges::any_of(application.function.adjoints, [&](const Operator::Adjoint& given) {
+      return given.parameter == parameter && given.of_field == of_field;
+    });
+  };
+  for (std::size_t i = 0; i < application.arguments.size(); ++i) {
+    const std::string& parameter = application.function.parameters[i];
+    const bool is_field = application.places[i].has_value();
+    if (is_given(parameter, is_field) || !is_given(parameter, !is_field)) continue;
+    if (!is_active(draft_, application.arguments[i])) continue;
+    const std::string base = vector_of(parameter).empty() ? parameter : vector_of(parameter);
+    draft_.sink.report(
+        "bad-given-adjoint", range,
+        {base, call.function.name.name,
+         is_field ? "is that of a number, but here it is a field" : "is that of a field, but here it is a number"},
+        is_field
+            ? fmt::format("write adjoint {} = ..., what goes to the field at each point", bar_of(base))
+            : fmt::format("write adjoint {} += ..., what each point adds to the adjoint of the number", bar_of(base)));
+    return false;
+  }
+  return true;
+}
+
 /// Each component where its body fits, and the formulas there.
 bool Expressions::lay_out(Apply& result, SourceRange range) {
   const Placements placements(draft_.problem);
@@ -214,7 +248,7 @@ Typed Expressions::application(const FunctionScope& call, const ast::Call& e, So
   for (const ast::AdjointItem& item : function.adjoints) {
     if (!add_adjoint(call, item, seed, result.function)) return {};
   }
-  if (!lay_out(result, range)) return {};
+  if (!can_take_adjoints(call, result, range) || !lay_out(result, range)) return {};
   Typed value{body.type, {}};
   for (std::size_t c = 0; c < body.parts.size(); ++c) {
     result.component = static_cast<int>(c);

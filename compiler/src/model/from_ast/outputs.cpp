@@ -11,7 +11,7 @@
 namespace dpde::model {
 
 std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char* what) {
-  const auto interval = evaluate_once(draft, every, fmt::format("the interval of {}", what));
+  const auto interval = evaluate(draft, every, fmt::format("the interval of {}", what));
   const double step = draft.problem.step;
   if (!interval || step == 0) return std::nullopt;
   const auto steps = *interval > 0 ? whole_steps(*interval, step) : std::nullopt;

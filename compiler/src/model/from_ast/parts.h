@@ -52,6 +52,8 @@ void check_radiating(Draft& draft);
 void check_wall_formulas(Draft& draft);
 // pole_places.cpp: whether nothing is divided by the length of 0 on a pole
 void check_pole_places(Draft& draft);
+/// Whether it lies on faces of which some are poles.
+bool is_on_pole(const Problem& problem, const Expr& e);
 // wall_derivatives.cpp
 void check_wall_derivatives(Draft& draft);
 
@@ -133,8 +135,8 @@ void keep_called_networks(Draft& draft);
 /// The formula of a stretched axis, with its numbers; after all axes.
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);
 
-/// Formulas with the values of their parameters: a grid is made once.
-Expr with_values(const Draft& draft, const Expr& e);
+/// Formulas with the values of their parameters, which are fixed by it: a grid is made once.
+Expr with_values(Draft& draft, const Expr& e);
 
 // metric.cpp: coordinates that are no lengths. What their axes are called; after the axes, what lengths are
 void bind_axis_names(Draft& draft);

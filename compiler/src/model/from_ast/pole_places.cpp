@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What would be divided by the length of a unit of another coordinate on a pole, where that is 0. Formulas at cell
 // centres have half a cell to the pole; derivatives of derivatives, and what lies on faces, are taken on the very pole.
-#include <algorithm>
-#include <array>
+#include <cstdlib>
 
 #include "model/build.h"
 #include "model/formula.h"
@@ -14,51 +13,62 @@ namespace dpde::model {
 
 namespace {
 
-/// Of a formula along the axis: at centres, on faces that are none of a wall, on all faces, those on the pole too.
-enum class At { centres, inner_faces, faces };
+// Of a formula along the axis: how near to the pole it is taken, in halves of cells. 0 is the pole itself, 1 the centre
+// beside it, 2 the face behind that one. From there it is taken at all centres, or at all faces.
+constexpr int on_pole = 0, beside_it = 1, inner_face = 2;
 
-/// Along one axis with a pole at one or both of its ends.
+/// What differences read that reach so many halves of cells further; beyond the pole lie centres and faces again.
+int reaching(int nearest, int halves) { return nearest >= halves ? nearest - halves : (nearest + halves) % 2; }
+
+/// Beside the pole at one end of an axis.
 class Divisions {
  public:
-  Divisions(const Problem& problem, const Placements& placements, std::size_t axis, bool low, bool high)
-      : problem_(problem), placements_(placements), axis_(axis), low_(low), high_(high) {}
+  Divisions(const Problem& problem, const Placements& placements, std::size_t axis, bool is_low)
+      : problem_(problem), placements_(placements), axis_(axis), is_low_(is_low) {}
 
-  /// The division, nullptr where there is none.
-  const Expr* find(const Expr& e, At at) const {
+  /// The division by a length of 0, nullptr where there is none.
+  const Expr* find(const Expr& e, int nearest) const {
     if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
-      return find(d->operand, operand_of(*d, at));
-    if (const auto* here = std::get_if<Interpolate>(&e->kind)) return find(here->operand, natural(here->operand));
+      return find(d->operand, read_by(*d, nearest));
+    if (const auto* here = std::get_if<Interpolate>(&e->kind)) {
+      const bool is_apart = natural(here->operand) % 2 != nearest % 2;
+      return find(here->operand, is_apart ? reaching(nearest, 1) : nearest);
+    }
     if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return find(reduce->operand, natural(reduce->operand));
+    if (const auto* shift = std::get_if<Shift>(&e->kind))
+      return find(shift->operand, reaching(nearest, 2 * std::abs(shift->offset[axis_])));
     if (std::holds_alternative<Solve>(e->kind)) return nullptr;
-    if (const auto* choice = std::get_if<Select>(&e->kind); choice != nullptr && is_about_place(choice->condition))
-      return in_choice(*choice, at);
+    if (const auto* choice = std::get_if<Select>(&e->kind)) return in_choice(*choice, nearest);
     const auto* quotient = std::get_if<Binary>(&e->kind);
-    if (quotient != nullptr && quotient->op == BinaryOp::divide && at == At::faces && vanishes(quotient->right))
-      return &e;
+    const bool is_divided = quotient != nullptr && quotient->op == BinaryOp::divide && nearest == on_pole;
+    if (is_divided && vanishes_at(problem_, quotient->right, axis_, is_low_)) return &e;
     const Expr* found = nullptr;
     for_each_part(e, [&](const Expr& part) {
-      if (found == nullptr) found = find(part, at);
+      if (found == nullptr) found = find(part, nearest);
     });
     return found;
   }
 
-  At natural(const Expr& e) const {
-    if (!placements_.is_staggered()) return At::centres;
+  int natural(const Expr& e) const {
+    if (!placements_.is_staggered()) return beside_it;
     const std::optional<Placement> place = placements_.natural(e);
-    return place && (*place)[axis_] ? At::faces : At::centres;
+    return place && (*place)[axis_] ? on_pole : beside_it;
   }
 
  private:
+  const Axis& axis() const { return problem_.axes[axis_]; }
+
   /// As the differences of the back ends have it.
-  At operand_of(const Derivative& d, At at) const {
-    const bool is_central = d.order > 1 || (at == At::centres && !is_midway(d.operand));
-    if (is_central) return at == At::inner_faces ? At::faces : at;
-    return at == At::centres ? At::faces : At::centres;
+  int read_by(const Derivative& d, int nearest) const {
+    const bool is_central = d.order > 1 || (nearest % 2 != 0 && !is_midway(d.operand));
+    const int order = d.order > 1 ? problem_.scheme.laplacian_order : problem_.scheme.derivative_order;
+    const int reach = order == spectral ? 2 * axis().cells : order + (d.order > 2 ? 2 : 0);
+    return reaching(nearest, is_central ? reach : reach - 1);
   }
 
   /// Whether a first derivative of `e` is one between faces: `e` is on faces, or is a derivative itself.
   bool is_midway(const Expr& e) const {
-    if (placements_.is_staggered() && placements_.natural(e)) return natural(e) == At::faces;
+    if (placements_.is_staggered() && placements_.natural(e)) return natural(e) == on_pole;
     const auto* d = std::get_if<Derivative>(&e->kind);
     if (d != nullptr && d->axis == static_cast<int>(axis_)) return is_midway(d->operand) != (d->order == 1);
     bool found = false;
@@ -66,72 +76,73 @@ class Divisions {
     return found;
   }
 
-  /// In what is chosen on the poles, as far as that is known: what hangs on more than coordinates may keep them away.
-  const Expr* in_choice(const Select& choice, At at) const {
-    if (!is_formula(choice.condition)) return nullptr;
-    const Expr* found = nullptr;
-    for (const bool is_low : {true, false}) {
-      if (found != nullptr || !(is_low ? low_ : high_)) continue;
-      std::array<double, 3> pole{};
-      for (std::size_t a = 0; a < problem_.axes.size(); ++a) pole[a] = problem_.axes[a].centre(0);
-      pole[axis_] = is_low ? problem_.axes[axis_].low : problem_.axes[axis_].high;
-      const Expr& chosen = value_at(choice.condition, pole) != 0 ? choice.yes : choice.no;
-      found = Divisions(problem_, placements_, axis_, is_low, !is_low).find(chosen, at);
+  /// Each part from where on it is chosen, as far as that is known.
+  const Expr* in_choice(const Select& choice, int nearest) const {
+    const Expr* found = find(choice.condition, nearest);
+    for (const bool holds : {true, false}) {
+      int place = nearest;
+      while (place <= 2 * axis().cells && truth(choice.condition, place) == !holds) place += 2;
+      if (found == nullptr && place <= 2 * axis().cells) found = find(holds ? choice.yes : choice.no, place);
     }
     return found;
   }
 
-  /// Whether a condition can keep the pole away: a comparison of the coordinate along the axis.
-  bool is_about_place(const Expr& condition) const {
-    return any_part(condition, [&](const Expr& part) {
+  /// Whether a condition holds at a place, nullopt where that hangs on more than the coordinate along the axis.
+  std::optional<bool> truth(const Expr& condition, int place) const {
+    const bool is_elsewhere = any_part(condition, [&](const Expr& part) {
       const auto* at = std::get_if<Coordinate>(&part->kind);
-      return at != nullptr && at->axis == static_cast<int>(axis_);
+      return at != nullptr && at->axis != static_cast<int>(axis_);
     });
+    if (!is_elsewhere && is_formula(condition)) return value_at(condition, coordinate(place)) != 0;
+    const auto* both = std::get_if<Binary>(&condition->kind);
+    if (both == nullptr || (both->op != BinaryOp::logical_and && both->op != BinaryOp::logical_or)) return std::nullopt;
+    const auto left = truth(both->left, place), right = truth(both->right, place);
+    const bool decides = both->op == BinaryOp::logical_or;  // whatever the other is
+    if (left == decides || right == decides) return decides;
+    return left && right ? std::optional(!decides) : std::nullopt;
   }
 
-  bool vanishes(const Expr& divisor) const {
-    return (low_ && vanishes_at(problem_, divisor, axis_, true)) ||
-           (high_ && vanishes_at(problem_, divisor, axis_, false));
+  double coordinate(int place) const {
+    const bool is_first = is_low_ != axis().runs_down();
+    const int i = is_first ? place / 2 : axis().cells - (place + 1) / 2;
+    return place % 2 == 0 ? axis().face(i) : axis().centre(i);
   }
 
   const Problem& problem_;
   const Placements& placements_;
   std::size_t axis_;
-  bool low_, high_;
+  bool is_low_;
 };
 
 class PolePlaces {
  public:
-  PolePlaces(Draft& draft, std::size_t axis, bool low, bool high)
-      : draft_(draft),
-        placements_(draft.problem),
-        divisions_(draft.problem, placements_, axis, low, high),
-        axis_(axis) {}
+  PolePlaces(Draft& draft, std::size_t axis, bool is_low)
+      : draft_(draft), placements_(draft.problem), divisions_(draft.problem, placements_, axis, is_low), axis_(axis) {}
 
   void check() {
     const Problem& problem = draft_.problem;
     for (const State& state : problem.states) {
-      if (state.rhs) look_at(*state.rhs, state.placement[axis_] ? At::inner_faces : At::centres, state.origin);
+      if (state.rhs) look_at(*state.rhs, state.placement[axis_] ? inner_face : beside_it, state.origin);
     }
     for (const Event& event : problem.events) {
       for (const Event::Update& update : event.updates)
-        look_at(update.value, placements_.of(update.state)[axis_] ? At::inner_faces : At::centres, event.origin);
+        look_at(update.value, placements_.of(update.state)[axis_] ? inner_face : beside_it, event.origin);
     }
-    for (const Quantity& observable : problem.observables) look_at(observable.value, At::centres, observable.origin);
+    for (const Quantity& observable : problem.observables) look_at(observable.value, beside_it, observable.origin);
     if (!problem.task) return;
-    for (const Loss& loss : problem.task->losses) look_at(loss.value, At::centres, loss.origin);
-    for (const Test& test : problem.task->tests) look_at(test.quantity.value, At::centres, test.quantity.origin);
+    for (const Loss& loss : problem.task->losses) look_at(loss.value, beside_it, loss.origin);
+    for (const Test& test : problem.task->tests) look_at(test.quantity.value, beside_it, test.quantity.origin);
   }
 
  private:
-  void look_at(const Expr& e, At at, const Origin& origin) {
-    const Expr* division = divisions_.find(e, at);
+  void look_at(const Expr& e, int nearest, const Origin& origin) {
+    const Expr* division = divisions_.find(e, nearest);
     if (division == nullptr) return;
     const SourceRange own = (*division)->origin.range;
     draft_.sink.report(
         "on-pole", own.is_known() ? own : origin.range, {},
-        "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let "
-        "the axis end before the pole");
+        "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let the axis end "
+        "before the pole, or leave out all cells that read it by an `if` of the coordinate and numbers");
   }
 
   Draft& draft_;
@@ -144,9 +155,18 @@ class PolePlaces {
 
 void check_pole_places(Draft& draft) {
   for (std::size_t axis = 0; axis < draft.problem.axes.size(); ++axis) {
-    const bool low = is_pole_at(draft.problem, axis, true), high = is_pole_at(draft.problem, axis, false);
-    if (low || high) PolePlaces(draft, axis, low, high).check();
+    for (const bool is_low : {true, false}) {
+      if (is_pole_at(draft.problem, axis, is_low)) PolePlaces(draft, axis, is_low).check();
+    }
   }
+}
+
+bool is_on_pole(const Problem& problem, const Expr& e) {
+  const std::optional<Placement> place = Placements(problem).natural(e);
+  for (std::size_t axis = 0; place && axis < problem.axes.size(); ++axis) {
+    if ((*place)[axis] && (is_pole_at(problem, axis, true) || is_pole_at(problem, axis, false))) return true;
+  }
+  return false;
 }
 
 }  // namespace dpde::model

@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/known_values.h"
 #include "model/from_ast/parts.h"
+#include "support/evaluate.h"
 
 namespace dpde::model {
 
@@ -40,16 +44,21 @@ std::array<QuadratureNode, place_count> gauss_nodes() {
   return nodes;
 }
 
-/// nullopt where more than coordinates and parameters with values is in it.
-std::optional<double> known_at(const Draft& draft, const Expr& e, const std::array<double, 3>& place) {
-  const bool is_open = any_part(e, [&](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
-    const auto known = param != nullptr ? draft.values.find(param->name) : draft.values.end();
-    return param != nullptr && (known == draft.values.end() || !known->second);
-  });
-  if (is_open) return std::nullopt;
-  const Expr formula = with_values(draft, e);
-  return is_formula(formula) ? std::optional(value_at(formula, place)) : std::nullopt;
+/// Centres of cells, those in two corners among them. The others are spread by multiples of irrational numbers.
+std::vector<std::array<double, 3>> places_to_look_at(const std::vector<Axis>& axes) {
+  constexpr int between = 8;
+  constexpr std::array steps{0.6180339887498949, 0.7548776662466927, 0.5698402909980532};
+  std::vector<std::array<double, 3>> places(between + 2);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    for (int i = 0; i < between; ++i) {
+      const double share = 0.5 + i * steps[a];
+      const auto cell = static_cast<std::int64_t>((share - std::floor(share)) * axes[a].cells);
+      places[static_cast<std::size_t>(i)][a] = axes[a].centre(cell);
+    }
+    places[between][a] = axes[a].centre(0);
+    places[between + 1][a] = axes[a].centre(axes[a].cells - 1);
+  }
+  return places;
 }
 
 }  // namespace
@@ -81,29 +90,48 @@ std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, 
   return sum ? std::optional(binary(BinaryOp::multiply, half, *sum, origin)) : std::nullopt;
 }
 
-/// Where all of it is known, at the ends of the grid, the same in two parts tells whether the places do.
+/// The same in two parts, and each integral inside, tells whether the places do: where all of it is known, at some
+/// places and times.
 void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
   constexpr double digits = 1e-6;
+  KnownValues known = draft_.values;
+  known["t"] = draft_.problem.t_begin;
+  if (!is_formula(with_known(whole, known))) return;
+  is_in_parts_ = true;
+  const auto parts = sum_of_parts(e, low, high);
+  const auto sizes = gauss_sum(e, low, high, true);
+  is_in_parts_ = false;
+  if (!parts || !sizes) return;
+  const Problem& problem = draft_.problem;
+  double largest = 0, worst = 0;
+  std::pair<double, double> values_there;
+  for (const double share : holds_time(whole) ? std::vector{0.0, 0.382, 1.0} : std::vector{0.0}) {
+    known["t"] = problem.t_begin + share * problem.steps * problem.step;
+    const Expr once = with_known(whole, known), twice = with_known(*parts, known), size = with_known(*sizes, known);
+    if (!is_formula(twice) || !is_formula(size)) return;
+    for (const std::array<double, 3>& place : places_to_look_at(problem.axes)) {
+      const std::pair here{value_at(once, place), value_at(twice, place)};
+      const double difference = std::abs(here.first - here.second);
+      if (const double there = value_at(size, place); there > largest) largest = there;
+      if (difference <= worst || std::isnan(worst)) continue;
+      worst = difference;
+      values_there = here;
+    }
+  }
+  if (worst <= digits * largest) return;
+  draft_.sink.report(
+      "integral-not-resolved", e.callee_range,
+      {fmt::format("{:.6g}", dpde::shown(values_there.first)), fmt::format("{:.6g}", dpde::shown(values_there.second))},
+      "split it where the formula has a kink, a jump or a narrow peak: integral(f, s, from = a, to = c) "
+      "+ integral(f, s, from = c, to = b)");
+}
+
+std::optional<Expr> Expressions::sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high) {
   constexpr double share = 0.382;  // not in the middle, about which a formula may be odd
   const Expr middle =
       binary(BinaryOp::add, binary(BinaryOp::multiply, 1 - share, low), binary(BinaryOp::multiply, share, high));
-  const auto first = gauss_sum(e, low, middle, false), second = gauss_sum(e, middle, high, false),
-             sizes = gauss_sum(e, low, high, true);
-  if (!first || !second || !sizes) return;
-  for (const bool is_low : {true, false}) {
-    std::array<double, 3> corner{};
-    for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a)
-      corner[a] = is_low ? draft_.problem.axes[a].low : draft_.problem.axes[a].high;
-    const auto at_once = known_at(draft_, whole, corner);
-    const auto parts = known_at(draft_, binary(BinaryOp::add, *first, *second), corner);
-    const auto size = known_at(draft_, *sizes, corner);
-    if (!at_once || !parts || !size || std::abs(*at_once - *parts) <= digits * std::abs(*size)) continue;
-    draft_.sink.report(
-        "integral-not-resolved", e.callee_range, {fmt::format("{:.6g}", *at_once), fmt::format("{:.6g}", *parts)},
-        "split it where the formula has a kink, a jump or a narrow peak: integral(f, s, from = a, to = c) "
-        "+ integral(f, s, from = c, to = b)");
-    return;
-  }
+  const auto first = gauss_sum(e, low, middle, false), second = gauss_sum(e, middle, high, false);
+  return first && second ? std::optional(binary(BinaryOp::add, *first, *second)) : std::nullopt;
 }
 
 Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
@@ -118,11 +146,11 @@ Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
   const auto low = as_number(any(e.arguments[2].value), e.arguments[2].value.range());
   const auto high = as_number(any(e.arguments[3].value), e.arguments[3].value.range());
   if (!low || !high) return {};
-  const std::optional<Expr> sum = gauss_sum(e, *low, *high, false);
+  const std::optional<Expr> sum = is_in_parts_ ? sum_of_parts(e, *low, *high) : gauss_sum(e, *low, *high, false);
   if (!sum) return {};
   Typed result = number_of(*sum);
   if (is_too_large(result, range)) return {};
-  if (running_.empty()) look_at_parts(e, *low, *high, *sum);
+  if (running_.empty() && !is_in_parts_) look_at_parts(e, *low, *high, *sum);
   return result;
 }
 

@@ -15,7 +15,7 @@ namespace {
 std::optional<double> positive(Draft& draft, const std::optional<ast::Expr>& written, const char* what,
                                double otherwise) {
   if (!written) return otherwise;
-  const auto value = evaluate_once(draft, *written, what);
+  const auto value = evaluate(draft, *written, what);
   if (!value || *value > 0) return value;
   draft.sink.report("bad-step", written->range(), {what, fmt::format("{}", *value)});
   return std::nullopt;

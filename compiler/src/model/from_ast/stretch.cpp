@@ -9,6 +9,7 @@
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/known_values.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -34,7 +35,6 @@ std::optional<Expr> formula_of(Draft& draft, const ast::Expr& e, int axis) {
   const std::string& name = draft.problem.axes[static_cast<std::size_t>(axis)].name;
   const std::optional<Expr> written = Expressions(draft, Purpose::stretch, "the stretched axis " + name).number(e);
   if (!written) return std::nullopt;
-  fix_params(draft, *written);
   const bool holds_others = any_part(*written, [&](const Expr& part) {
     const auto* coordinate = std::get_if<Coordinate>(&part->kind);
     return coordinate && coordinate->axis != axis;
@@ -108,19 +108,11 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
 
 }  // namespace
 
-Expr with_values(const Draft& draft, const Expr& e) {
-  if (const auto* param = std::get_if<Param>(&e->kind))
-    return number(draft.values.at(param->name).value_or(0), e->origin);
-  const auto same = [&](const Expr& part) { return with_values(draft, part); };
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
-  if (const auto* s = std::get_if<Select>(&e->kind))
-    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
-  const auto* c = std::get_if<Call>(&e->kind);
-  if (!c) return e;
-  std::vector<Expr> arguments;
-  for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
-  return call(c->fn, std::move(arguments), e->origin);
+Expr with_values(Draft& draft, const Expr& e) {
+  fix_params(draft, e);
+  KnownValues values = draft.values;
+  for (auto& [name, value] : values) value = value.value_or(0);  // reported
+  return with_known(e, values);
 }
 
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis) {

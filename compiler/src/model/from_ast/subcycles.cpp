@@ -15,7 +15,7 @@ namespace {
 constexpr int most_parts = 1'000'000;  // they cost time, not code: more are a slip of the pen
 
 int parts_of(Draft& draft, const ast::Expr& written) {
-  const auto parts = evaluate_once(draft, written, "the number of parts");
+  const auto parts = evaluate(draft, written, "the number of parts");
   if (!parts) return 1;
   if (*parts >= 1 && *parts <= most_parts && *parts == std::floor(*parts)) return static_cast<int>(*parts);
   draft.sink.report("bad-subcycles", written.range(), {fmt::format("{}", most_parts), fmt::format("{}", *parts)},

@@ -181,7 +181,7 @@ Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
 void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
   const auto is_deep = [&](const Expr& e) { return order_beside_poles(draft_.problem, e) > allowed; };
   if (!has_pole(draft_.problem) || std::ranges::none_of(operand, is_deep)) return;
-  draft_.sink.report("beside-pole", range, {},
+  draft_.sink.report("beside-pole", range, {"a derivative of derivatives"},
                      "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
                      "factor as cos(lat)^2");
 }

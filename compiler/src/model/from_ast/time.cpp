@@ -48,7 +48,7 @@ std::optional<double> step_of(Draft& draft, const Found<ast::TimeItem>* time) {
                       time ? "write , step 1/128 behind the duration" : "write step 1/128");
     return std::nullopt;
   }
-  const auto step = is_set ? number_setting(draft, "step") : evaluate_once(draft, *written, "the step");
+  const auto step = is_set ? number_setting(draft, "step") : evaluate(draft, *written, "the step");
   if (!step || *step > 0) return step;
   draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {"time step", text_of(*step)});
   return std::nullopt;
@@ -69,8 +69,7 @@ std::optional<Duration> duration_of_loop(Draft& draft, std::optional<double> ste
 std::optional<Duration> duration_of(Draft& draft, const Found<ast::TimeItem>* time, std::optional<double> step) {
   std::optional<Duration> duration;
   if (time) {
-    const auto from = evaluate_once(draft, time->kind.from, "the time"),
-               to = evaluate_once(draft, time->kind.to, "the time");
+    const auto from = evaluate(draft, time->kind.from, "the time"), to = evaluate(draft, time->kind.to, "the time");
     if (from && to) duration = Duration{*from, *to, time->kind.to.range()};
   } else {
     duration = duration_of_loop(draft, step);
@@ -100,7 +99,7 @@ double courant_of(Draft& draft, const Found<ast::TimeItem>* time) {
                       "write courant 0.5, speed ...");
   }
   if (!is_set && !written) return 0;
-  const auto courant = is_set ? number_setting(draft, "courant") : evaluate_once(draft, *written, "the Courant number");
+  const auto courant = is_set ? number_setting(draft, "courant") : evaluate(draft, *written, "the Courant number");
   if (!courant) return 0;
   if (*courant > 0) return *courant;
   draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {"Courant number", text_of(*courant)});
@@ -224,7 +223,7 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
                         "write over time, or at t = 1");
       return {};
     }
-    const auto count = evaluate_once(draft, steps->steps, "a number of steps");
+    const auto count = evaluate(draft, steps->steps, "a number of steps");
     const auto counted = counted_as(steps->counted);
     if (!count) return {When::Kind::steps, {}, 1, counted};
     if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count))
@@ -235,7 +234,7 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   When result{When::Kind::at, {}};
   const Problem& problem = draft.problem;
   for (const ast::Expr& e : std::get<ast::WhenAt>(when).times) {
-    const auto time = evaluate_once(draft, e, "a time");
+    const auto time = evaluate(draft, e, "a time");
     if (!time) continue;
     result.times.push_back(*time);
     if (!on_steps || problem.steps == 0) continue;

@@ -44,8 +44,9 @@ bool is_needed(const Problem& problem, const std::string& coefficient) {
 }  // namespace
 
 void drop_unused(Draft& draft) {
-  if (draft.program) return;
   Problem& problem = draft.problem;
+  for (Parameter& parameter : problem.params) parameter.is_fixed = draft.fixed.contains(parameter.name);
+  if (draft.program) return;
   std::vector<Coefficient> kept;
   for (const Coefficient& coefficient : problem.coefficients) {
     if (is_needed(problem, coefficient.name)) {
@@ -55,8 +56,7 @@ void drop_unused(Draft& draft) {
     }
   }
   problem.coefficients = std::move(kept);
-  for (Parameter& parameter : problem.params) {
-    parameter.is_fixed = draft.fixed.contains(parameter.name);
+  for (const Parameter& parameter : problem.params) {
     if (draft.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
     if (!draft.selection.beside.empty()) continue;  // the task's own scene may

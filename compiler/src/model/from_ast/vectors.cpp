@@ -217,15 +217,9 @@ Typed Expressions::advection(const ast::Call& e, SourceRange range) {
                        "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
     return {};
   }
-  const auto is_on_pole = [&](std::size_t axis) {
-    const bool has_it = is_pole_at(draft_.problem, axis, true) || is_pole_at(draft_.problem, axis, false);
-    return has_it && placements.natural((*velocity)[axis]).value_or(Placement{})[axis];
-  };
-  bool any_on_pole = false;
-  for (std::size_t axis = 0; axis < velocity->size(); ++axis) any_on_pole = any_on_pole || is_on_pole(axis);
-  if (any_on_pole && operand.type == Typed::Type::number) {
+  if (std::ranges::any_of(*velocity, [&](const Expr& part) { return is_on_pole(draft_.problem, part); })) {
     draft_.sink.report("in-curved-coordinates", range, {"advect by a vector on faces", "coordinates with a pole"},
-                       "write div(v*interpolate(f)), less f*div(v) where v is not free of it");
+                       "write div(v*interpolate(f)) of a number f, less f*div(v) where v is not free of it");
     return {};
   }
   return {operand.type, Coordinates(draft_.problem, {range}).advection(*velocity, operand.parts)};

@@ -5,7 +5,8 @@
 //
 //  - The initial state lies in the rollout that is opened first; others get copies of it.
 //  - Formulas of initial states and coefficients are evaluated again after a value that they read has changed, except
-//    where values were given (`is_given`), and but for fields that are sought after another unknown has changed.
+//    where values were given (`is_given`). Those of fields that are sought say where these begin: they take unknowns as
+//    these were at first, and in derivatives by an unknown the fields stay as they are.
 //  - The vector of unknowns holds those of unknowns() one after the other.
 #pragma once
 
@@ -45,7 +46,7 @@ class Engine {
     std::string name;
     int32_t start = DPDE_START_SCENE;  // DPDE_START_HOST: nobody but who gives it knows it
     bool is_unknown = false, is_given = false;
-    bool is_held = false;  // where its formula had it before another unknown changed
+    bool is_held = false;  // sought, and where its formula has it for unknowns as they were at first
     bool is_kept() const { return is_given || is_held; }
   };
   /// A coefficient, or data of the task.
@@ -170,8 +171,10 @@ class Engine {
   }
   void give_controls(Rollout& rollout) const;
   void before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view));
-
-  void make_stale(bool holds_sought);
+  void hold_sought(bool holds);
+  void add_sought_numbers(std::vector<double>& to) const;
+  void put_sought_numbers(Values numbers);
+  void run_all_formulas();
   bool formulas_need(const dpde_program& program, int32_t start) const;
   void run_formulas(const dpde_program& program, int32_t start);
   void* unused(std::size_t number);
@@ -199,7 +202,8 @@ class Engine {
   std::vector<Datum> data_;
   std::vector<Unknown> unknowns_;
   std::size_t unknown_count_ = 0;
-  bool formulas_are_stale_ = true;
+  bool formulas_are_stale_ = true, held_are_stale_ = false;
+  std::vector<double> first_numbers_;           // of the unknowns that are no fields, once others are held
   std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_;
   StepRecord held_;
