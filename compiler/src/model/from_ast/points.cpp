@@ -253,8 +253,8 @@ class AtPoint {
   Origin origin_;
 };
 
-/// Whether `e` has the same value in every run: neither t nor an unknown nor a parameter without a value is in it.
-bool is_fixed(const Draft& draft, const Expr& e) {
+/// Whether `e` has a value when it is read: neither t nor an unknown nor a parameter without a value is in it.
+bool is_known_now(const Draft& draft, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
@@ -288,14 +288,14 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
                          "a place is made of numbers, parameters and t");
       return std::nullopt;
     }
-    if (!is_fixed(draft_, along)) continue;
+    if (!is_known_now(draft_, along)) continue;
     const Value value = value_of(along, draft_.values);
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
     draft_.sink.report("outside-the-grid", place.range(), {e.callee, fmt::format("{} = {}", grid.name, value.number)},
                        fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
     return std::nullopt;
   }
-  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_fixed(draft_, along); }))
+  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_known_now(draft_, along); }))
     draft_.open_places.push_back({e.callee, *position, place.range()});
   return position;
 }
