@@ -246,6 +246,7 @@ void Rollout::Impl::bind_adjoint(const dpde_program& program) {
 void Rollout::Impl::take_total_adjoint() {
   if (setup.total_adjoint == nullptr || setup.steady > 0 || backward->block) return;
   bytes_of_fields -= backward->bytes;
+  backward.reset();  // its memory is not held beside that of the other
   bind_adjoint(*setup.total_adjoint);
 }
 

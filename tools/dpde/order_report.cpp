@@ -244,13 +244,15 @@ std::string report_order(const model::Problem& problem, Json& result) {
                      {"space_inside", inside.space},
                      {"walls", order.walls.empty() ? Json(nullptr) : Json(order.walls)}};
   if (order.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
-  std::string text = "order: ";  // in space none where nothing is differentiated
-  if (order.is_spectral || order.space > 0)
+  std::string text = "order: ";
+  if (order.is_spectral || order.space != 0 || inside.space != 0) {  // else nothing is differentiated
     text += fmt::format("{} in space", order.is_spectral ? "spectral" : std::to_string(order.space));
-  if (order.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    if (order.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    text += ", ";
+  }
   result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";
   text += fmt::format(
-      "{}{} in time{}{}\n", text == "order: " ? "" : ", ", order.time,
+      "{} in time{}{}\n", order.time,
       problem.step_control ? " for equal steps (here the tolerance chooses them, and errors follow it)" : "",
       order.walls.empty() ? "" : "; " + order.walls);
   return text + report_operators(problem, result);

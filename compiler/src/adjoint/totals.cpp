@@ -21,9 +21,10 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
   bool is_stored = false;
   for (const stencil::Statement& statement : program.body) {
     const stencil::Effects e = stencil::effects(module, statement);
-    const bool writes = contains(e.writes, field), updates = contains(e.updates, field);
+    const bool writes = contains(e.writes, field);
     const bool uses =
         contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) || contains(e.spoils, field);
+    if (!writes && !uses && !contains(e.updates, field)) continue;
     const bool is_row_wise = match(
         statement,
         [&](const stencil::Run& run) {
@@ -35,7 +36,6 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
         [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
         [](const stencil::Transform&) { return false; }, [](const stencil::Solve&) { return false; },
         [](const stencil::Repeat&) { return false; });
-    if (!writes && !updates && !uses) continue;
     if (uses || !is_row_wise || writes == is_stored) return false;
     is_stored = true;
   }
@@ -55,13 +55,10 @@ bool add_program_of(const Totals& totals, Module& module) {
   Program added = *program;
   added.name = totals.name();
   stencil::for_each_run(added, [&](stencil::Run& run) {
+    const auto is_first = [&](const stencil::Store& s) { return !s.accumulate && added_to.contains(s.field); };
+    if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
     stencil::Kernel kernel = stencil::kernel_of(module, run);
-    bool is_other = false;
-    for (stencil::Store& store : kernel.stores) {
-      if (!added_to.contains(store.field) || store.accumulate) continue;
-      store.accumulate = is_other = true;
-    }
-    if (!is_other) return;
+    for (stencil::Store& store : kernel.stores) store.accumulate = store.accumulate || is_first(store);
     do kernel.name += "_total";
     while (module.find_kernel(kernel.name) != nullptr);
     run.kernel = kernel.name;

@@ -3,7 +3,6 @@
 // may add it to the total itself: of the passes over memory that take a share there and back, none is left.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
