@@ -34,9 +34,16 @@ Engine::Engine(const dpde_scene& scene, EngineOptions options, std::shared_ptr<c
 }
 
 std::vector<const dpde_program*> Engine::programs() const {
-  std::vector<const dpde_program*> all{
-      scene_.program, scene_.adjoint, scene_.total_adjoint, scene_.initial_adjoint, scene_.coefficient_adjoint,
-      scene_.observe, scene_.rate,    scene_.trial};
+  std::vector<const dpde_program*> all{scene_.program,
+                                       scene_.adjoint,
+                                       scene_.total_adjoint,
+                                       scene_.keeping_step,
+                                       scene_.kept_adjoint,
+                                       scene_.initial_adjoint,
+                                       scene_.coefficient_adjoint,
+                                       scene_.observe,
+                                       scene_.rate,
+                                       scene_.trial};
   all.insert(all.end(), formulas_.begin(), formulas_.end());
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
@@ -246,6 +253,8 @@ Rollout& Engine::objective() {
   RolloutSetup full = setup();
   full.adjoint = scene_.adjoint;
   full.total_adjoint = scene_.total_adjoint;
+  full.keeping_step = scene_.keeping_step;
+  full.kept_adjoint = scene_.kept_adjoint;
   for (int32_t i = 0; i < scene_.loss_count; ++i)
     full.losses.push_back(loss_term(scene_.losses[i], *scene_.losses[i].loss));
   full.cut = options_.cut;

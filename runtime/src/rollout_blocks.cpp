@@ -105,6 +105,7 @@ void Rollout::Impl::run_block(Wavefront& block, int n, const StateBuffer& from, 
 
 void Rollout::Impl::run_leg(int leg, const StateBuffer& from, const StateBuffer& to) {
   const int n = mark(leg);
+  if (keeping) return keeping_step(n, from, to);
   if (mark(leg + 1) - n == 1) return step(n, from, to);
   run_block(*forward->leg, n, from, to);
 }

@@ -261,6 +261,22 @@ void Rollout::Impl::bind_totals(int n) {
   }
 }
 
+void Rollout::Impl::bind_kept(int n) {
+  for (size_t i = 0; keeping && i < keeping->fields.size(); ++i)
+    backward->program.executor.bind(keeping->fields[i].second, keeping->at(n, i));
+}
+
+/// Step n, as gradients make it where something is kept.
+void Rollout::Impl::keeping_step(int n, const StateBuffer& from, const StateBuffer& to) {
+  BoundProgram& program = keeping->program;
+  program.bind_states(from);
+  for (size_t i = 0; i < to.size(); ++i) program.executor.bind(keeping->next[i], to[i]);
+  for (size_t i = 0; i < keeping->fields.size(); ++i)
+    program.executor.bind(keeping->fields[i].first, keeping->at(n, i));
+  set_step(program, n);
+  run_in_step(program.executor, n);
+}
+
 /// Singles are added up as such over a few steps, in which that is as good as the values are, and then as doubles.
 void Rollout::Impl::flush_totals(int n) {
   const bool ends = std::ranges::any_of(backward->totals, [&](const FieldBar& total) {
@@ -326,6 +342,7 @@ void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
 
 void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& state) {
   set_step(backward->program, n, part, parts);
+  bind_kept(n);
   bind_totals(n);
   bind_reverse(state, bar);
   if (part + 1 == parts && (setup.steady > 0 || has_losses(n + 1))) prepare_seeds();
@@ -352,7 +369,8 @@ void Rollout::Impl::make_frames() {
   const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(),
                steps = static_cast<size_t>(last_loss);
   const bool stores_all = keeps_trajectory && result.recomputed_steps == 0;
-  if (has_parts() || !stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty())
+  if (has_parts() || keeping || !stores_all || step_size == 0 || adjoint_size == 0 ||
+      !backward->program.fill_states.empty())
     return;
   step_frames.resize(steps * step_size);
   adjoint_frames.resize(steps * adjoint_size);

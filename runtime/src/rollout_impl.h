@@ -78,6 +78,16 @@ struct BoundStep {
   std::optional<Wavefront> block;  // several steps at once
   std::optional<Wavefront> leg;    // those whose adjoints are done at once
 };
+/// The step that keeps fields for its adjoint.
+struct BoundKeeping {
+  BoundProgram program;
+  std::vector<int> next;                    // as of BoundStep
+  std::vector<std::pair<int, int>> fields;  // what is kept: field of the step, and of its adjoint
+  FieldPool pool;                           // all of a step, step by step
+  void* at(int n, size_t i) const {
+    return pool.base(static_cast<int64_t>(n) * std::ssize(fields) + static_cast<int64_t>(i));
+  }
+};
 /// How fast things move at a state: 1/time, in each cell.
 struct BoundRate {
   BoundProgram program;
@@ -138,8 +148,11 @@ struct Rollout::Impl {
   void place_sought();
   void bind_step();
   void bind_rate();
-  void bind_adjoint(const dpde_program& program);
+  void bind_adjoint(const dpde_program& program, std::vector<std::string> own = {});
   void take_total_adjoint();
+  bool may_keep() const;
+  void take_kept_adjoint();
+  int64_t kept_fields() const { return keeping ? int64_t{last_loss} * std::ssize(keeping->fields) : 0; }
   void bind_term(const LossTerm& term);
   std::vector<BoundData> bind_data(const LossTerm& term, BoundProgram& bound);
   std::vector<ParamBar> bind_param_bars(const dpde_program& program);
@@ -168,6 +181,7 @@ struct Rollout::Impl {
   int mark(int leg) const { return marks.empty() ? leg : marks[static_cast<size_t>(leg)]; }
   void run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results);
   void run_leg(int leg, const StateBuffer& from, const StateBuffer& to);
+  void keeping_step(int n, const StateBuffer& from, const StateBuffer& to);
   void reverse_leg(int leg, const StateBuffer& state);
 
   // Until steady (rollout_steady.cpp)
@@ -262,6 +276,7 @@ struct Rollout::Impl {
   void drop_adjoints(int state);
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
+  void bind_kept(int n);
   void bind_totals(int n);
   void flush_totals(int n);
   void after_reverse(int n);
@@ -282,6 +297,7 @@ struct Rollout::Impl {
   std::shared_ptr<SolverStore> solvers = std::make_shared<SolverStore>();  // of all programs
   int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
   std::optional<BoundStep> forward;
+  std::optional<BoundKeeping> keeping;  // `backward` reads what it keeps
   std::optional<BoundRate> rate;
   std::vector<FieldPool>
       part_pools;  // states between the parts of a step: two to work in, and in gradient() those that are stored
@@ -344,6 +360,7 @@ struct Rollout::Impl {
 template <class Visit>
 void Rollout::Impl::for_each_program(const Visit& visit) {
   visit(forward->program);
+  if (keeping) visit(keeping->program);
   if (rate) visit(rate->program);
   if (backward) visit(backward->program);
   for (BoundTerm& term : terms) {

@@ -87,6 +87,7 @@ GradientPlan plan_gradient(RolloutSetup setup) {
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
   forward->program.executor.set_clock(&seconds.steps);
+  if (keeping) keeping->program.executor.set_clock(&seconds.steps);
   if (backward) backward->program.executor.set_clock(&seconds.adjoints);
   for (BoundTerm& term : terms) {
     term.loss.program.executor.set_clock(&seconds.losses);
@@ -207,9 +208,9 @@ void Rollout::Impl::bind_rate() {
     throw Error(ErrorKind::run, fmt::format("program {}: no result called {}", setup.rate->name, setup.rate_field));
 }
 
-void Rollout::Impl::bind_adjoint(const dpde_program& program) {
+/// own: fields that are bound by whoever calls this.
+void Rollout::Impl::bind_adjoint(const dpde_program& program, std::vector<std::string> own) {
   const int64_t bytes_before = bytes_of_fields;
-  std::vector<std::string> own;
   std::vector<int> seeds, results;
   for (const std::string& next : next_names) {
     const int seed = find_derived(program, DPDE_LINK_FIELD, next);
@@ -223,7 +224,7 @@ void Rollout::Impl::bind_adjoint(const dpde_program& program) {
     own.emplace_back(program.fields[found->next]);
   }
   std::vector<FieldBar> totals;
-  for (size_t i = 0; i < setup.sought.size() && &program == setup.total_adjoint; ++i) {
+  for (size_t i = 0; i < setup.sought.size() && &program != setup.adjoint; ++i) {
     const int field = find_derived(program, DPDE_LINK_FIELD, setup.sought[i]);
     if (field < 0 || field >= program.input_count) continue;
     totals.push_back({field, i});
@@ -248,6 +249,30 @@ void Rollout::Impl::take_total_adjoint() {
   bytes_of_fields -= backward->bytes;
   backward.reset();  // its memory is not held beside that of the other
   bind_adjoint(*setup.total_adjoint);
+}
+
+/// What it keeps are the inputs of the adjoint that the step makes and that are no states.
+void Rollout::Impl::take_kept_adjoint() {
+  const dpde_program &step = *setup.keeping_step, &adjoint = *setup.kept_adjoint;
+  std::vector<int> next;
+  std::vector<std::string> own, kept;
+  for (const dpde_swap& swap : std::span(step.swaps, static_cast<size_t>(step.swap_count))) {
+    next.push_back(swap.next);
+    own.emplace_back(step.fields[swap.next]);
+  }
+  std::vector<std::pair<int, int>> fields;
+  for (int field = step.input_count; field < step.field_count; ++field) {
+    const auto end = adjoint.fields + adjoint.input_count;
+    const auto found = std::find(adjoint.fields, end, std::string_view(step.fields[field]));
+    if (found == end || contains(own, step.fields[field])) continue;
+    fields.emplace_back(field, static_cast<int>(found - adjoint.fields));
+    kept.emplace_back(step.fields[field]);
+  }
+  own.insert(own.end(), kept.begin(), kept.end());
+  keeping.emplace(BoundKeeping{bind_program(step, own, true), std::move(next), std::move(fields), {}});
+  bytes_of_fields -= backward->bytes;
+  backward.reset();
+  bind_adjoint(adjoint, std::move(kept));
 }
 
 void Rollout::Impl::place_sought() {

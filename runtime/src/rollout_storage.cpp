@@ -52,7 +52,8 @@ void Rollout::Impl::plan_buffers(int slots, const std::vector<char>& read) {
 /// With the seeds, which take a buffer more.
 int64_t Rollout::Impl::bytes_of_states() const {
   const auto states = static_cast<int64_t>(state_names.size());
-  return std::accumulate(buffers_of_state.begin(), buffers_of_state.end(), states) * FieldPool::stride_of(setup.layout);
+  return std::accumulate(buffers_of_state.begin(), buffers_of_state.end(), states + kept_fields()) *
+         FieldPool::stride_of(setup.layout);
 }
 
 /// As many as there are where memory allows; those of setup.slots where it says so.
@@ -70,6 +71,12 @@ int Rollout::Impl::least_of_ranks(int64_t slots) const {
   return static_cast<int>(-largest_of(setup.ranks, -static_cast<double>(slots)));
 }
 
+/// In place of states that are stored all the same: no more memory, and of steps that are whole.
+bool Rollout::Impl::may_keep() const {
+  return setup.keeping_step != nullptr && setup.kept_adjoint != nullptr && marks.empty() && !has_parts() &&
+         setup.ranks == nullptr && setup.checkpoint_folder.empty();
+}
+
 /// How many states gradient() stores, and when it makes the others again.
 void Rollout::Impl::plan_storage() {
   int slots = 1;
@@ -82,6 +89,10 @@ void Rollout::Impl::plan_storage() {
   }
   if (keeps_trajectory) {
     slots = least_of_ranks(plan_slots(read));
+    if (may_keep() && slots >= last_loss - 1) {
+      take_kept_adjoint();
+      read = states_read();
+    }
     if (purpose == Purpose::run) reversal = Reversal(legs(), slots);
     result.stored_states = slots - 1;
     result.recomputed_steps = recomputed_steps(slots);
@@ -111,6 +122,7 @@ void Rollout::Impl::allocate_states() {
   bar_layout.real = DPDE_F64;
   pool = make_pool(setup.layout, std::accumulate(buffers_of_state.begin(), buffers_of_state.end(), int64_t{0}),
                    backward ? setup.checkpoint_folder : "");
+  if (keeping) keeping->pool = make_pool(setup.layout, kept_fields());
   if (backward) {
     bar_pool = make_pool(setup.layout, 3 * states);
     field_bar_pool = make_pool(bar_layout, bar_count);

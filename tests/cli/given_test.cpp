@@ -230,6 +230,7 @@ TEST_F(GivenAdjointCommand, OfNumbersIsWrittenAsASum) {
   EXPECT_EQ(outcome(as_field, "k").codes(), bad);
   EXPECT_EQ(outcome(as_field, "2*k").codes(), bad);
   EXPECT_EQ(outcome(as_number, "k").codes(), none);
+  for (const char* formula : {"2*k", "k*t", "sin(k)"}) EXPECT_EQ(outcome(as_number, formula).codes(), bad) << formula;
   EXPECT_EQ(outcome(as_field + as_number, "k").codes(), none);
   EXPECT_EQ(outcome(as_field, "c").codes(), none);
   EXPECT_EQ(outcome(as_number, "c").codes(), bad);

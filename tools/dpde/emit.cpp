@@ -36,8 +36,11 @@ stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
 }
 
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
-  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true), compiled.real(),
-                               driver::totals_of(compiled));
+  const std::vector<std::string> adjoints = compiled.derivative_programs(true);
+  std::vector<std::string> read = adjoints;
+  read.push_back(compiled.step_name());  // of which there is one that keeps what adjoints read
+  return driver::lower_to_loop(driver::extract(compiled.stencil, read), adjoints, compiled.real(),
+                               driver::totals_of(compiled), driver::kept_of(compiled));
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {

@@ -42,19 +42,13 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
   return is_stored;
 }
 
-}  // namespace
-
-bool add_program_of(const Totals& totals, Module& module) {
-  const Program* program = module.find_program(totals.program);
+/// Makes inputs of the results that may be totals; false, and nothing is changed, where there are none.
+bool add_to_totals(Program& program, const std::vector<std::string>& results, Module& module) {
   std::set<std::string> added_to;
-  for (const std::string& result : totals.results) {
-    if (program && contains(program->keeps, result) && is_stored_once(module, *program, result))
-      added_to.insert(result);
+  for (const std::string& result : results) {
+    if (contains(program.keeps, result) && is_stored_once(module, program, result)) added_to.insert(result);
   }
-  if (added_to.empty() || module.find_program(totals.name()) != nullptr) return false;
-  Program added = *program;
-  added.name = totals.name();
-  stencil::for_each_run(added, [&](stencil::Run& run) {
+  stencil::for_each_run(program, [&](stencil::Run& run) {
     const auto is_first = [&](const stencil::Store& s) { return !s.accumulate && added_to.contains(s.field); };
     if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
     stencil::Kernel kernel = stencil::kernel_of(module, run);
@@ -64,8 +58,24 @@ bool add_program_of(const Totals& totals, Module& module) {
     run.kernel = kernel.name;
     module.kernels.push_back(std::move(kernel));
   });
+  return !added_to.empty();
+}
+
+}  // namespace
+
+bool add_program_of(const Totals& totals, Module& module) {
+  const Program* program = module.find_program(totals.program);
+  if (program == nullptr || module.find_program(totals.name()) != nullptr) return false;
+  Program added = *program;
+  added.name = totals.name();
+  if (!add_to_totals(added, totals.results, module)) return false;
   module.programs.push_back(std::move(added));
   return true;
+}
+
+void make_totals(const Totals& totals, Module& module) {
+  const auto program = std::ranges::find(module.programs, totals.program, &Program::name);
+  if (program != module.programs.end()) add_to_totals(*program, totals.results, module);
 }
 
 }  // namespace dpde::adjoint

@@ -21,5 +21,7 @@ struct Totals {
 /// adds to, as inputs that it adds to. False, and nothing is added, where that is so of none. The other results stay
 /// what they are.
 bool add_program_of(const Totals& totals, stencil::Module& module);
+/// The same of the program itself, of which there is no other use.
+void make_totals(const Totals& totals, stencil::Module& module);
 
 }  // namespace dpde::adjoint

@@ -45,10 +45,10 @@ std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
       if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
     }
   }
-  const adjoint::Totals totals = totals_of(compiled);
-  if (std::ranges::any_of(compiled.loop.programs, [&](const loop::Program& p) { return p.name == totals.name(); })) {
+  for (const std::string& name : {totals_of(compiled).name(), kept_of(compiled).adjoint_name()}) {
+    if (std::ranges::find(compiled.loop.programs, name, &loop::Program::name) == compiled.loop.programs.end()) continue;
     programs.push_back(linked(*compiled.derived.at(compiled.step_name()).adjoint));
-    programs.back().program = totals.name();
+    programs.back().program = name;
   }
   return programs;
 }

@@ -418,15 +418,25 @@ adjoint::Totals totals_of(const Compiled& compiled) {
   return totals;
 }
 
+adjoint::Kept kept_of(const Compiled& compiled) {
+  const adjoint::Totals totals = totals_of(compiled);
+  return {totals.program.empty() ? "" : compiled.step_name(), totals.program};
+}
+
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals) {
+                           const adjoint::Totals& totals, const adjoint::Kept& kept) {
   module = adjoint::with_newton_steps(std::move(module));
+  const bool keeps = adjoint::add_kept_programs(kept, module);
   for (const stencil::Pass& pass : stencil::loop_passes) {
     // Regrouped, the weights of u + dt*(...) are rounded one by one and do not add up to 1: floats would drift by it.
     if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;
     module = pass.run(module);
   }
   if (adjoint::add_program_of(totals, module)) programs.push_back(totals.name());
+  if (keeps) {
+    adjoint::make_totals({kept.adjoint_name(), totals.results}, module);
+    programs.insert(programs.end(), {kept.step_name(), kept.adjoint_name()});
+  }
   return loop::from_stencil(module, programs, real);
 }
 
@@ -437,8 +447,8 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  compiled.loop =
-      lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(), totals_of(compiled));
+  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(),
+                                totals_of(compiled), kept_of(compiled));
   if (!stages.after(
           "loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); }))
     return std::nullopt;

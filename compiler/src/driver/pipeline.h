@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "adjoint/kept.h"
 #include "adjoint/totals.h"
 #include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
@@ -94,10 +95,13 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
 
 /// The gradients by coefficients that the adjoint of the step keeps.
 adjoint::Totals totals_of(const Compiled& compiled);
+/// The step and its adjoint, where one may keep values for the other.
+adjoint::Kept kept_of(const Compiled& compiled);
 
-/// The rows of the named programs, after the passes for speed: what the back ends get. With that of the totals.
+/// The rows of the named programs, after the passes for speed: what the back ends get. With those of the
+/// totals and of what is kept.
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals = {});
+                           const adjoint::Totals& totals = {}, const adjoint::Kept& kept = {});
 
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);

@@ -68,6 +68,7 @@ struct SceneTable::Storage {
   std::string why_no_second(const model::Task& task) const;
   void add_second(const model::Task& task);
   dpde_second second_of(const std::string& program) const;
+  void add_step();
   void add_parts();
   void fill();
 
@@ -222,6 +223,14 @@ void SceneTable::Storage::add_task(const model::Task& task) {
   add_second(task);
 }
 
+void SceneTable::Storage::add_step() {
+  scene.program = compiled->program(compiled->step_name());
+  scene.adjoint = compiled->adjoint_of(compiled->step_name());
+  scene.total_adjoint = compiled->program(totals_of(*compiled).name());
+  scene.keeping_step = compiled->program(kept_of(*compiled).step_name());
+  scene.kept_adjoint = compiled->program(kept_of(*compiled).adjoint_name());
+}
+
 /// How steps are made in parts.
 void SceneTable::Storage::add_parts() {
   const model::Problem& problem = *compiled->problem;
@@ -266,10 +275,8 @@ void SceneTable::Storage::fill() {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
   const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
+  add_step();
   add_parts();
-  scene.program = compiled->program(compiled->step_name());
-  scene.adjoint = compiled->adjoint_of(compiled->step_name());
-  scene.total_adjoint = compiled->program(totals_of(*compiled).name());
   scene.initial = compiled->program(initial);
   scene.initial_adjoint = compiled->adjoint_of(initial);
   scene.coefficient_formulas = compiled->program(formulas);

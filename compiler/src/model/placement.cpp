@@ -143,7 +143,9 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
                                                                  : std::optional(Mistake{e, own, wanted});
   }
   if (const Reduce* reduce = as<Reduce>(e)) {
-    return operand_placement(*reduce, wanted) ? std::nullopt : std::optional(Mistake{e, natural(e), wanted});
+    if (operand_placement(*reduce, wanted)) return std::nullopt;
+    const auto inside = misplaced(reduce->operand);  // not natural(e), which asks here
+    return inside ? inside : Mistake{e, natural(reduce->operand), wanted};
   }
   if (only(e) == wanted) return std::nullopt;  // as on grids without staggering
   if (const Derivative* d = as<Derivative>(e); d && d->order == 1) {

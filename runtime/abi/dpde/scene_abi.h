@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 9
+#define DPDE_SCENE_VERSION 10
 
 typedef struct dpde_axis {
   const char* name;
@@ -145,9 +145,11 @@ typedef struct dpde_scene {
   int32_t sought_count;
   const char* const*
       sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
-  const dpde_program* program;         /* one step */
-  const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
-  const dpde_program* total_adjoint;   /* see RolloutSetup::total_adjoint */
+  const dpde_program* program;       /* one step */
+  const dpde_program* adjoint;       /* null without a task, as are the others that do not apply */
+  const dpde_program* total_adjoint; /* see RolloutSetup::total_adjoint */
+  const dpde_program* keeping_step;  /* see RolloutSetup::keeping_step */
+  const dpde_program* kept_adjoint;
   const dpde_program* initial;         /* keeps the states that have a formula */
   const dpde_program* initial_adjoint; /* reads the adjoints of the states, has the sums of parameters */
   const dpde_program* coefficient_formulas;

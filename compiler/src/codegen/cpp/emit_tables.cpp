@@ -253,8 +253,8 @@ std::string axis(const dpde_axis& a, Tables& tables) {
 
 std::string programs_of(const dpde_scene& s, Tables& tables) {
   std::string programs;
-  for (const dpde_program* p : {s.program, s.adjoint, s.total_adjoint, s.initial, s.initial_adjoint,
-                                s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
+  for (const dpde_program* p : {s.program, s.adjoint, s.total_adjoint, s.keeping_step, s.kept_adjoint, s.initial,
+                                s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
     programs += tables.program(p) + ", ";
   }
   return programs;

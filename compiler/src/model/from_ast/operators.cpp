@@ -176,8 +176,26 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
   return true;
 }
 
-/// A line with = is of an argument that is a field, one with += of a number: where the other is given alone, this one
-/// would be derived without a word.
+namespace {
+
+/// Whether argument `i` is a parameter of the scene, and in no other argument: what is said of a number is said of that
+/// one then.
+bool is_lone_param(const Apply& application, std::size_t i) {
+  const auto* own = std::get_if<Param>(&application.arguments[i]->kind);
+  for (std::size_t other = 0; own != nullptr && other < application.arguments.size(); ++other) {
+    const bool is_there = any_part(application.arguments[other], [&](const Expr& part) {
+      const auto* param = std::get_if<Param>(&part->kind);
+      return param != nullptr && param->name == own->name;
+    });
+    if (other != i && is_there) return false;
+  }
+  return own != nullptr;
+}
+
+}  // namespace
+
+/// A line with = is of an argument that is a field, one with += of a number that is a parameter: where there are others
+/// alone, this one would be derived without a word.
 bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& application, SourceRange range) {
   const auto is_given = [&](const std::string& parameter, bool of_field) {
     return std::ranges::any_of(application.function.adjoints, [&](const Operator::Adjoint& given) {
@@ -187,9 +205,16 @@ bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& appl
   for (std::size_t i = 0; i < application.arguments.size(); ++i) {
     const std::string& parameter = application.function.parameters[i];
     const bool is_field = application.places[i].has_value();
-    if (is_given(parameter, is_field) || !is_given(parameter, !is_field)) continue;
+    if (!is_given(parameter, true) && !is_given(parameter, false)) continue;
     if (!is_active(draft_, application.arguments[i])) continue;
     const std::string base = vector_of(parameter).empty() ? parameter : vector_of(parameter);
+    if (is_given(parameter, is_field)) {
+      if (is_field || is_lone_param(application, i)) continue;
+      draft_.sink.report("bad-given-adjoint", range,
+                         {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
+                         "pass parameters themselves, each once, and write the formula in the operator");
+      return false;
+    }
     draft_.sink.report(
         "bad-given-adjoint", range,
         {base, call.function.name.name,

@@ -13,6 +13,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 #include "model/stretch.h"
 
 namespace dpde::model {
@@ -263,6 +264,22 @@ bool is_known_now(const Draft& draft, const Expr& e) {
   });
 }
 
+/// Whether a part on faces along an axis with a pole is taken in the cell beside it, as far as that is known.
+bool is_beside_its_pole(const Draft& draft, const Expr& e, const std::vector<Expr>& place) {
+  if (!is_on_pole(draft.problem, e)) return false;
+  for (std::size_t a = 0; a < draft.problem.axes.size(); ++a) {
+    const Axis& axis = draft.problem.axes[a];
+    for (const bool is_low : {true, false}) {
+      if (!is_pole_at(draft.problem, a, is_low)) continue;
+      if (!is_known_now(draft, place[a])) return true;
+      const double inside = axis.face(is_low != axis.runs_down() ? 1 : axis.cells - 1);
+      const double there = value_of(place[a], draft.values).number;
+      if (is_low ? there < inside : there > inside) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
@@ -322,6 +339,12 @@ Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
   const auto position = point(e);
   if (!position) return {};
   Typed value = numeric(e.arguments[0].value);
+  for (const Expr& part : value.parts) {
+    if (!is_beside_its_pole(draft_, part, *position)) continue;
+    draft_.sink.report("beside-pole", range, {"what is sampled from faces on the pole"},
+                       "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
+    break;
+  }
   const AtPoint at_point(draft_.problem, *position, {range});
   for (Expr& part : value.parts) part = at_point(part);
   return value;

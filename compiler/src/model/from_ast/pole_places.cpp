@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What would be divided by the length of a unit of another coordinate on a pole, where that is 0. Formulas at cell
 // centres have half a cell to the pole; derivatives of derivatives, and what lies on faces, are taken on the very pole.
+#include <array>
+#include <cmath>
 #include <cstdlib>
 
 #include "model/build.h"
 #include "model/formula.h"
+#include "model/from_ast/known_values.h"
 #include "model/from_ast/parts.h"
 #include "model/metric.h"
 #include "model/placement.h"
@@ -23,25 +26,36 @@ int reaching(int nearest, int halves) { return nearest >= halves ? nearest - hal
 /// Beside the pole at one end of an axis.
 class Divisions {
  public:
-  Divisions(const Problem& problem, const Placements& placements, std::size_t axis, bool is_low)
-      : problem_(problem), placements_(placements), axis_(axis), is_low_(is_low) {}
+  Divisions(const Draft& draft, const Placements& placements, std::size_t axis, bool is_low)
+      : problem_(draft.problem),
+        placements_(placements),
+        values_(draft.problem.task ? values_at_start(draft) : draft.values),
+        axis_(axis),
+        is_low_(is_low) {}
 
-  /// The division by a length of 0, nullptr where there is none.
+  /// The division by a length of 0, or a formula that has no bound there; nullptr where there is none.
   const Expr* find(const Expr& e, int nearest) const {
+    if (nearest == on_pole && depends_on_axis(e, static_cast<int>(axis_))) {
+      const Expr formula = with_numbers(e);
+      if (is_formula(formula)) return is_unbounded(formula) ? &e : nullptr;
+    }
     if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
       return find(d->operand, read_by(*d, nearest));
     if (const auto* here = std::get_if<Interpolate>(&e->kind)) {
       const bool is_apart = natural(here->operand) % 2 != nearest % 2;
-      return find(here->operand, is_apart ? reaching(nearest, 1) : nearest);
+      return find(here->operand, is_apart ? reaching(nearest, derivative_reach() - 1) : nearest);
     }
     if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return find(reduce->operand, natural(reduce->operand));
     if (const auto* shift = std::get_if<Shift>(&e->kind))
       return find(shift->operand, reaching(nearest, 2 * std::abs(shift->offset[axis_])));
-    if (std::holds_alternative<Solve>(e->kind)) return nullptr;
+    if (const auto* solve = std::get_if<Solve>(&e->kind)) {  // at cell centres
+      const Expr* found = find(solve->operation, beside_it);
+      return found != nullptr ? found : find(solve->right, beside_it);
+    }
     if (const auto* choice = std::get_if<Select>(&e->kind)) return in_choice(*choice, nearest);
     const auto* quotient = std::get_if<Binary>(&e->kind);
     const bool is_divided = quotient != nullptr && quotient->op == BinaryOp::divide && nearest == on_pole;
-    if (is_divided && vanishes_at(problem_, quotient->right, axis_, is_low_)) return &e;
+    if (is_divided && is_unbounded_divisor(with_numbers(quotient->right))) return &e;
     const Expr* found = nullptr;
     for_each_part(e, [&](const Expr& part) {
       if (found == nullptr) found = find(part, nearest);
@@ -58,13 +72,44 @@ class Divisions {
  private:
   const Axis& axis() const { return problem_.axes[axis_]; }
 
+  /// With the values that parameters begin with. What has none, as t and controls, may be any number but 0.
+  Expr with_numbers(const Expr& e) const {
+    KnownValues values = values_;
+    any_part(e, [&](const Expr& part) {
+      const auto* param = std::get_if<Param>(&part->kind);
+      if (param != nullptr && !values[param->name]) values[param->name] = 1;
+      return false;
+    });
+    return with_known(e, values);
+  }
+
+  bool is_unbounded_divisor(const Expr& divisor) const {
+    return is_formula(divisor) && is_unbounded(binary(BinaryOp::divide, 1.0, divisor));
+  }
+
+  /// Of what grows towards the pole as a power of the way to it.
+  bool is_unbounded(const Expr& formula) const {
+    constexpr double way = 1e-3, most_growth = 1e5;  // for that part of the axis
+    const auto at = [&](double part) {
+      std::array<double, 3> place{};
+      for (std::size_t a = 0; a < problem_.axes.size(); ++a) place[a] = problem_.axes[a].centre(0);
+      place[axis_] =
+          is_low_ ? axis().low + part * (axis().high - axis().low) : axis().high - part * (axis().high - axis().low);
+      return std::abs(value_at(formula, place));
+    };
+    return !(at(0) <= most_growth * at(way));
+  }
+
   /// As the differences of the back ends have it.
   int read_by(const Derivative& d, int nearest) const {
     const bool is_central = d.order > 1 || (nearest % 2 != 0 && !is_midway(d.operand));
-    const int order = d.order > 1 ? problem_.scheme.laplacian_order : problem_.scheme.derivative_order;
-    const int reach = order == spectral ? 2 * axis().cells : order + (d.order > 2 ? 2 : 0);
+    const int reach =
+        d.order > 1 ? reach_of(problem_.scheme.laplacian_order) + (d.order > 2 ? 2 : 0) : derivative_reach();
     return reaching(nearest, is_central ? reach : reach - 1);
   }
+  /// In halves of cells, of a central difference.
+  int reach_of(int order) const { return order == spectral ? 2 * axis().cells : order; }
+  int derivative_reach() const { return reach_of(problem_.scheme.derivative_order); }
 
   /// Whether a first derivative of `e` is one between faces: `e` is on faces, or is a derivative itself.
   bool is_midway(const Expr& e) const {
@@ -110,6 +155,7 @@ class Divisions {
 
   const Problem& problem_;
   const Placements& placements_;
+  KnownValues values_;
   std::size_t axis_;
   bool is_low_;
 };
@@ -117,7 +163,7 @@ class Divisions {
 class PolePlaces {
  public:
   PolePlaces(Draft& draft, std::size_t axis, bool is_low)
-      : draft_(draft), placements_(draft.problem), divisions_(draft.problem, placements_, axis, is_low), axis_(axis) {}
+      : draft_(draft), placements_(draft.problem), divisions_(draft, placements_, axis, is_low), axis_(axis) {}
 
   void check() {
     const Problem& problem = draft_.problem;

@@ -123,6 +123,10 @@ struct RolloutSetup {
   /// The adjoint with bars of sought fields as inputs that it adds to; null: there is none. It takes the place of
   /// `adjoint` where steps are reversed one by one.
   const dpde_program* total_adjoint = nullptr;
+  /// The step with results that are no states, and an adjoint that has them as inputs in place of states; null: there
+  /// are none. They take the place of both where all states are stored: these results are, step by step.
+  const dpde_program* keeping_step = nullptr;
+  const dpde_program* kept_adjoint = nullptr;
   dpde_layout layout{};
   int steps = 0;
   double t0 = 0, dt = 0;

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gradients where the step keeps values for its adjoint in place of states (adjoint/kept.h), against those without: by
+// the interpreter, which has no such programs, and with few checkpoints.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/opened_scene.h"
+
+namespace dpde {
+namespace {
+
+using testing::OpenedScene;
+
+const std::string by_fields =
+    "unknown c; unknown initial u; minimise mean(u^2) at t = 0.2; minimise mean(u) at t = 0.1";
+
+/// On so many cells an axis; y is between walls.
+std::string scene(const std::string& equations, const std::string& times, const std::string& cells,
+                  const std::string& task) {
+  return "model m { field u; coefficient c; param a\n  " + equations +
+         " }\nscheme r { lap = central(4); time = " + times + " }\nscene s : m with r {\n  grid x = 0 .. 1, cells " +
+         cells + ", periodic\n  grid y = 0 .. 1, cells " + cells + "\n  grid z = 0 .. 1, cells " + cells +
+         ", periodic\n  boundary u: y.low = 0.3, y.high = zero_gradient\n  c = 0.01*(1 + y)\n  a = 0.02\n"
+         "  initial u = sin(2*pi*x)*cos(2*pi*z) + y\n  time 0 .. 0.2, step 0.01\n}\ntask t : s { " +
+         task + " }\n";
+}
+
+std::string wave(const std::string& task, const std::string& cells = "5") {
+  std::string text = scene("dt(dt(u)) = c*lap(u)", "leapfrog", cells, task);
+  return text.insert(text.find("  time 0"), "  initial dt(u) = x\n");
+}
+
+struct Gradient {
+  double loss = 0;
+  std::vector<double> values;
+  bool keeps = false;  // the programs are there
+};
+Gradient gradient_of(const std::string& text, driver::Backend backend, const std::string& real = "f64",
+                     driver::SessionOptions options = {}, int times = 1) {
+  OpenedScene opened(text, "t",
+                     {.overrides = {{"real", real}}, .backend = backend, .adjoint = true, .session = options});
+  const auto inverse = opened.inverse();
+  if (!inverse) return {};
+  Eigen::VectorXd gradient(inverse->size());
+  Gradient found;
+  for (int n = 0; n < times; ++n) found.loss = inverse->value_and_gradient(inverse->start(), gradient);
+  found.values.assign(gradient.begin(), gradient.end());
+  const auto& programs = opened.session->compiled().loop.programs;
+  found.keeps = std::ranges::find(programs, "s_step_keeping", &loop::Program::name) != programs.end();
+  return found;
+}
+
+void expect_near(const Gradient& found, const Gradient& expected, double tolerance) {
+  ASSERT_EQ(found.values.size(), expected.values.size());
+  ASSERT_FALSE(expected.values.empty());
+  double largest = 0;
+  for (const double value : expected.values) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < found.values.size(); ++i)
+    EXPECT_NEAR(found.values[i], expected.values[i], tolerance * largest) << i;
+  EXPECT_NEAR(found.loss, expected.loss, tolerance * std::abs(expected.loss));
+}
+
+TEST(Kept, IsWhatTheAdjointReadsOfStates) {
+  const std::string heat = scene("dt(u) = c*lap(u)", "euler", "5", by_fields);
+  const std::string by_number =
+      scene("dt(u) = c*lap(u) + a*lap(u)", "euler", "5", "unknown a; unknown c; minimise mean(u^2) over time");
+  for (const std::string& text : {wave(by_fields), wave(by_fields, "2"), wave(by_fields, "1"), heat, by_number}) {
+    SCOPED_TRACE(text);
+    for (const auto& [real, tolerance] : {std::pair{"f64", 1e-13}, {"f32", 2e-5}}) {
+      const Gradient apart = gradient_of(text, driver::Backend::interpreter, real);
+      const Gradient kept = gradient_of(text, driver::Backend::jit, real, {}, 2);
+      EXPECT_TRUE(kept.keeps);
+      EXPECT_FALSE(apart.keeps);
+      expect_near(kept, apart, tolerance);
+      expect_near(gradient_of(text, driver::Backend::jit, real, {.slots = 3}), apart, tolerance);
+      expect_near(gradient_of(text, driver::Backend::jit, real, {.threads = 2}), apart, tolerance);
+    }
+  }
+}
+
+/// Where more would be stored than states, where a step has stages, and where little is spared.
+TEST(Kept, IsNotWhatCostsMore) {
+  const auto keeps = [](const std::string& equations, const std::string& times) {
+    return gradient_of(scene(equations, times, "4", "unknown c; minimise mean(u^2) at t = 0.2"), driver::Backend::jit)
+        .keeps;
+  };
+  EXPECT_TRUE(keeps("dt(u) = c*lap(u)", "euler"));
+  EXPECT_FALSE(keeps("dt(u) = c*lap(u) - a*u^2", "euler"));
+  EXPECT_FALSE(keeps("dt(u) = c*lap(u)", "rk4"));
+  EXPECT_FALSE(keeps("dt(u) = div(c*grad(u))", "euler"));
+  EXPECT_FALSE(keeps("dt(u) = c*lap(u) + c*dx(u)^2", "euler"));
+  EXPECT_FALSE(keeps("dt(u) = c*dx(u)", "euler"));
+}
+
+}  // namespace
+}  // namespace dpde
