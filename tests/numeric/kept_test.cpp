@@ -34,7 +34,7 @@ std::string wave(const std::string& task, const std::string& cells = "5") {
 struct Gradient {
   double loss = 0;
   std::vector<double> values;
-  bool keeps = false;  // the programs are there
+  bool keeps = false;  // where there is memory for all steps
 };
 Gradient gradient_of(const std::string& text, driver::Backend backend, const std::string& real = "f64",
                      driver::SessionOptions options = {}, int times = 1) {
@@ -46,8 +46,8 @@ Gradient gradient_of(const std::string& text, driver::Backend backend, const std
   Gradient found;
   for (int n = 0; n < times; ++n) found.loss = inverse->value_and_gradient(inverse->start(), gradient);
   found.values.assign(gradient.begin(), gradient.end());
-  const auto& programs = opened.session->compiled().loop.programs;
-  found.keeps = std::ranges::find(programs, "s_step_keeping", &loop::Program::name) != programs.end();
+  const auto plan = driver::plan_of_gradient(opened.session->compiled(), {});
+  found.keeps = plan && plan->kept_fields > 0;
   return found;
 }
 

@@ -262,6 +262,7 @@ struct GradientPlan {
   int64_t tape_bytes = 0;   // of what networks and solves compute, beside that
   int64_t field_bytes = 0;  // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and
                             // what networks work in among them
+  int64_t kept_fields = 0;  // stored in place of states, over all steps; see RolloutSetup::keeping_step
 };
 /// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be
 /// bound, and nothing of the size of a field is allocated.
