@@ -57,8 +57,8 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
 }
 
 TEST(VerdictCache, TellsItsFlagsAndKindsApart) {
-  for (bool Verdict::*const flag :
-       {&Verdict::is_exact, &Verdict::is_of_walls, &Verdict::is_of_grid, &Verdict::is_of_networks}) {
+  for (bool Verdict::*const flag : {&Verdict::is_exact, &Verdict::is_of_walls, &Verdict::is_of_grid,
+                                    &Verdict::is_of_networks, &Verdict::is_of_means, &Verdict::is_of_runs}) {
     Verdict v;
     v.*flag = true;
     EXPECT_EQ(text_of(verdict_from(text_of(v)).value()), text_of(v));

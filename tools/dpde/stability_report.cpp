@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "command.h"
-#include "model/build.h"
 #include "model/metric.h"
 #include "stability/wall_spectrum.h"
 
@@ -22,23 +21,6 @@ using stability::Verdict;
 std::string written_text(const SourceRange& range, const SourceFile& source) {
   return std::string(
       source.text().substr(static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.end - range.begin)));
-}
-
-/// Filters of waves around a pole let steps be so long that what they leave out, the change of lengths, counts.
-bool is_solved_beside_pole(const model::Problem& problem, const Verdict& verdict) {
-  if (verdict.is_exact || verdict.is_of_grid || verdict.limit.kind != StepLimit::Kind::limit) return false;
-  const auto is_solved_for = [](const model::Expr& part) { return std::holds_alternative<model::Solve>(part->kind); };
-  if (std::ranges::none_of(problem.states, [&](const model::State& state) {
-        return state.rhs && model::any_part(*state.rhs, is_solved_for);
-      }))
-    return false;
-  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
-    const model::Axis& axis = problem.axes[a];
-    const double near = 0.125 * (axis.high - axis.low), place = verdict.worst.place[a];
-    if (model::is_pole_at(problem, a, true) && place < axis.low + near) return true;
-    if (model::is_pole_at(problem, a, false) && place > axis.high - near) return true;
-  }
-  return false;
 }
 
 const char* kind_name(StepLimit::Kind kind) {
@@ -147,13 +129,12 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
                         fmt::join(stability::cells_between_walls(problem.axes, states), " x "),
                         verdict.places_between_walls, verdict.places);
-  if (!verdict.is_exact)
+  if (verdict.is_of_runs)
+    text += fmt::format("  an estimate: the step as the run begins was repeated on the scene's own grid{}\n",
+                        verdict.place.empty() ? "" : ", waves are worst at " + verdict.place);
+  else if (!verdict.is_exact)
     text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
                         verdict.place.empty() ? "" : ", worst at " + verdict.place);
-  if (is_solved_beside_pole(problem, verdict))
-    text +=
-        "  so are lengths, which differ from row to row beside a pole: some runs blow up below it (dpde stability "
-        "measures)\n";
   if (problem.scheme.has_weights())
     text += "  so are the weights of weno and limiters: some runs blow up below it (dpde stability measures)\n";
   return text;

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "codegen/llvm/jit.h"
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "driver/pipeline.h"
@@ -20,13 +21,13 @@ using namespace stencil;
 
 namespace {
 
-bool is_of_kernels(const std::vector<stencil::Statement>& body) {
-  return std::ranges::all_of(body, [](const stencil::Statement& statement) {
+bool is_of_kernels(const std::vector<stencil::Statement>& body, bool or_more) {
+  return std::ranges::all_of(body, [&](const stencil::Statement& statement) {
     return match(
         statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
         [](const stencil::Reduce&) { return true; }, [](const stencil::NetworkCall&) { return false; },
-        [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return true; },
-        [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
+        [&](const stencil::Transform&) { return or_more; }, [](const stencil::Run&) { return true; },
+        [&](const stencil::Solve&) { return or_more; }, [](const stencil::Repeat&) { return false; });
   });
 }
 
@@ -77,16 +78,16 @@ State initial_inputs(driver::Session& session, const LinearStep& linear) {
 }
 
 std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear) {
-  return make(linear, linear.module());
+  return make(linear, linear.module(), false);
 }
 
 std::unique_ptr<CompiledTangent> CompiledTangent::of_coupled(const LinearStep& linear) {
-  return make(linear, linear.coupled_module());
+  return make(linear, linear.coupled_module(), true);
 }
 
-std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear, const Module& module) {
+std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear, const Module& module, bool with_more) {
   const Program& program = module.programs.front();
-  if (!is_of_kernels(program.body)) return nullptr;
+  if (!is_of_kernels(program.body, with_more)) return nullptr;
   auto code = codegen::jit(driver::lower_to_loop(module, {program.name}, Precision::f64)).module;
   if (code == nullptr || code->find(program.name) == nullptr) return nullptr;
   return std::unique_ptr<CompiledTangent>(new CompiledTangent(linear, std::move(code)));
@@ -106,6 +107,21 @@ struct CompiledTangent::Run {
     }
     executor.update_uniforms();
     executor.prepare();
+  }
+  /// Of what is in the first field of each pair a step makes the second. False where a solve finds no solution.
+  bool advance(int steps, const std::vector<std::pair<int, int>>& states) try {
+    for (int i = 0; i < steps; ++i) {
+      executor.prepare();
+      executor.run();
+      for (const auto& [before, behind] : states) {
+        void* const base = executor.bound(before);
+        executor.bind(before, executor.bound(behind));
+        executor.bind(behind, base);
+      }
+    }
+    return true;
+  } catch (const NoSolution&) {
+    return false;
   }
   static dpde_layout layout_of(const dpde_program& program, const Grid& grid) {
     const std::vector<std::int64_t> counts(grid.cells.begin(), grid.cells.begin() + grid.rank);
@@ -143,8 +159,7 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
   return result;
 }
 
-double CompiledTangent::growth(const State& inputs, const Params& params, int steps) const {
-  constexpr int between_looks = 8;
+std::vector<double> CompiledTangent::growths(const State& inputs, const Params& params, int steps) const {
   Run run(*code_->find(linear_.program().name), inputs, params);
   std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
   for (std::size_t s = 0; s < linear_.states().size(); ++s) {
@@ -160,26 +175,19 @@ double CompiledTangent::growth(const State& inputs, const Params& params, int st
     return std::span<double>(all.col(static_cast<Eigen::Index>(s)).data(), static_cast<std::size_t>(all.rows()));
   };
   double growth = -std::log(all.norm());
-  for (int step = 0; step < steps; step += between_looks) {
+  std::vector<double> growths;
+  for (int step = 0; step < steps; step += steps_between_growths) {
     for (std::size_t s = 0; s < states.size(); ++s) copy_in(run.layout, run.executor.bound(states[s].first), column(s));
-    for (int i = step; i < std::min(steps, step + between_looks); ++i) {
-      run.executor.prepare();
-      run.executor.run();
-      for (const auto& [before, behind] : states) {
-        void* const base = run.executor.bound(before);
-        run.executor.bind(before, run.executor.bound(behind));
-        run.executor.bind(behind, base);
-      }
-    }
+    const bool has_solutions = run.advance(std::min(steps - step, steps_between_growths), states);
     for (std::size_t s = 0; s < states.size(); ++s)
       copy_out(run.layout, run.executor.bound(states[s].first), column(s));
-    const double norm = all.norm();
-    if (!std::isfinite(norm)) return std::numeric_limits<double>::infinity();
-    if (norm == 0) return -std::numeric_limits<double>::infinity();
-    growth += std::log(norm);
+    const double norm = has_solutions ? all.norm() : std::numeric_limits<double>::infinity();
+    growth += std::isfinite(norm) ? std::log(norm) : std::numeric_limits<double>::infinity();
+    growths.push_back(growth);
+    if (!std::isfinite(growth)) return growths;
     all /= norm;
   }
-  return growth;
+  return growths;
 }
 
 }  // namespace dpde::stability

@@ -17,7 +17,7 @@ using namespace stencil;
 namespace {
 
 constexpr double ln_hundred = 4.605170185988092;
-constexpr double cells_of_run = 5e6;  // times steps
+constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_of_run = 8;
 
 /// Whether a kernel that makes the field reads anything but perturbations.
@@ -62,7 +62,8 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   if (!linear.couples_means() && !session.problem().metric) return nullptr;
   std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
   if (tangent == nullptr) return nullptr;
-  const double steps = cells_of_run / static_cast<double>(session.workspace().cell_count());
+  const double steps =
+      (linear.solves() ? cells_with_solves : cells_of_run) / static_cast<double>(session.workspace().cell_count());
   State inputs = initial_inputs(session, linear);
   auto result = std::unique_ptr<CoupledRuns>(
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
@@ -71,20 +72,51 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   return result;
 }
 
-double CoupledRuns::growth_of_run(double step, int steps) const {
+std::vector<double> CoupledRuns::growths_of_run(double step, int steps) const {
   Params params = params_;
   params["dt"] = step;
-  return tangent_->growth(inputs_, params, steps);
+  return tangent_->growths(inputs_, params, steps);
 }
 
 bool CoupledRuns::is_stable(double step) const {
-  const double by_right = 2 * growth_by_equations(step) + by_events_ * steps_;
-  return growth_of_run(step, steps_) <= by_right + ln_hundred;
+  const double grown = growth_of_run(step) - by_events_ * steps_ - ln_hundred;
+  return grown <= 0 || grown <= 2 * growth_by_equations(step);
 }
 
+double CoupledRuns::Reference::up_to(double time) const {
+  double largest = 0;
+  for (std::size_t i = 0; i < growths.size() && static_cast<double>(i) * step < time; ++i)
+    largest = std::max(largest, growths[i]);
+  return largest;
+}
+
+CoupledRuns::Reference CoupledRuns::reference(double step, double length) const {
+  constexpr int between = CompiledTangent::steps_between_growths;
+  const int steps = static_cast<int>(std::ceil(length / step * (1 - 1e-12)));
+  Reference result{between * step, growths_of_run(step, steps)};
+  result.growths.resize(static_cast<std::size_t>((steps + between - 1) / between), result.growths.back());
+  for (std::size_t i = 0; i < result.growths.size(); ++i)
+    result.growths[i] -= by_events_ * between * static_cast<double>(i + 1);
+  return result;
+}
+
+/// Steps of an eighth, and still shorter ones where these grow less: then it is not the equations that grow.
 double CoupledRuns::growth_by_equations(double step) const {
-  const int parts = steps_ * parts_of_run;
-  return std::max(0.0, growth_of_run(step / parts_of_run, parts) - by_events_ * parts);
+  constexpr int most_halvings = 4;
+  constexpr double as_much = 0.7, told = 2 * ln_hundred;
+  const double length = steps_ * step;
+  if (reference_.length() >= length * (1 - 1e-9)) return reference_.up_to(length);
+  double part = step / parts_of_run;
+  reference_ = reference(part, length);
+  for (int i = 0; i < most_halvings; ++i) {
+    const auto passed = std::ranges::find_if(reference_.growths, [](double growth) { return !(growth < told); });
+    if (passed == reference_.growths.end()) break;
+    const double time = reference_.step * static_cast<double>(passed - reference_.growths.begin() + 1);
+    if (reference(part / 2, time).growths.back() > as_much * *passed) break;
+    part /= 2;
+    reference_ = reference(part, length);
+  }
+  return reference_.up_to(length);
 }
 
 double CoupledRuns::growth_rate(double step) const {
@@ -92,6 +124,18 @@ double CoupledRuns::growth_rate(double step) const {
   return by_right > ln_hundred ? by_right / (steps_ * step) : 0;
 }
 
-double CoupledRuns::growth(double step) const { return growth_of_run(step, steps_) / steps_; }
+double CoupledRuns::late_growth_rate(double step) const {
+  constexpr double told = 0.02;  // ln: less is what a mixture of waves makes
+  growth_by_equations(step);     // finds the reference
+  const double length = steps_ * step;
+  const auto at = [&](double time) {
+    const double index = std::ceil(time / reference_.step * (1 - 1e-9)) - 1;
+    return reference_.growths[static_cast<std::size_t>(std::max(0.0, index))];
+  };
+  const double later = at(length) - at(0.5 * length);
+  return later > told ? later / (0.5 * length) : 0;
+}
+
+double CoupledRuns::growth(double step) const { return growth_of_run(step) / steps_; }
 
 }  // namespace dpde::stability

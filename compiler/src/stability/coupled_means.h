@@ -26,19 +26,30 @@ class CoupledRuns {
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events);
 
-  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what steps of an
-  /// eighth do beside these in the same time.
+  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what short steps do
+  /// beside these in the same time.
   bool is_stable(double step) const;
   /// ln |g| of what grows most.
   double growth(double step) const;
-  /// 1/time: of what grows by more than a hundredfold in steps of an eighth; 0 where nothing does.
+  /// 1/time: of what grows by more than a hundredfold in short steps; 0 where nothing does.
   double growth_rate(double step) const;
+  /// 1/time: how what is left after half of a run grows in the other half, by short steps.
+  double late_growth_rate(double step) const;
   double growth_by_events() const { return by_events_; }
 
  private:
+  /// What short steps make of disturbances.
+  struct Reference {
+    double step = 0;              // between two values
+    std::vector<double> growths;  // ln of what they have grown by, events left out
+    double length() const { return step * static_cast<double>(growths.size()); }
+    double up_to(double time) const;
+  };
   CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
-  double growth_of_run(double step, int steps) const;
+  double growth_of_run(double step) const { return growths_of_run(step, steps_).back(); }
+  std::vector<double> growths_of_run(double step, int steps) const;
+  Reference reference(double step, double length) const;
   /// ln of what the equations multiply by in the time of a run.
   double growth_by_equations(double step) const;
 
@@ -46,7 +57,8 @@ class CoupledRuns {
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
-  double by_events_ = 0;  // ln |g| in a step of length 0, where events end each step
+  double by_events_ = 0;         // ln |g| in a step of length 0, where events end each step
+  mutable Reference reference_;  // of the longest run so far: a cache
 };
 
 }  // namespace dpde::stability

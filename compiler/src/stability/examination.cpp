@@ -326,7 +326,11 @@ class Examination {
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
-    verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
+    verdict_.is_of_runs = true;
+    if (session_.problem().metric)
+      verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
+    else
+      verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) { return runs.is_stable(step); };
     double longest = verdict_.step;

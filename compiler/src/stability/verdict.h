@@ -21,6 +21,7 @@ struct Verdict {
   bool is_of_grid = false;       // all disturbances of the scene's own grid were looked at: see own_grid.h
   bool is_of_walls = false;      // it is walls that lower the limit
   bool is_of_means = false;      // or means of fields, which tie all cells to one another: see coupled_means.h
+  bool is_of_runs = false;       // whether it lowers it or not, all of the grid was looked at so
   int places = 0;                // at which coefficients were frozen, none of them like another
   int places_between_walls = 0;  // of these, those at which walls were looked at
   bool is_of_networks = false;   // by a step's tangent on few cells: an estimate, and no run is refused for it

@@ -116,8 +116,8 @@ std::string lines_of(const Verdict& v) {
   text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
   text += fmt::format("{} {} {} {} {}\n", v.is_exact ? 1 : 0, v.is_of_walls ? 1 : 0, v.limiter_step, v.step, v.parts);
-  text += fmt::format("{} {} {} {} {}\n", v.is_of_networks ? 1 : 0, v.is_of_grid ? 1 : 0, v.is_of_means ? 1 : 0,
-                      v.places, v.places_between_walls);
+  text += fmt::format("{} {} {} {} {} {}\n", v.is_of_networks ? 1 : 0, v.is_of_grid ? 1 : 0, v.is_of_means ? 1 : 0,
+                      v.is_of_runs ? 1 : 0, v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
   text += fmt::format("{} {} {} {}\n", v.group_growth_rate, v.group_growth_by_events, v.group.size(),
@@ -140,7 +140,7 @@ Verdict read_verdict(Reader& reader) {
   v.is_exact = reader.number() != 0, v.is_of_walls = reader.number() != 0;
   v.limiter_step = reader.number(), v.step = reader.number(), v.parts = static_cast<int>(reader.number());
   v.is_of_networks = reader.number() != 0, v.is_of_grid = reader.number() != 0;
-  v.is_of_means = reader.number() != 0;
+  v.is_of_means = reader.number() != 0, v.is_of_runs = reader.number() != 0;
   v.places = static_cast<int>(reader.number()), v.places_between_walls = static_cast<int>(reader.number());
   v.growth = reader.number(), v.beyond = reader.number();
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
