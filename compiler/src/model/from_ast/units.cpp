@@ -87,6 +87,8 @@ class UnitLines {
       if (list.size() == 1) note(name, list.front());
     }
     for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
+    if (!problem.task) return;
+    for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));
   }
 
  private:
@@ -186,6 +188,10 @@ class UnitLines {
   void compare(const ast::Scene& other, SourceRange range) {
     for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
       measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
+    for (const auto& [item, where] : items_of<ast::ValueItem>(other.items)) {
+      if (item.unit && other.of.name == draft_.scene->of.name)
+        measures_.fits(told_by(item.unit), measures_.of_name(item.name.name), item.unit->range, item.name.name);
+    }
     for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
       const int axis = axis_of(draft_, item.axis.name);
       if (axis < 0 || static_cast<std::size_t>(axis) >= measures_.axes().coordinates.size()) continue;
