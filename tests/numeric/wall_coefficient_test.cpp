@@ -39,7 +39,7 @@ std::string conducting_rod(const std::string& boundary) {
          "scheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 16\n  k = 1 + x^2/2\n"
          "  q = 2*(1 + x^2/2)*cos(2*x + 0.3)\n  s = sin(2*x + 0.3)\n  boundary u: " +
          boundary +
-         "\n  initial u = sin(2*x + 0.3)\n  exact u = exp(-t)*sin(2*x + 0.3)\n  time 0 .. 1/4, step 1/8192\n}\n";
+         "\n  initial u = sin(2*x + 0.3)\n  exact u = exp(-t)*sin(2*x + 0.3)\n  time 0 .. 1/8, step 1/4096\n}\n";
 }
 
 TEST(WallCoefficient, IsOfOrder2OnTheWall) {
@@ -65,14 +65,12 @@ TEST(WallCoefficient, ThatNothingElseReadsHasAValueForEachPlace) {
   for (std::size_t i = 0; i < gradient.size(); ++i) EXPECT_EQ(gradient[i] == 0, i % 4 != 0) << i;
 }
 
-TEST(WallCoefficient, BackEndsAgree) {
+TEST(WallCoefficient, TheInterpreterAgrees) {
   const std::string text =
       heated_plate("  boundary u: x.low = g*(1 + t), x.high = gradient(k*g), y = mixed(1, 1, k*g)", "5", "cells 4");
   const auto jit = run_scene(text, "s").state.at("u");
-  for (const driver::Backend other : {driver::Backend::interpreter, driver::Backend::cpp}) {
-    const auto values = run_scene(text, "s", {}, other).state.at("u");
-    for (std::size_t i = 0; i < jit.size(); ++i) EXPECT_NEAR(jit[i], values[i], 1e-13);
-  }
+  const auto values = run_scene(text, "s", {}, driver::Backend::interpreter).state.at("u");
+  for (std::size_t i = 0; i < jit.size(); ++i) EXPECT_NEAR(jit[i], values[i], 1e-13);
 }
 
 TEST(WallCoefficient, DerivativesAreCertified) {

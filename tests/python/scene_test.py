@@ -119,7 +119,7 @@ class Runs(unittest.TestCase):
             scene.run_to(until)
             sizes.append(np.mean(scene.state("u")**2))
         self.assertAlmostEqual(scene.loss(d=[sizes[0] + 0.1, sizes[1] - 0.2]), 0.1**2 + 0.2**2, places=12)
-        with self.assertRaisesRegex(dpde.InputError, "2"):
+        with self.assertRaisesRegex(ValueError, r"\(2,\)"):
             scene.set("d", np.zeros((2, 16)))
 
     def test_closed_form(self):
