@@ -192,6 +192,8 @@ TEST(Units, OfFunctionsOfTheFile) {
   EXPECT_EQ(misfit(rod("q*gauss(x - L, L)", "", "", gauss)), "");
   EXPECT_EQ(misfit(rod("k*second(u)", "", "", gauss)), "");
   EXPECT_EQ(misfit(rod("second(u)", "", "", gauss)), "this is in K/m^2, but dt(u) in K/s");
+  EXPECT_EQ(outcome_of(rod("q*sin(a)", "  param a = 90 in deg\n")).code_and_hint(),
+            "E0343 1 deg is 0.0174533: multiply by that");
   EXPECT_EQ(misfit(rod("q*bare(x)", "", "", gauss)), "exp takes a pure number, but this is in m^2");
   const std::string text = rod("q*bare(x)", "", "", gauss);
   const Outcome outcome = outcome_of(text);
@@ -419,6 +421,16 @@ TEST(Units, OfCurvedCoordinatesAndNamesOfAxes) {
 TEST(Units, WhereNoneIsToldNothingIsChecked) {
   const Problem problem = problem_of(text_with("k*lap(u) + u + sin(u)"));
   EXPECT_TRUE(problem.units.empty());
+}
+
+TEST(Units, OfScenesOfPrograms) {
+  const std::string text =
+      "kernel decay(u: field, out w: field, k, dt: param) {\n  w = u - dt*k*u\n}\n"
+      "program p {\n  run decay\n  swap u, w\n}\nscene s : p {\n  grid x = 0 .. 1 in m, cells 4, periodic\n"
+      "  k = 1 in 1/s\n  initial u = x\n  time 0 .. 1 in s, step 0.1\n}\n";
+  EXPECT_EQ(problem_of(text).units, (std::map<std::string, std::string>{{"k", "1/s"}, {"t", "s"}, {"x", "m"}}));
+  std::string other = text;
+  EXPECT_EQ(misfit(other.replace(other.find("step 0.1"), 8, "step 0.1*k")), "this is in 1/s, but the time in s");
 }
 
 TEST(Units, AreReadFromTexts) {

@@ -163,8 +163,10 @@ Measure Measures::pure(const ast::Expr& e, const std::string& what) {
   if (!found.is_known() || found.unit.is_pure_number()) return found;
   if (reported_.emplace(e.range().begin, e.range().end).second) {
     const std::string unit = found.unit.text();
+    const bool is_number = found.unit.has_dimension_of({});  // deg, km/m
     note_call(draft_.sink.report("not-a-pure-number", e.range(), {what, unit},
-                                 fmt::format("divide it by something in {0}, as x by the length L", unit)));
+                                 is_number ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
+                                           : fmt::format("divide it by something in {}, as x by the length L", unit)));
   }
   return {};
 }
