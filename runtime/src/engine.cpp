@@ -114,6 +114,7 @@ void Engine::make_fields() {
     const Datum& made =
         data_.emplace_back(Datum{datum.name, datum.at.count == 0 ? std::vector<int>{} : steps_of(datum.at)});
     given_[datum.name] = {true, false, true, std::max<std::size_t>(made.at.size(), 1)};
+    given_[datum.name].is_number = datum.is_number != 0;
   }
   for (int32_t s = 0; s < scene_.program->swap_count; ++s) {  // in the order of the rollouts' states
     State& state = states_.emplace_back();

@@ -82,7 +82,7 @@ GradientPlan plan_gradient(RolloutSetup setup) {
   return {impl.keeps_trajectory,        block,
           impl.result.stored_states,    impl.result.recomputed_steps,
           impl.result.checkpoint_bytes, impl.result.tape_bytes,
-          impl.bytes_of_fields,          impl.kept_fields()};
+          impl.bytes_of_fields,         impl.kept_fields()};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {

@@ -136,8 +136,28 @@ void Simulation::Impl::require_given(bool with_data) {
   }
 }
 
+/// Formulas do not follow values that are given in place of formulas that are parts of them. `initial`: those of
+/// initial states, too.
+void Simulation::Impl::require_followed(bool initial) const {
+  const auto is_given = [&](std::string_view name, bool unless_asked) {
+    const int state = engine.state_index(name);
+    if (state >= 0) return initial ? engine.states()[static_cast<std::size_t>(state)].is_given : unless_asked;
+    const auto found = engine.given().find(name);
+    return found != engine.given().end() && found->second.is_given;
+  };
+  const dpde_scene& scene = engine.scene();
+  for (const dpde_put_in& part : std::span(scene.put_in, static_cast<std::size_t>(scene.put_in_count))) {
+    if (!is_given(part.name, false) || is_given(part.in, true)) continue;
+    throw Error(ErrorKind::input,
+                fmt::format("scene {0}: {1} is given, but {2} is made of the formula of {1} and does not follow: give "
+                            "values of {2}, too",
+                            scene.name, part.name, part.in));
+  }
+}
+
 void Simulation::Impl::begin_stepping() {
   engine.update_formulas();
+  require_followed(!has_begun);
   if (has_begun) return;
   require_given(false);
   require_finite();
@@ -218,7 +238,15 @@ void Simulation::Impl::set_control(std::string_view name, Values values) {
 }
 
 void Simulation::Impl::set_field(std::string_view name, Values values) {
-  const std::size_t states = field_named(name).states, cells = engine.workspace().cell_count();
+  const Engine::Given& field = field_named(name);
+  const std::size_t states = field.states, cells = engine.workspace().cell_count();
+  if (field.is_number && values.size() != states)
+    throw Error(ErrorKind::input, fmt::format("{} needs {} values, one a time, not {}", name, states, values.size()));
+  if (field.is_number) {
+    std::vector<double> everywhere;
+    for (const double value : values) everywhere.insert(everywhere.end(), cells, value);
+    return engine.set_field(name, everywhere);
+  }
   if (values.size() != states * cells) {
     throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, states * cells,
                                               cells, states, values.size()));
@@ -317,7 +345,12 @@ void Simulation::set_field(std::string_view name, Values values) { impl_->set_fi
 
 std::vector<std::string> Simulation::fields() const { return keys_of(impl_->engine.given()); }
 
-std::size_t Simulation::field_size(std::string_view name) const { return impl_->field_named(name).states * size(); }
+std::size_t Simulation::field_size(std::string_view name) const {
+  const Engine::Given& field = impl_->field_named(name);
+  return field.is_number ? field.states : field.states * size();
+}
+
+bool Simulation::is_number(std::string_view name) const { return impl_->field_named(name).is_number; }
 
 void Simulation::state(std::string_view name, Target to) const {
   const std::size_t s = impl_->state_named(name);
@@ -342,6 +375,16 @@ std::vector<double> Simulation::initial(std::string_view name) {
 
 double Simulation::observe(std::string_view name) {
   return impl_->explained([&] { return impl_->observe(name); });
+}
+
+const char* Simulation::unit(std::string_view name) const {
+  const dpde_scene& scene = impl_->engine.scene();
+  for (const dpde_unit& known : std::span(scene.units, static_cast<std::size_t>(scene.unit_count))) {
+    const std::string_view own = known.name;
+    const bool is_component = own.starts_with(name) && own.substr(name.size()).starts_with('.');
+    if (own == name || is_component) return known.unit;
+  }
+  return "";
 }
 
 double Simulation::time() const { return impl_->time(); }

@@ -33,6 +33,7 @@ void Simulation::Impl::begin_objective() {
   engine.objective();  // or an error: there is no task
   engine.update_formulas();
   require_given(true);
+  require_followed(true);
   require_finite();
 }
 

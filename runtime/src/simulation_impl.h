@@ -40,6 +40,7 @@ struct Simulation::Impl {
   void set_control(std::string_view name, Values values);
   void set_field(std::string_view name, Values values);
   void require_given(bool with_data);
+  void require_followed(bool initial) const;
   void require_finite();
   void require_size(Values values, std::string_view what) const;
   double observe(std::string_view name);

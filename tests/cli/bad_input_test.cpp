@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every verb with everything a user can get wrong: a message and the right exit status, never a crash or a hang.
+#include <algorithm>
+#include <set>
+
 #include "command_support.h"
+#include "source/error_codes.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -218,13 +223,65 @@ TEST_F(BadInput, AFirstSceneRunsAndIsCertifiedAndIsNotWrittenTwice) {
   EXPECT_NE(spaced.out.find("dpde run 'my rod.dpde' rod"), std::string::npos) << spaced.out;
 }
 
+TEST_F(BadInput, AFolderIsNotLeftEmpty) {
+  write("m.dpde", "model m { field u in Ohm; dt(u) = -u }\n");
+  EXPECT_EQ(dpde("run m.dpde --out o").status, 2);
+  EXPECT_FALSE(fs::exists(path("o")));
+  fs::create_directory(path("mine"));
+  EXPECT_EQ(dpde("run m.dpde --out mine").status, 2);
+  EXPECT_TRUE(fs::exists(path("mine")));
+}
+
 TEST_F(BadInput, CodesAreExplainedByAnExample) {
   const Outcome known = dpde("explain E0705");
   EXPECT_EQ(known.status, 0);
   EXPECT_NE(known.out.find("E0705 not-reduced (error)"), std::string::npos);
   EXPECT_NE(known.out.find("minimise u^2  # <-- here"), std::string::npos) << known.out;
-  EXPECT_EQ(dpde("explain W0801").status, 0);  // of a run: no example
+  EXPECT_NE(dpde("explain E0801").out.find("# $ dpde run blow-up.dpde\n"), std::string::npos);
+  EXPECT_EQ(dpde("explain E0807").status, 0);  // no example
   EXPECT_EQ(dpde("explain E9999").status, 2);
+}
+
+/// Where the text has a marker.
+std::set<int> marked_lines(const std::string& text, const std::string& marker) {
+  std::set<int> marked;
+  std::istringstream lines(text);
+  int number = 1;
+  for (std::string line; std::getline(lines, line); ++number) {
+    if (line.find(marker) != std::string::npos) marked.insert(number);
+  }
+  return marked;
+}
+
+/// Each example of a run has its code, at the lines that say so, by the last of the commands in front of it.
+TEST_F(BadInput, ExamplesOfRunsHaveTheirCodes) {
+  std::vector<fs::path> examples;
+  for (const auto& entry : fs::directory_iterator(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics/runs"))
+    examples.push_back(entry.path());
+  std::ranges::sort(examples);
+  EXPECT_GE(examples.size(), 30u);
+  for (std::size_t i = 0; i < examples.size(); ++i) {
+    if (!is_tried(i, 8)) continue;
+    const std::string name = examples[i].stem(), text = content(examples[i]);
+    const auto* kind = std::ranges::find(diagnostic_kinds, name, &DiagnosticKind::name);
+    ASSERT_NE(kind, std::end(diagnostic_kinds)) << name;
+    const std::string code(kind->code);
+    fs::create_directory(path(name));
+    fs::copy(examples[i], path(name));
+    Outcome last;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line) && line.starts_with("# $ dpde ");)
+      last = shell("cd " + name + " && $DPDE " + line.substr(9) + " --json");
+    std::set<int> told;
+    const Json json = last.json();
+    ASSERT_TRUE(json.contains("diagnostics")) << name;
+    for (const Json& said : json["diagnostics"]) {
+      if (said["code"].get<std::string>() == code) told.insert(said.contains("line") ? said["line"].get<int>() : 0);
+    }
+    EXPECT_FALSE(told.empty()) << name << "\n" << last.err;
+    const std::set<int> marked = marked_lines(text, "#~ " + code);
+    if (!marked.empty()) EXPECT_EQ(told, marked) << name;
+  }
 }
 
 }  // namespace

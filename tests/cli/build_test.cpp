@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde build: the files of a library ahead of time, and what can be wrong. Libraries are compiled into a host and
 // compared with closed forms in tests/hosts.
+#include <regex>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -22,7 +24,12 @@ TEST_F(BuildCommand, WritesSourceHeaderLibraryAndCMake) {
   EXPECT_EQ(shell("nm -D --defined-only made/libfind.so").out.find("_row"), std::string::npos);
   EXPECT_NE(shell("nm -D --defined-only made/libfind.so").out.find("find_scene"), std::string::npos);
   EXPECT_EQ(shell("ldd made/libfind.so").out.find("LLVM"), std::string::npos);
-  EXPECT_EQ(dpde("build rod.dpde rod -o made --name other --set cells=8 --march x86-64-v2").status, 0);
+  // Like the name of a macro.
+  write("capital.dpde", std::regex_replace(std::string(rod_text), std::regex("\\bk\\b"), "D_1"));
+  EXPECT_EQ(dpde("build capital.dpde find -o made --name other --set cells=8 --march x86-64-v2").status, 0);
+  const std::string other = content(path("made/other.h"));
+  EXPECT_NE(other.find("void set_D_1(double value)"), std::string::npos) << other;
+  EXPECT_NE(other.find("double D_1_bar() const"), std::string::npos) << other;
   EXPECT_EQ(dpde("build rod.dpde find -o made --quiet").status, 0) << "its own files are replaced";
 }
 

@@ -56,6 +56,15 @@ TEST_F(Drift, OfAnEnergyIsWhatStepsInTimeLose) {
   EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_but_for_steps"], Json::array());
 }
 
+/// The other component of a vector says how large rounding is.
+TEST_F(Drift, OfAComponentThatIsZeroIsRounding) {
+  write("s.dpde",
+        "model m { vector u; dt(u) = 0.001*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n"
+        "  grid y = 0 .. 1, cells 16, periodic\n  initial u = (1 + sin(2*pi*x), 1e-19*sin(2*pi*y)^2*x)\n"
+        "  time 0 .. 1, step 1/64\n}\n");
+  EXPECT_TRUE(dpde("run s.dpde --json").codes().empty());
+}
+
 /// Random states on few cells blow up in the scene's step: what is not kept is not said to be.
 TEST_F(Drift, OfWhatBlowsUpFromRandomStates) {
   write("s.dpde",

@@ -68,10 +68,13 @@ TEST_F(FilesForOthers, AxesAreCalledAsTheirCoordinatesHaveThem) {
   ASSERT_EQ(dpde("run earth.dpde --quiet --out o").status, 0);
   const NetcdfFile file(path("o/earth.nc").string());
   EXPECT_EQ(file.text("y", "long_name"), "lat of the cell centres");
-  EXPECT_EQ(file.text("y", "dpde_name"), "lat");
+  EXPECT_EQ(file.text("y", "dpde_axis"), "lat");
   ASSERT_EQ(dpde("plot o/earth.nc --quiet --out p").status, 0);
   for (const std::string picture : {"o/earth.svg", "p/earth_u.svg"})
     EXPECT_NE(content(path(picture)).find(">lon<"), std::string::npos) << picture;
+  EXPECT_EQ(content(path("p/earth_u.svg")).find(">7<"), std::string::npos) << "numbers of cells";
+  const std::string fields = dpde("plot o/earth.nc --field w").err;
+  EXPECT_NE(fields.find("the field u"), std::string::npos) << fields;
 }
 
 TEST_F(FilesForOthers, CentresOnPeriodicAndSlopingSides) {

@@ -176,6 +176,24 @@ TEST_F(Netcdf, RefusesWhatDoesNotFit) {
   must_refuse("load(\"text.nc\")", "E0907", "text.nc is no NetCDF file");
 }
 
+/// Ours, and as CF writes them.
+TEST_F(Netcdf, ComparesUnits) {
+  const auto rod = [](const std::string& unit) {
+    return "model heat { field T in " + unit +
+           "; dt(T) = 0*T }\nscene rod : heat { grid x = 0 .. 1, cells 4, "
+           "periodic; initial T = 1; time 0 .. 1, step 1 }\nscene next = rod { initial T = load(\"o/rod.nc\") }\n";
+  };
+  const auto codes = [&](const std::string& unit) {
+    write("rod.dpde", rod(unit));
+    return dpde("check rod.dpde next --json").codes();
+  };
+  write("rod.dpde", rod("kg/(m*s^2)"));
+  ASSERT_EQ(dpde("run rod.dpde rod --quiet --out o").status, 0);
+  EXPECT_EQ(codes("Pa"), std::vector<std::string>{});
+  EXPECT_EQ(codes("hPa"), std::vector<std::string>{"E0342"});
+  EXPECT_EQ(codes("K"), std::vector<std::string>{"E0341"});
+}
+
 TEST_F(Netcdf, RefusesAnotherGrid) {
   run_rod();
   const Outcome finer = run_from("load(\"o/rod.nc\", u)", "--set cells=32");

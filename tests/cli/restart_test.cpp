@@ -67,6 +67,17 @@ TEST_F(Restart, ALongerRunGoesOnToTheSameEnd) {
   }
 }
 
+/// At the end of a short run a control has its last interval; behind it the longer run has another one.
+TEST_F(Restart, ObservablesOfControlsAtTheJoinAreThoseOfTheLongerRun) {
+  write("g.dpde",
+        "model m { field u; control G; dt(u) = -u }\nscene s : m {\n  initial u = 1\n  G = 1 + t every 0.5\n"
+        "  observe o = mean(G*u)\n  time 0 .. 2, step 0.25\n}\n");
+  ASSERT_EQ(dpde("run g.dpde --every 1 --out whole").status, 0);
+  ASSERT_EQ(dpde("run g.dpde --every 1 --set end=1 --checkpoint-every 4 --out part").status, 0);
+  ASSERT_EQ(dpde("run g.dpde --every 1 --resume --out part").status, 0);
+  EXPECT_EQ(content(path("part/observables.csv")), content(path("whole/observables.csv")));
+}
+
 /// The controller goes on with the length and the error that it had.
 TEST_F(Restart, UnderATolerancePartsGoOnAsTheyWere) {
   std::string text = tide_text;

@@ -81,6 +81,8 @@ static void check_run(dpde_sim* rod) {
   expect(fabs(u[3] - pow(step_scale(0.2), 8) * sin(x[3])) < 1e-14, "u is its closed form");
   expect(dpde_sim_observe(rod, "size", &size, &error) == DPDE_OK && fabs(size - pow(step_scale(0.2), 16) / 2) < 1e-14,
          "size is its closed form");
+  expect(dpde_sim_unit(rod, "u")[0] == 0 && dpde_sim_unit(rod, NULL)[0] == 0 && dpde_sim_unit(NULL, "u")[0] == 0,
+         "no unit");
   expect(dpde_sim_steps_done(rod) == 8 && dpde_sim_time(rod) == 1 && dpde_sim_time_step(rod) == 0.125, "time");
   expect(dpde_sim_reset(rod, &error) == DPDE_OK && dpde_sim_time(rod) == 0, "reset");
   expect(dpde_sim_run(rod, NAN, stop, NULL, 2, &error) == DPDE_ERROR_STOPPED, "progress stops a run");

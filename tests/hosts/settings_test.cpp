@@ -108,6 +108,42 @@ scene s : m {
   sim.set("b", 3);
 }
 
+/// Formulas that a coefficient's own is part of do not follow values that are given in its place: no run goes on with
+/// half of them.
+TEST(Settings, WhatIsMadeOfAGivenCoefficientIsGivenToo) {
+  Simulation sim = compile_text(R"(
+model m { field u in K; coefficient c, e; param a = 1; dt(u) = c - e*u }
+scene s : m {
+  grid x = 0 .. 1 in m, cells 4, periodic
+  c = a*x
+  e = 2*c
+  initial u = c + 1
+  time 0 .. 1, step 0.1
+}
+)");
+  EXPECT_STREQ(sim.unit("u"), "K");
+  EXPECT_STREQ(sim.unit("x"), "m");
+  EXPECT_STREQ(sim.unit("c"), "");
+  const std::vector<double> values(4, 3);
+  const auto told = [&] {
+    try {
+      sim.reset();
+      sim.run();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  sim.set("a", 2);
+  EXPECT_EQ(told(), "");
+  sim.set_field("c", values);
+  EXPECT_NE(told().find("u is made of the formula of c"), std::string::npos) << told();
+  sim.set_initial("u", values);
+  EXPECT_NE(told().find("e is made of the formula of c"), std::string::npos) << told();
+  sim.set_field("e", values);
+  EXPECT_EQ(told(), "");
+}
+
 /// Scenes of programs are as those of models.
 TEST(Settings, FixedParametersOfProgramsAreRefused) {
   Simulation sim = compile_text(R"(

@@ -76,6 +76,7 @@ TEST(LanguageServer, CompletesWhatMayStandThere) {
   EXPECT_TRUE(has_all(behind("scene rod : heat {\n  observe m = mean("), {"u", "k", "flow", "sin", "x", "pi"}));
   EXPECT_TRUE(has_all(behind("scene rod : heat {\n  boundary u: x.low = "), {"zero_gradient", "outflow"}));
   EXPECT_TRUE(behind("scene rod : heat {}\nscene fine = ").contains("rod"));
+  EXPECT_EQ(behind("model m {\n  field u on "), as_set(model::words_of_placements()));
   EXPECT_TRUE(has_all(behind("scene rod : heat {}\ntask t : rod {\n  data v = u from scene "), {"rod"}));
   EXPECT_TRUE(has_all(behind("scene rod : heat {}\ntask t : rod {\n  minimise mean("), {"u", "k"}));
   EXPECT_TRUE(has_all(behind("scene rod : heat {}\ntask t : rod {\n  using "), {"lbfgs", "adam"}));

@@ -160,6 +160,37 @@ TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("if(u > 0 and k, 1, 2)"), "E0308 compare it with something, as in u > 0");
 }
 
+TEST(Diagnostics, CountAxes) {
+  const Outcome outcome = outcome_of(text_with("dot(cross(u, (u, u, u)), (k, c, w))", 3));
+  ASSERT_EQ(outcome.diagnostics.size(), 1u);
+  EXPECT_EQ(outcome.diagnostics[0].message, "cross is not defined for 3 axes");
+}
+
+/// One mistake, called as the scene calls the axis, at its line.
+TEST(Diagnostics, OfPolesWithoutABoundary) {
+  const std::string text =
+      "model m { field u; dt(u) = lap(u) }\nscene s : m { coordinates sphere(1)\n"
+      "  grid lon = 0 .. 2*pi, cells 8, periodic\n  grid lat = LOW .. pi/2, cells 6\n"
+      "  initial u = 1; time 0 .. 0.1, step 0.01 }\n";
+  const auto from = [&](const std::string& low) {
+    return outcome_of(std::string(text).replace(text.find("LOW"), 3, low));
+  };
+  const Outcome both = from("-pi/2");
+  EXPECT_EQ(both.code_and_hint(), "E0437 write lat = pole: what lies beyond it lies half a turn away");
+  EXPECT_EQ(both.diagnostics.at(0).message, "u has no condition for the pole at lat");
+  EXPECT_EQ(both.diagnostics.at(0).range.begin, static_cast<int>(text.find("lat = LOW")));
+  const Outcome cap = from("0.1");
+  ASSERT_EQ(cap.diagnostics.size(), 2u);
+  EXPECT_EQ(cap.diagnostics[0].hint, "write boundary u: lat.low = 0, or = zero_gradient; or periodic in the grid line");
+  EXPECT_EQ(cap.diagnostics[1].hint, "write lat.high = pole: what lies beyond it lies half a turn away");
+}
+
+/// Rings have no outside.
+TEST(Diagnostics, PlacesOnRingsWrap) {
+  EXPECT_EQ(in_equation("inject(1, at = 17.3)"), "0 diagnostics:");
+  EXPECT_EQ(in_equation("inject(1, at = 1/0)").substr(0, 5), "E0423");
+}
+
 TEST(Diagnostics, LetsStandBeforeTheirUse) {
   EXPECT_EQ(outcome_of(text_with("a*w*k*c", 1, "", "  let a = b\n  let b = u\n")).code_and_hint().substr(0, 5),
             "E0301");

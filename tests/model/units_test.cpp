@@ -192,7 +192,14 @@ TEST(Units, OfFunctionsOfTheFile) {
   EXPECT_EQ(misfit(rod("q*gauss(x - L, L)", "", "", gauss)), "");
   EXPECT_EQ(misfit(rod("k*second(u)", "", "", gauss)), "");
   EXPECT_EQ(misfit(rod("second(u)", "", "", gauss)), "this is in K/m^2, but dt(u) in K/s");
+  EXPECT_EQ(outcome_of(rod("q*sin(a)", "  param a = 90 in deg\n")).code_and_hint(),
+            "E0343 1 deg is 0.0174533: multiply by that");
   EXPECT_EQ(misfit(rod("q*bare(x)", "", "", gauss)), "exp takes a pure number, but this is in m^2");
+  const std::string text = rod("q*bare(x)", "", "", gauss);
+  const Outcome outcome = outcome_of(text);
+  ASSERT_EQ(outcome.diagnostics.size(), 1u);
+  ASSERT_EQ(outcome.diagnostics[0].notes.size(), 1u);
+  EXPECT_EQ(outcome.diagnostics[0].notes[0].range.begin, static_cast<int>(text.find("bare(x)")));
 }
 
 TEST(Units, OfIntegralsOfFormulas) {
@@ -377,7 +384,8 @@ TEST(Units, OfModelsTogether) {
 TEST(Units, OfDataAreThoseOfTheirScene) {
   const std::string text = rod("k*lap(u)", "", "  observe o = mean(u)\n") +
                            "scene d = rod { observe o = integral(u) }\n"
-                           "scene far = rod { grid x = 0 .. 1 in km, cells 8, periodic }\n";
+                           "scene far = rod { grid x = 0 .. 1 in km, cells 8, periodic }\n"
+                           "scene other = rod { k = 1e-3 in m^2/min }\n";
   const auto with = [&](const std::string& scene, const std::string& loss) {
     return text + "task t : rod { unknown k; data e = o from scene " + scene + "; minimise (" + loss + " - e)^2 }\n";
   };
@@ -387,6 +395,7 @@ TEST(Units, OfDataAreThoseOfTheirScene) {
   };
   EXPECT_EQ(told(with("d", "integral(u)")), "");
   EXPECT_EQ(told(with("d", "mean(u)")), "this is in K*m, but mean(u) in K");
+  EXPECT_EQ(told(with("other", "mean(u)")), "this is in m^2/min, but k in m^2/s: nothing converts them");
   EXPECT_EQ(told(with("far", "mean(u)")), "this is in km, but axis x of this scene in m: nothing converts them");
 }
 
@@ -414,6 +423,16 @@ TEST(Units, WhereNoneIsToldNothingIsChecked) {
   EXPECT_TRUE(problem.units.empty());
 }
 
+TEST(Units, OfScenesOfPrograms) {
+  const std::string text =
+      "kernel decay(u: field, out w: field, k, dt: param) {\n  w = u - dt*k*u\n}\n"
+      "program p {\n  run decay\n  swap u, w\n}\nscene s : p {\n  grid x = 0 .. 1 in m, cells 4, periodic\n"
+      "  k = 1 in 1/s\n  initial u = x\n  time 0 .. 1 in s, step 0.1\n}\n";
+  EXPECT_EQ(problem_of(text).units, (std::map<std::string, std::string>{{"k", "1/s"}, {"t", "s"}, {"x", "m"}}));
+  std::string other = text;
+  EXPECT_EQ(misfit(other.replace(other.find("step 0.1"), 8, "step 0.1*k")), "this is in 1/s, but the time in s");
+}
+
 TEST(Units, AreReadFromTexts) {
   const auto text = [](const char* written) {
     const auto unit = read_unit(written);
@@ -429,6 +448,8 @@ TEST(Units, AreReadFromTexts) {
   EXPECT_EQ(text("degC"), "?degC");
   EXPECT_EQ(text("foot"), "?foot");
   EXPECT_EQ(text("m//s"), "?m//s");
+  EXPECT_EQ(std::get<UnitMistake>(read_unit("m**")).hint, "a power is written m^2");
+  EXPECT_EQ(std::get<UnitMistake>(read_unit("Ohm")).hint, "write ohm");
   EXPECT_EQ(text("m^"), "?m^");
   EXPECT_EQ(text("(m"), "?(m");
   EXPECT_EQ(text("m^100"), "?m^100");

@@ -98,7 +98,7 @@ scene film : m with s {{
   grid y = 0 .. 1, cells {}
   k = 0.7
   D = 0.05
-  c = 1 + 0.3*y
+  c = 1 + 0.3*y + 0.2*x
   boundary a: x.low = gradient(-k*c*a*b), x.high = if(u.x > 0, a, 0.2), y = mixed(1, 0.5, b^2)
   boundary b: x = gradient(k*c*a*b), y.low = zero_gradient, y.high = sin(a)
   boundary u.x: x.low = 0.3, x.high = outflow, y = 0

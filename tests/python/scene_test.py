@@ -102,6 +102,26 @@ class Runs(unittest.TestCase):
         self.assertEqual(self.model.scene("plate").shape, (12, 8))
         self.assertIn("16 cells", repr(self.rod))
 
+    def test_units(self):
+        scene = dpde.compile("model m { vector v in m/s; param k = 1 in 1/s; dt(v) = -k*v }\nscene s : m {\n"
+                             "  grid x = 0 .. 1 in m, cells 2, periodic\n  initial v = 1\n"
+                             "  time 0 .. 1 in s, step 1\n}\n").scene()
+        units = [scene.unit(name) for name in ("v", "v.x", "k", "x", "t", "other")]
+        self.assertEqual(units, ["m/s", "m/s", "1/s", "m", "s", ""])
+
+    def test_data_of_one_number_a_time(self):
+        text = rod + ("scene other = rod { k = 0.2 }\ntask levels : rod {\n  data d = size from scene other at t = 0.5, 1\n"
+                      "  unknown k\n  minimise (mean(u^2) - d)^2 at t = 0.5, 1\n}\n")
+        scene = dpde.compile(text).scene("levels")
+        self.assertEqual(scene.shape_of("d"), (2,))
+        sizes = []
+        for until in (0.5, 1):
+            scene.run_to(until)
+            sizes.append(np.mean(scene.state("u")**2))
+        self.assertAlmostEqual(scene.loss(d=[sizes[0] + 0.1, sizes[1] - 0.2]), 0.1**2 + 0.2**2, places=12)
+        with self.assertRaisesRegex(ValueError, r"\(2,\)"):
+            scene.set("d", np.zeros((2, 16)))
+
     def test_closed_form(self):
         x = self.rod.coordinates()
         result = self.rod.run(u=2 * np.sin(x), k=0.2, q=np.zeros(16))

@@ -14,8 +14,8 @@ namespace {
 std::string as_text(const std::vector<Verdict>& verdicts) {
   std::string text;
   for (const Verdict& v : verdicts) {
-    text += fmt::format("{} {} {} {} {}\n{}\n{}\n", static_cast<int>(v.kind), v.dot_product, v.finite_difference,
-                        v.back_end, v.detail.size(), v.check, v.detail);
+    text += fmt::format("{} {} {} {} {} {}\n{}\n{}\n", static_cast<int>(v.kind), v.dot_product, v.finite_difference,
+                        v.back_end, v.divided, v.detail.size(), v.check, v.detail);
   }
   return text;
 }
@@ -28,7 +28,7 @@ std::vector<Verdict> from_text(const std::string& text) {
     int kind = 0;
     std::size_t size = 0;
     std::string numbers[3];
-    std::istringstream(line) >> kind >> numbers[0] >> numbers[1] >> numbers[2] >> size;
+    std::istringstream(line) >> kind >> numbers[0] >> numbers[1] >> numbers[2] >> v.divided >> size;
     v.kind = static_cast<Verdict::Kind>(kind);
     double* const values[3] = {&v.dot_product, &v.finite_difference, &v.back_end};
     for (int i = 0; i < 3; ++i) *values[i] = std::strtod(numbers[i].c_str(), nullptr);  // streams do not read nan

@@ -274,6 +274,7 @@ class ProgramCheck {
       const std::string why = error.what();
       return why.find("divided among") != std::string::npos || fail("ranks", program.name + ": " + why);
     }
+    ++verdict_.divided;
     const double error = distance(divided, whole);
     if (!is_rounding(error, variants_.module, program.name, inputs.grid, random_.seed))
       return fail("ranks", fmt::format("{}: {:.3e}", program.name, error));

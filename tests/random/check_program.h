@@ -16,6 +16,7 @@ struct Verdict {
   std::string check;  // what failed: "text", "adjoint", "pass cse", "jit", ...
   std::string detail;
   double dot_product = 0, finite_difference = 0, back_end = 0;  // measured errors
+  int divided = 0;                                              // grids that ranks shared, compared with the whole one
 };
 
 struct Checks {

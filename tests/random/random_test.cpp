@@ -40,7 +40,7 @@ std::string smallest(const RandomProgram& program, const Verdict& verdict, const
 }
 
 struct Count {
-  int passed = 0, refused = 0, wrong_adjoints = 0, kinks = 0, failed = 0;
+  int passed = 0, refused = 0, wrong_adjoints = 0, kinks = 0, failed = 0, divided = 0;
   double dot_product = 0, finite_difference = 0, back_end = 0;
 
   void add(const Verdict& v) {
@@ -50,6 +50,7 @@ struct Count {
     wrong_adjoints += is_wrong_adjoint;
     kinks += v.kind == Verdict::Kind::kink;
     failed += v.kind == Verdict::Kind::failed;
+    divided += v.divided;
     dot_product = std::max(dot_product, v.dot_product);
     if (v.kind == Verdict::Kind::passed) finite_difference = std::max(finite_difference, v.finite_difference);
     back_end = std::max(back_end, v.back_end);
@@ -86,7 +87,8 @@ TEST(RandomPrograms, AgreeEverywhere) {
   std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints
             << " given a wrong adjoint, " << total.kinks << " at a kink or too steep, " << total.failed
             << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference
-            << ", back ends to " << total.back_end << "\n";
+            << ", back ends to " << total.back_end << "; " << total.divided << " times among ranks\n";
+  EXPECT_GE(total.divided, total.passed);  // few grids are too small to be divided
   const int all = total.passed + total.refused + total.wrong_adjoints + total.kinks + total.failed;
   if (all >= 200) {
     EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <limits>
@@ -149,6 +150,8 @@ void Job::wrote(const std::string& path) {
 }
 
 int Job::finish(Json result) {
+  std::error_code error;
+  if (failed() && !made_folder_.empty()) std::filesystem::remove(made_folder_, error);  // not if something is in it
   Exit exit = exit_for(sink_.all());
   const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
   for (const Diagnostic& diagnostic : told) {

@@ -69,6 +69,8 @@ class Job {
   /// A file that was written: told to people and listed under `files`.
   void wrote(const std::string& path);
   const std::vector<std::string>& files() const { return files_; }
+  /// A folder that was not there: it does not stay where the command fails and nothing is in it.
+  void makes(const std::string& folder) { made_folder_ = folder; }
 
   /// Prints the diagnostics (standard error) and, with --json, `result` with the diagnostics; the exit status.
   int finish(Json result);
@@ -81,6 +83,7 @@ class Job {
   std::shared_ptr<const driver::Compiled> compiled_;
   DiagnosticSink sink_;
   std::vector<std::string> files_;
+  std::string made_folder_;
 };
 
 /// Which of `common`'s options a verb takes beside FILE.

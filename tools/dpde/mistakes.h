@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A text for each kind of mistake that one finds in a model, made from tests/diagnostics when dpde is configured.
+// A text for each kind of mistake that one finds in a model, made from tests/diagnostics when dpde is configured; of
+// those that show when it is run, from the folder `runs` there, with the commands in front.
 #pragma once
 
 #include <string_view>

@@ -28,7 +28,7 @@ void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string
   NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
   const std::string letter(1, static_cast<char>(axis.name[0] - 'x' + 'X'));
   places.attributes.insert(places.attributes.end(),
-                           {{"axis", letter}, {"bounds", bounds.name}, {"dpde_name", in_words}});
+                           {{"axis", letter}, {"bounds", bounds.name}, {"dpde_axis", in_words}});
   places.attributes.push_back({"boundary", axis.topology == Topology::periodic ? "periodic" : "bounded"});
   for (int i = 0; i < axis.cells; ++i) {
     places.values.push_back(axis.centre(i));

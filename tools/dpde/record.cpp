@@ -141,6 +141,13 @@ bool Record::restore_states(std::span<const double> states) {
   return states.empty();
 }
 
+void Record::renew(int step, const std::vector<void*>& states) {
+  for (Series& series : series_) {
+    if (!series.steps.empty() && series.steps.back() == step)
+      series.observables.back() = session_.observe(session_.time_of(step), states);
+  }
+}
+
 void Record::look(const Snapshot& snapshot) {
   for (Series& series : series_) {
     if (!series.steps.empty() && series.steps.back() >= snapshot.step) continue;  // of before a restart

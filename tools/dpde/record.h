@@ -42,6 +42,9 @@ class Record {
   /// The same taken over, false when it does not fit.
   /// @throws Error(input) when the states are not there.
   bool restore(std::string_view bytes, FrameFile& frames);
+  /// What was recorded of the state where this run goes on is seen by it: a control has another interval there than at
+  /// the end of a shorter run.
+  void renew(int step, const std::vector<void*>& states);
   /// Fields and intervals, in words.
   std::string plan() const;
 

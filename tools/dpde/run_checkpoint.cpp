@@ -61,8 +61,13 @@ std::optional<int> RunCheckpoint::resume() {
         fmt::format("it has reached step {}, this run ends at step {}", restart->step, session_.steps()));
     return std::nullopt;
   }
-  for (std::size_t s = 0; s < restart->states.size(); ++s)
-    session_.rollout().initial(static_cast<int>(s)).copy_in(restart->states[s]);
+  std::vector<void*> states;
+  for (std::size_t s = 0; s < restart->states.size(); ++s) {
+    Field& initial = session_.rollout().initial(static_cast<int>(s));
+    initial.copy_in(restart->states[s]);
+    states.push_back(initial.base());
+  }
+  record_.renew(restart->step, states);
   session_.rollout().set_controller(restart->controller);
   last_step_ = restart->step;
   job_.say(fmt::format("goes on from step {} of {}\n", restart->step, session_.steps()));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <set>
 
 #include "codegen/network_table.h"
@@ -156,7 +157,12 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
   return panels;
 }
 
-bool prepare_out(Job& job) { return job.options().out.empty() || files::make_folder(job.options().out, job.sink()); }
+bool prepare_out(Job& job) {
+  const std::string& out = job.options().out;
+  std::error_code error;
+  if (!out.empty() && !std::filesystem::exists(out, error)) job.makes(out);
+  return out.empty() || files::make_folder(out, job.sink());
+}
 
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {

@@ -76,7 +76,7 @@ class NetcdfFields {
   }
   /// What the file says that it is called, or x of x_faces too, where the file says that this is the axis X.
   std::string name_of(const std::string& dimension) const {
-    if (const std::optional<std::string> called = file_.text(dimension, "dpde_name")) return *called;
+    if (const std::optional<std::string> called = file_.text(dimension, "dpde_axis")) return *called;
     const std::string letter = file_.text(dimension, "axis").value_or("");
     const bool is_staggered =
         letter.size() == 1 && dimension.starts_with(std::string(1, char(letter[0] - 'X' + 'x')) + "_");

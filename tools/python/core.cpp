@@ -171,6 +171,8 @@ class Sim {
     const Doubles to(array, true);
     quick([&](dpde_error** error) { return dpde_sim_coordinates(sim_.get(), axis, to.data(), to.size(), error); });
   }
+  bool is_number(const char* name) const { return dpde_sim_is_number(sim_.get(), name) != 0; }
+  std::string unit(const char* name) const { return dpde_sim_unit(sim_.get(), name); }
   double observe(const char* name) {
     double value = 0;
     quick([&](dpde_error** error) { return dpde_sim_observe(sim_.get(), name, &value, error); });
@@ -365,6 +367,8 @@ PYBIND11_MODULE(_core, module) {
       .def("set_number", &Sim::set_number)
       .def("get", &Sim::get)
       .def("coordinates", &Sim::coordinates)
+      .def("is_number", &Sim::is_number)
+      .def("unit", &Sim::unit)
       .def("observe", &Sim::observe)
       .def("time", &Sim::time)
       .def("time_step", &Sim::time_step)

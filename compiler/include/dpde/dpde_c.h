@@ -30,7 +30,7 @@
 extern "C" {
 #endif
 
-#define DPDE_C_VERSION 1
+#define DPDE_C_VERSION 2
 
 int32_t dpde_c_version(void);
 
@@ -104,6 +104,8 @@ const char* dpde_sim_warnings_json(const dpde_sim* sim);
 const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index);
 /* How many values it has. */
 int32_t dpde_sim_size(dpde_sim* sim, int32_t kind, const char* name, size_t* size, dpde_error** error);
+/* 1 of data that are one number a time, of which DPDE_FIELD has so many values. Since version 2. */
+int32_t dpde_sim_is_number(const dpde_sim* sim, const char* name);
 int32_t dpde_sim_set(dpde_sim* sim, int32_t kind, const char* name, const double* values, size_t size,
                      dpde_error** error);
 int32_t dpde_sim_get(dpde_sim* sim, int32_t kind, const char* name, double* to, size_t size, dpde_error** error);
@@ -112,6 +114,9 @@ int32_t dpde_sim_observe(dpde_sim* sim, const char* name, double* value, dpde_er
 size_t dpde_sim_rank(const dpde_sim* sim);
 /* Cells along the axis; 0 where there is none. */
 size_t dpde_sim_cells(const dpde_sim* sim, size_t axis);
+/* "m/s": of a field, a component of one, a parameter, an observable, an axis or t; "" where none is told. Since version
+ * 2. */
+const char* dpde_sim_unit(const dpde_sim* sim, const char* name);
 /* Centres of cells along the axis. */
 int32_t dpde_sim_coordinates(const dpde_sim* sim, size_t axis, double* to, size_t size, dpde_error** error);
 double dpde_sim_time(const dpde_sim* sim);

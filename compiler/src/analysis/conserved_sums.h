@@ -50,6 +50,7 @@ class SumMonitor {
     double sum = 0, magnitude = 0;
   };
   Value integral(const void* state, const std::string& field, bool of_square) const;
+  double size_beside(const std::vector<void*>& states, const std::string& field, bool of_square) const;
   /// Of each observable its value for the magnitudes of all states: that of an integral that is 0 is not.
   std::vector<std::pair<std::string, double>> sizes(double t, const std::vector<void*>& states) const;
 

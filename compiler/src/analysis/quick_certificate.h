@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What every gradient is checked by before it is used, on a few cells:
 //
-//  - the compiled adjoint of each program against the program's tangent, by a dot product. The tangent is not compiled
-//  but
-//    interpreted: that costs less than differences would and, unlike these, is exact to rounding and has nothing to
-//    fear from kinks;
-//  - the gradient of a whole short run against difference quotients of its losses (run_check.h), which see what lies
-//  between
-//    the programs: formulas, losses, controls, halos that programs share, links, and what tangent and adjoint have
-//    wrong alike.
+//  - the compiled adjoint of each program against the program's tangent, by a dot product. The tangent is not
+//    compiled but interpreted: that costs less than differences would and, unlike these, is exact to rounding and
+//    has nothing to fear from kinks;
+//  - the gradient of a whole short run against difference quotients of its losses (run_check.h), which see what
+//    lies between the programs: formulas, losses, controls, halos that programs share, links, and what tangent and
+//    adjoint have wrong alike.
 //
 // Both together take less than a tenth of the compilation, or say what was left out. A certificate is kept in the cache
 // beside the code, under the code's key, the text of the programs and that of the scene and its task, which are no part

@@ -73,6 +73,17 @@ std::vector<std::pair<std::string, double>> SumMonitor::sizes(double t, const st
   return session_.observe(t, bases);
 }
 
+/// How large the other components of the vector are: one that is 0 but for their rounding has no size of its own.
+double SumMonitor::size_beside(const std::vector<void*>& states, const std::string& field, bool of_square) const {
+  const std::string vector = field.substr(0, field.find('.') + 1);  // with the dot; "" of a number
+  double size = 0;
+  for (std::size_t s = 0; !vector.empty() && s < states.size(); ++s) {
+    const std::string& other = session_.rollout().state_name(static_cast<int>(s));
+    if (other != field && other.starts_with(vector)) size += integral(states[s], other, of_square).magnitude;
+  }
+  return size;
+}
+
 void SumMonitor::look(int step, double t, const std::vector<void*>& states) {
   if (sums_.empty() || (!times_.empty() && step <= last_)) return;
   if (times_.empty()) first_ = step;
@@ -90,7 +101,7 @@ void SumMonitor::look(int step, double t, const std::vector<void*>& states) {
       const int state = session_.rollout().state_index(field);
       const Value part = integral(states[static_cast<std::size_t>(state)], field, sums_[i].of_squares);
       value.sum += part.sum;
-      value.magnitude += part.magnitude;
+      value.magnitude += part.magnitude + size_beside(states, field, sums_[i].of_squares);
     }
     for (const auto& [name, number] : observed) {
       if (observes(sums_[i]) && name == sums_[i].name) value = {number, std::abs(number)};

@@ -6,13 +6,12 @@
 // With f the loss along the line, g the derivative to be judged and R(h) = f(h) - f(0) - h*g:
 //
 //  - Where f is smooth, R falls as h^2. A wrong g leaves a term of first order in R, however little of it is wrong.
-//  - A kink at the distance s, where the derivative jumps by j, adds j*(h - s) to R for steps that reach it. Hundreds
-//  of
-//    kinks make R fall as h^2 on average, and a slope measured over a few steps is anything: 1.2 to 2.1 in shipped
-//    examples that are right. So the slope proves a derivative where it is 2 and proves nothing where it is not.
+//  - A kink at the distance s, where the derivative jumps by j, adds j*(h - s) to R for steps that reach it.
+//    Hundreds of kinks make R fall as h^2 on average, and a slope measured over a few steps is anything: 1.2 to 2.1
+//    in shipped examples that are right. So the slope proves a derivative where it is 2 and proves nothing where it
+//    is not.
 //  - The quotients from both sides, C(h) = (f(h) - f(-h))/(2 h), then decide. A right g is what they come to, as
-//  smaller
-//    steps reach fewer kinks. Where g is wrong they agree with one another on another number.
+//    smaller steps reach fewer kinks. Where g is wrong they agree with one another on another number.
 //
 // The rule, for programs with kinks and without: g is the derivative when the slope is within 0.05 of 2, or R is
 // nothing but rounding, or else the quotients of three neighbouring steps come within 1e-5 of g or within their

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled code on disk. One file an entry: header with a checksum, the whole key, the code.
 //
-//  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not at
-//  all;
-//    what is damaged, of another key, or not this user's own is not used, and thrown away where it is ours.
+//  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not
+//    at all; what is damaged, of another key, or not this user's own is not used, and thrown away where it is ours.
 //  - Code of another dpde is never found: the identity of this executable and of the processor are part of every key.
 //  - When all entries together exceed the limit, those go that were not used for the longest time.
 #pragma once

@@ -187,6 +187,7 @@ bool from_file(Session& session, const model::Datum& datum, const std::vector<do
   const bool last_state = datum.when.kind == model::When::Kind::end;
   files::ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
   if (last_state) from.compared_at = compared_at(session, datum);
+  from.unit = session.problem().unit_of(datum.name);
   const std::optional<std::vector<double>> values = files::load_array(
       from, source, datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
       session.problem().scheme.real, datum.origin.range, sink);
@@ -229,6 +230,16 @@ std::vector<double> times_of(const model::Problem& problem, const model::Coeffic
   return times;
 }
 
+namespace {
+
+files::ArrayFile array_of(const model::Problem& problem, const model::Coefficient& coefficient,
+                          const model::Source& from) {
+  const std::vector<double> times = driver::times_of(problem, coefficient);
+  return {from.file, from.variable, times, "", {}, problem.unit_of(coefficient.name)};
+}
+
+}  // namespace
+
 std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient,
                                                     const model::Source& from, const SourceFile& source,
                                                     DiagnosticSink& sink) {
@@ -240,9 +251,10 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
   }
   const std::vector<model::Axis> axes = model::axes_at(problem.axes, coefficient.placement);
   const std::optional<std::vector<double>> loaded =
-      coefficient.is_control() ? files::load_array({from.file, from.variable, times_of(problem, coefficient)}, source,
-                                                   axes, problem.scheme.real, from.origin.range, sink)
-                               : files::load_array(from, source, axes, problem.scheme.real, sink);
+      coefficient.is_control()
+          ? files::load_array(array_of(problem, coefficient, from), source, axes, problem.scheme.real,
+                              from.origin.range, sink)
+          : files::load_array(from, problem.unit_of(coefficient.name), source, axes, problem.scheme.real, sink);
   if (loaded && coefficient.is_mask) {
     const auto wrong = std::ranges::find_if(*loaded, [](double value) { return value != 0 && value != 1; });
     if (wrong != loaded->end()) {
@@ -291,10 +303,10 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     const std::vector<model::Axis> axes = model::axes_at(problem.axes, placements.of(field));
     const model::Coefficient* coefficient = problem.find_coefficient(field);
     if (coefficient == nullptr || !coefficient->is_control()) {
-      files::load_array(from, source, axes, problem.scheme.real, sink);
+      files::load_array(from, problem.unit_of(field), source, axes, problem.scheme.real, sink);
     } else {
-      files::load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real,
-                        from.origin.range, sink);
+      files::load_array(array_of(problem, *coefficient, from), source, axes, problem.scheme.real, from.origin.range,
+                        sink);
     }
   };
   for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
@@ -314,8 +326,8 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
       times.push_back(problem.t_begin + k * problem.step);
     }
-    files::load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement),
-                      problem.scheme.real, datum.origin.range, sink);
+    files::load_array({datum.file, datum.variable, times, "", {}, problem.unit_of(datum.name)}, source,
+                      model::axes_at(problem.axes, datum.placement), problem.scheme.real, datum.origin.range, sink);
   }
 }
 

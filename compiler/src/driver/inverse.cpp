@@ -102,8 +102,8 @@ std::optional<std::vector<double>> Inverse::start_of(const Part& part, const Sou
   if (const model::Coefficient* control = control_field(part); control != nullptr)
     return load_coefficient(session_, *control, from, source, sink);
   const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
-  const std::optional<std::vector<double>> loaded =
-      files::load_array(from, source, axes, session_.problem().scheme.real, sink);
+  const std::optional<std::vector<double>> loaded = files::load_array(
+      from, session_.problem().unit_of(part.name), source, axes, session_.problem().scheme.real, sink);
   if (!loaded || session_.options().cells.empty()) return loaded;
   return resample(*loaded, session_.problem().axes, session_.axes());
 }

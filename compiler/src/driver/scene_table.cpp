@@ -70,6 +70,7 @@ struct SceneTable::Storage {
   dpde_second second_of(const std::string& program) const;
   void add_step();
   void add_parts();
+  void add_facts();
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
@@ -91,6 +92,8 @@ struct SceneTable::Storage {
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
+  std::vector<dpde_put_in> put_in;
+  std::vector<dpde_unit> units;
   dpde_scene scene{};
 };
 
@@ -208,7 +211,7 @@ void SceneTable::Storage::add_task(const model::Task& task) {
     if (!is_read(datum.name)) continue;  // the task's tests alone
     dpde_instants at = instants(datum.when);
     if (at.count == 1) at = {0, nullptr};
-    data.push_back({text(datum.name), at});
+    data.push_back({text(datum.name), at, datum.series ? 1 : 0});
   }
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::string& name = compiled->names.losses[i];
@@ -240,6 +243,15 @@ void SceneTable::Storage::add_parts() {
   scene.trial = compiled->program(compiled->names.trial);
   if (problem.step_control)
     scene.control = {model::order_of_estimate(problem.scheme.time), problem.step_control->first};
+}
+
+void SceneTable::Storage::add_facts() {
+  for (const auto& [name, in] : compiled->problem->put_in) put_in.push_back({text(name), text(in)});
+  for (const auto& [name, unit] : compiled->problem->units) units.push_back({text(name), text(unit)});
+  scene.put_in_count = static_cast<int32_t>(put_in.size());
+  scene.put_in = put_in.data();
+  scene.unit_count = static_cast<int32_t>(units.size());
+  scene.units = units.data();
 }
 
 void SceneTable::Storage::fill() {
@@ -274,6 +286,7 @@ void SceneTable::Storage::fill() {
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
+  add_facts();
   const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
   add_step();
   add_parts();

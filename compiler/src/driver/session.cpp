@@ -131,7 +131,8 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
     std::optional<std::vector<double>> values = made_up_values(workspace().cell_count());
     if (!options_.made_up) {
       const std::vector<model::Axis> axes = model::axes_at(problem().axes, state.placement);
-      values = files::load_array(state.initial, source, axes, problem().scheme.real, sink);
+      values =
+          files::load_array(state.initial, problem().unit_of(state.name), source, axes, problem().scheme.real, sink);
       if (!values) return false;
       if (!options_.cells.empty()) values = resample(*values, problem().axes, axes_);
     }

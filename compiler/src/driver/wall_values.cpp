@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <set>
+#include <tuple>
 
+#include "model/build.h"
+#include "model/wall_coefficient.h"
 #include "stencil/effects.h"
 
 namespace dpde::driver {
@@ -15,6 +19,7 @@ struct Wall {
   std::size_t axis;
   bool is_low;
 };
+using Look = std::function<void(const model::Coefficient&, const Wall&)>;
 
 /// Of the first cell whose line has another sign on the wall; x fastest, several states of a control field one after
 /// the other.
@@ -39,25 +44,50 @@ void look_at(const Session& session, const model::Coefficient& coefficient, cons
   }
 }
 
+/// Of all coefficients that the step's fills lead beyond a wall.
+void for_each_led_beyond(const Compiled& compiled, const Look& look) {
+  const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
+  if (step == nullptr) return;
+  stencil::for_each_fill(*step, [&](const stencil::Fill& fill) {
+    const model::Coefficient* coefficient = compiled.problem->find_coefficient(fill.field);
+    for (std::size_t axis = 0; coefficient != nullptr && axis < fill.axes.size(); ++axis) {
+      if (fill.axes[axis].topology == Topology::periodic) continue;
+      if (fill.axes[axis].low.kind == SideKind::linear) look(*coefficient, {axis, true});
+      if (fill.axes[axis].high.kind == SideKind::linear) look(*coefficient, {axis, false});
+    }
+  });
+}
+
+/// Of those that the value or slope of a state has as they are on the wall.
+void for_each_led_to(const model::Problem& problem, const Look& look) {
+  const auto look_at_side = [&](const model::Side& side, const Wall& wall) {
+    if (condition_of(side.kind).takes_rate()) return;
+    for (const model::Coefficient& coefficient : problem.coefficients) {
+      if (model::reads(side.value, coefficient.name) && model::is_led_to_walls(problem, coefficient, wall.axis))
+        look(coefficient, wall);
+    }
+  };
+  for (const model::State& state : problem.states) {
+    for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
+      if (problem.axes[axis].topology == Topology::periodic) continue;
+      look_at_side(state.boundary[axis].low, {axis, true});
+      look_at_side(state.boundary[axis].high, {axis, false});
+    }
+  }
+}
+
 }  // namespace
 
 void warn_of_wall_values(Session& session, DiagnosticSink& sink) {
   const Compiled& compiled = session.compiled();
-  const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
-  if (step == nullptr || !compiled.problem->program.empty()) return;
-  std::set<std::string> told;
-  stencil::for_each_fill(*step, [&](const stencil::Fill& fill) {
-    const model::Coefficient* coefficient = compiled.problem->find_coefficient(fill.field);
-    if (coefficient == nullptr || !told.insert(fill.field).second) return;
-    for (std::size_t axis = 0; axis < fill.axes.size(); ++axis) {
-      if (fill.axes[axis].topology == Topology::periodic) continue;
-      for (const bool is_low : {true, false}) {
-        const stencil::Side& side = is_low ? fill.axes[axis].low : fill.axes[axis].high;
-        if (side.kind == SideKind::linear)
-          look_at(session, *coefficient, session.workspace().dense(fill.field), {axis, is_low}, sink);
-      }
-    }
-  });
+  if (!compiled.problem->program.empty()) return;
+  std::set<std::tuple<std::string, std::size_t, bool>> told;
+  const Look look = [&](const model::Coefficient& coefficient, const Wall& wall) {
+    if (told.insert({coefficient.name, wall.axis, wall.is_low}).second)
+      look_at(session, coefficient, session.workspace().dense(coefficient.name), wall, sink);
+  };
+  for_each_led_beyond(compiled, look);
+  for_each_led_to(*compiled.problem, look);
 }
 
 }  // namespace dpde::driver

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "dpde/runtime/error.h"
@@ -12,6 +13,7 @@
 #include "dpde/runtime/npy.h"
 #include "files/files.h"
 #include "support/evaluate.h"
+#include "support/units.h"
 
 namespace dpde::files {
 
@@ -45,6 +47,28 @@ bool all_fit(const std::string& file, const std::vector<double>& values, Precisi
   return true;
 }
 
+/// Ours, or as CF and UDUNITS write it: "kg m-2 s-1".
+std::optional<Unit> read_unit_of_file(const std::string& told) {
+  const auto ours = read_unit(told);
+  if (told.empty() || std::holds_alternative<Unit>(ours))
+    return told.empty() ? std::nullopt : std::optional(std::get<Unit>(ours));
+  std::string text;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    const char c = told[i];
+    const bool is_power = (std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '-') && i > 0 &&
+                          std::isalpha(static_cast<unsigned char>(told[i - 1])) != 0;
+    if (is_power) text += '^';
+    text += c == ' ' || c == '.' ? '*' : c;
+  }
+  const auto theirs = read_unit(text);
+  return std::holds_alternative<Unit>(theirs) ? std::optional(std::get<Unit>(theirs)) : std::nullopt;
+}
+
+bool is_celsius(const std::string& told) {
+  return told == "degC" || told == "celsius" || told == "Celsius" || told == "degree_Celsius" ||
+         told == "degrees_Celsius" || told == "deg_C";
+}
+
 /// The states of one variable of a NetCDF file.
 class NetcdfField {
  public:
@@ -54,7 +78,7 @@ class NetcdfField {
 
   Values read() {
     const NetcdfReader::Variable* variable = find();
-    if (variable == nullptr || !fits(*variable)) return std::nullopt;
+    if (variable == nullptr || !fits(*variable) || !has_unit(*variable)) return std::nullopt;
     if (variable->shape.size() == axes_.size()) {
       if (!from_.times.empty()) return no_time(from_.times[0], "it holds no times");
       return file_.read(*variable);
@@ -127,6 +151,27 @@ class NetcdfField {
     const std::string why = axis_mismatch(file_, axis, dimension);
     if (!why.empty()) fail(why);
     return why.empty();
+  }
+
+  /// Units that are not understood, and files that tell none, are believed.
+  bool has_unit(const NetcdfReader::Variable& variable) {
+    const std::string told = file_.text(variable.name, "units").value_or("");
+    const auto own = read_unit_of_file(told);
+    const auto wanted = read_unit(from_.unit);
+    const std::string what = fmt::format("{} in {}", variable.name, path_);
+    if (is_celsius(told) && from_.unit == "K") {
+      sink_.report("units-differ", where_, {"K", what, told}, "add 273.15 to what the file holds");
+      return false;
+    }
+    if (from_.unit.empty() || !own || !std::holds_alternative<Unit>(wanted)) return true;
+    const Unit& unit = std::get<Unit>(wanted);
+    if (own->is_same_as(unit)) return true;
+    if (own->has_dimension_of(unit))
+      sink_.report("units-of-other-scale", where_, {from_.unit, what, told},
+                   fmt::format("1 {} is {:.6g} {}: convert the file", told, own->scale() / unit.scale(), from_.unit));
+    else
+      sink_.report("units-differ", where_, {from_.unit, what, told}, "load another variable");
+    return false;
   }
 
   void tell_time(const std::vector<double>& times) {
@@ -219,10 +264,10 @@ Values load_array(const ArrayFile& from, const SourceFile& source, const std::ve
   }
 }
 
-Values load_array(const model::Source& from, const SourceFile& source, const std::vector<model::Axis>& axes,
-                  Precision real, DiagnosticSink& sink) {
+Values load_array(const model::Source& from, const std::string& unit, const SourceFile& source,
+                  const std::vector<model::Axis>& axes, Precision real, DiagnosticSink& sink) {
   const std::vector<double> times = from.time ? std::vector<double>{*from.time} : std::vector<double>{};
-  return load_array({from.file, from.variable, times}, source, axes, real, from.origin.range, sink);
+  return load_array({from.file, from.variable, times, "", {}, unit}, source, axes, real, from.origin.range, sink);
 }
 
 }  // namespace dpde::files

@@ -21,6 +21,8 @@ struct ArrayFile {
   /// warning.
   std::string name = {};
   std::vector<double> compared_at = {};
+  /// What the values are in where they go; of a .nc file whose `units` are another one that is an error. "": not known.
+  std::string unit = {};
 };
 
 /// The states one after the other, each dense and x fastest. Reports cannot-read, bad-array-file, wrong-shape,
@@ -29,9 +31,9 @@ std::optional<std::vector<double>> load_array(const ArrayFile& from, const Sourc
                                               const std::vector<model::Axis>& axes, Precision real, SourceRange where,
                                               DiagnosticSink& sink);
 /// The same for a formula's place.
-std::optional<std::vector<double>> load_array(const model::Source& from, const SourceFile& source,
-                                              const std::vector<model::Axis>& axes, Precision real,
-                                              DiagnosticSink& sink);
+std::optional<std::vector<double>> load_array(const model::Source& from, const std::string& unit,
+                                              const SourceFile& source, const std::vector<model::Axis>& axes,
+                                              Precision real, DiagnosticSink& sink);
 
 /// Why the coordinates that a file has along `dimension` are not those of `axis`; "" when they are, or when it has
 /// none.

@@ -194,6 +194,11 @@ int32_t dpde_sim_size(dpde_sim* sim, int32_t kind, const char* name, size_t* siz
   });
 }
 
+int32_t dpde_sim_is_number(const dpde_sim* sim, const char* name) {
+  const bool is_field = sim != nullptr && name != nullptr && std::ranges::find(sim->fields, name) != sim->fields.end();
+  return is_field && sim->simulation.is_number(name) ? 1 : 0;
+}
+
 int32_t dpde_sim_set(dpde_sim* sim, int32_t kind, const char* name, const double* values, size_t size,
                      dpde_error** error) {
   return host::guarded(error, [&] {
@@ -222,6 +227,10 @@ size_t dpde_sim_cells(const dpde_sim* sim, size_t axis) {
   if (sim == nullptr) return 0;
   const std::vector<std::int64_t>& cells = sim->simulation.cells();
   return axis < cells.size() ? static_cast<size_t>(cells[axis]) : 0;
+}
+
+const char* dpde_sim_unit(const dpde_sim* sim, const char* name) {
+  return sim == nullptr || name == nullptr ? "" : sim->simulation.unit(name);
 }
 
 int32_t dpde_sim_coordinates(const dpde_sim* sim, size_t axis, double* to, size_t size, dpde_error** error) {

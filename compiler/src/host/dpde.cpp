@@ -72,11 +72,13 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   for (const driver::DataStates& datum : session.data()) {
     if (session.compiled().options.seeded) break;  // seeds are the host's
     const auto is_it = [&](const dpde_datum& wanted) { return datum.name == wanted.name; };
-    if (std::none_of(scene.data, scene.data + scene.datum_count, is_it)) continue;
+    const dpde_datum* const end = scene.data + scene.datum_count;
+    const dpde_datum* const wanted = std::find_if(scene.data, end, is_it);
+    if (wanted == end) continue;
     std::vector<double> values;
     for (const std::string& field : datum.fields) {
       const std::vector<double> state = session.workspace().dense(field);
-      values.insert(values.end(), state.begin(), state.end());
+      values.insert(values.end(), state.begin(), wanted->is_number != 0 ? state.begin() + 1 : state.end());
     }
     simulation.set_field(datum.name, values);
   }

@@ -4,9 +4,8 @@
 //  - What depends on parameters and numbers only becomes a uniform, once for the module. Products and quotients are
 //    regrouped so that their uniform factors form one uniform: nu*(u[-1] - 2*u + u[+1])/hx^2 -> u0*(...), u0 = nu/hx^2.
 //  - Kernels that differ in names and numbers only become one row (share_rows.h).
-//  - Fills of inputs run once, in `prepare`; the body fills what the next step reads (see Program::prepare). A fill of
-//  a
-//    field that a sweep has just written is done with that sweep.
+//  - Fills of inputs run once, in `prepare`; the body fills what the next step reads (see Program::prepare). A fill
+//    of a field that a sweep has just written is done with that sweep.
 #pragma once
 
 #include <string>

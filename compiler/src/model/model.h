@@ -465,9 +465,9 @@ struct Problem {
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
-  std::map<std::string, std::string> units;  // of fields, coefficients, parameters, observables, axes and t by their
-                                             // names, where they are told or follow
-  std::vector<std::string> dropped;          // what a zero coefficient or nobody's need removed, in words, for `check`
+  std::map<std::string, std::string> units;  // of fields, parameters, observables, axes and t by names, where known
+  std::vector<std::pair<std::string, std::string>> put_in;  // fields and those whose formulas theirs are part of
+  std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
 
   /// Whether steps are made in parts, which depend on the state.
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }

@@ -18,19 +18,46 @@ std::vector<const std::vector<AxisSides>*> boundaries_of(const Problem& problem)
   return boundaries;
 }
 
-bool is_in_a_boundary(const Problem& problem, const std::string& coefficient) {
+/// Whether a side across the axis takes the value that the coefficient has in the cell there.
+bool takes_cell(const Problem& problem, const Coefficient& coefficient, const Side& side, std::size_t axis) {
+  const bool is_at_cell = condition_of(side.kind).takes_rate() || !is_led_to_walls(problem, coefficient, axis);
+  return is_at_cell && reads(side.value, coefficient.name);
+}
+
+bool is_in_a_boundary(const Problem& problem, const Coefficient& coefficient) {
   return std::ranges::any_of(boundaries_of(problem), [&](const std::vector<AxisSides>* boundary) {
-    return std::ranges::any_of(*boundary, [&](const AxisSides& sides) {
-      return reads(sides.low.value, coefficient) || reads(sides.high.value, coefficient);
-    });
+    for (std::size_t axis = 0; axis < boundary->size(); ++axis) {
+      const AxisSides& sides = (*boundary)[axis];
+      if (takes_cell(problem, coefficient, sides.low, axis) || takes_cell(problem, coefficient, sides.high, axis))
+        return true;
+    }
+    return false;
   });
+}
+
+bool is_in_an_equation(const Problem& problem, const std::string& coefficient) {
+  return std::ranges::any_of(problem.states,
+                             [&](const State& state) { return state.rhs && reads(*state.rhs, coefficient); }) ||
+         std::ranges::any_of(problem.projections, [&](const Projection& projection) {
+           return projection.potential && reads(*projection.potential, coefficient);
+         });
 }
 
 }  // namespace
 
+bool is_led_to_walls(const Problem& problem, const Coefficient& coefficient, std::size_t axis) {
+  if (coefficient.placement[axis]) return false;
+  const auto is_across = [&](const Expr& part) {
+    const auto* coordinate = std::get_if<Coordinate>(&part->kind);
+    return coordinate && static_cast<std::size_t>(coordinate->axis) == axis;
+  };
+  return is_in_an_equation(problem, coefficient.name) ||
+         (coefficient.value.formula && any_part(*coefficient.value.formula, is_across));
+}
+
 bool goes_on_beyond(const Problem& problem, const Coefficient& coefficient, std::size_t axis, bool is_low) {
   if (problem.axes[axis].topology == Topology::periodic || coefficient.placement[axis] || coefficient.walls ||
-      is_in_a_boundary(problem, coefficient.name))
+      is_in_a_boundary(problem, coefficient))
     return false;
   return std::ranges::any_of(boundaries_of(problem), [&](const std::vector<AxisSides>* boundary) {
     if (axis >= boundary->size()) return false;

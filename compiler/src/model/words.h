@@ -15,6 +15,8 @@ std::vector<std::string> choices_of(const std::string& key);
 /// Behind `using`: methods; options of what is trained.
 std::vector<std::string> words_of_optimisers();
 std::vector<std::string> words_of_training();
+/// Behind `on`: where fields lie.
+std::vector<std::string> words_of_placements();
 /// Layers of networks.
 std::vector<std::string> words_of_layers();
 

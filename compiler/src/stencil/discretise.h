@@ -5,25 +5,23 @@
 //    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
 //    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
 //  - every other nesting composes by shifting;
-//  - on staggered grids, by the rules of model/placement.h: what holds fields of one placement and is wanted there goes
-//  by
-//    the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is the
-//    staggered difference where its operand can be taken at the other placement along its axis, else the central one;
+//  - on staggered grids, by the rules of model/placement.h: what holds fields of one placement and is wanted there
+//    goes by the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is
+//    the staggered difference where its operand can be taken at the other placement along its axis, else the
+//    central one;
 //  - interpolate: the average of the order of `dx` from the operand's own placement, one axis after the other;
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3), (5) and (7) likewise with differences of these orders, weno and muscl with the one of
 //    upwind_difference.h on the side that the flow comes from; all as rises from cell to cell: of a constant they are 0
 //    exactly.
 //  - spectral: the sum of derivatives with uniform coefficients becomes a field of its own too, made by one transform;
-//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all
-//  its
-//    components by one; at another place it is another field, the operator of its arguments displaced;
+//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint,
+//    all its components by one; at another place it is another field, the operator of its arguments displaced;
 //  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any
-//  field;
-//  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does
-//  not go
-//    over, it is the reduction of its operand at that place: walls and half points are then what they are for the
-//    operand.
+//    field;
+//  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it
+//    does not go over, it is the reduction of its operand at that place: walls and half points are then what they
+//    are for the operand.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
 #pragma once
 

@@ -422,7 +422,8 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
-  Walls walls(problem_, names_, widest_read(stages, program.axes), plain_boundary());
+  const auto beyond = [this](const std::string& coefficient) { return boundary_of(coefficient); };
+  Walls walls(problem_, names_, widest_read(stages, program.axes), beyond);
   std::set<std::string> grown;
   BlockScope scope(stages, program, grown, walls);
   Draft draft{module, program, walls, scope, grown, {}};

@@ -46,12 +46,11 @@
 //  - reduce m = mean u over y: m at each interior cell is the mean of u over the interior cells along y through it, so
 //    that m is the same along y; sum, max and min likewise, over all axes where none are named. Sums are added up in
 //    f64. A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
-//  - apply N(a, b) to c, d: the outputs of the network N for these fields, in the interior cells; what is around them
-//  is the
-//    network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs. adjoint N(a, b) by
-//    c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With
-//    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
-//    no second derivatives. Their weights are given from outside.
+//  - apply N(a, b) to c, d: the outputs of the network N for these fields, in the interior cells; what is around
+//    them is the network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs.
+//    adjoint N(a, b) by c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is
+//    not wanted. With `weights` the tangent takes the rates of the weights along, and the adjoint adds to their
+//    gradient. Networks have no second derivatives. Their weights are given from outside.
 //  - transform u by m to v: each wave exp(i k.x) of u in the interior is multiplied by m, a number of its own. ikx, iky
 //    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q or inverseN(p)*q with
 //    two polynomials: phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1; inverseN(z) = z^-N, and 0 where z is

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "model/build.h"
+#include "model/wall_coefficient.h"
 #include "model/wall_formula.h"
 #include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
@@ -13,9 +14,11 @@ namespace dpde::stencil {
 
 namespace {
 
-Expr lowered(const model::Expr& value, const Expr& time, const model::Placement& placement) {
+Expr lowered(const model::Expr& value, const Expr& time, const model::Placement& placement,
+             const FieldsOfStates& at = {}) {
   Reading reading;
   reading.time = time;
+  reading.fields = at;
   return Discretiser(model::Scheme{}, NameSupply(), 1, reading)(value, placement);
 }
 
@@ -26,13 +29,48 @@ Expr at_wall(const Expr& e, const std::string& coordinate, double wall) {
   return map_children(e, [&](const Expr& part) { return at_wall(part, coordinate, wall); });
 }
 
-/// The value c of a side.
-Expr side_value(const model::State& state, const model::Problem& problem, int axis, bool is_low, const Expr& time) {
+/// The value c of a side, of what states and coefficients are at the point where it is taken. `at`: what stands for
+/// states.
+Expr side_value(const model::State& state, const model::Problem& problem, int axis, bool is_low, const Expr& time,
+                const FieldsOfStates& at = {}) {
   const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
   const double wall = is_low ? problem.axes[axis].low : problem.axes[axis].high;
   model::Placement along = state.placement;  // the wall itself is no half cell away
   along[static_cast<std::size_t>(axis)] = false;
-  return at_wall(lowered(from.value, time, along), axis_letter(axis), wall);
+  return at_wall(lowered(from.value, time, along, at), axis_letter(axis), wall);
+}
+
+/// Whether lines through the two cells beside the wall lead a field of the formula to it.
+bool is_led_to_walls(const std::string& field, const model::Problem& problem, int axis, const FieldsOfStates& at) {
+  const auto index = static_cast<std::size_t>(axis);
+  const auto is_read = [&](const model::State& state) {
+    const auto found = at.find(state.name);
+    return !state.placement[index] && field == (found == at.end() ? state.name : found->second);
+  };
+  const model::Coefficient* coefficient = problem.find_coefficient(field);
+  return std::ranges::any_of(problem.states, is_read) ||
+         (coefficient && model::is_led_to_walls(problem, *coefficient, index));
+}
+
+/// A formula in the cell beside the side, of fields as they are on the wall: (3u - w)/2 of the cell and the next one,
+/// u where there is one cell. What lies on the wall is there.
+Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is_low, const FieldsOfStates& at = {}) {
+  const Access* read = std::get_if<Access>(&e->kind);
+  if (!read || !is_led_to_walls(read->field, problem, axis, at))
+    return map_children(e, [&](const Expr& part) { return led_to_wall(part, problem, axis, is_low, at); });
+  Offset inwards{}, behind = read->offset;
+  inwards[axis] = is_low ? 1 : -1;
+  behind[axis] += inwards[axis];
+  return select(inside(inwards, 0), 1.5 * e - 0.5 * access(read->field, behind), e);
+}
+
+/// Whether a side's value is made in the cell beside it, of what lines lead to the wall. Rates hold in that cell.
+bool is_made_beside(const model::Side& side, const model::Problem& problem, int axis) {
+  if (condition_of(side.kind).takes_rate()) return false;
+  return model::is_of_states(problem, side) || model::any_part(side.value, [&](const model::Expr& part) {
+           const auto* field = std::get_if<model::Field>(&part->kind);
+           return field && is_led_to_walls(field->name, problem, axis, {});
+         });
 }
 
 SourceRange around(const SourceRange& a, const SourceRange& b) {
@@ -52,7 +90,8 @@ Expr with_wall_value(const model::State& state, const model::Problem& problem, c
     if (!is_on_walls(state, problem, axis) || !condition_of(state.boundary[axis].high.kind).gives_value()) continue;
     Offset next{};
     next[axis] = 1;
-    result = select(inside(next, 0), result, side_value(state, problem, axis, false, time));
+    const Expr value = side_value(state, problem, axis, false, time);
+    result = select(inside(next, 0), result, led_to_wall(value, problem, axis, false));
   }
   return result;
 }
@@ -96,39 +135,20 @@ std::string Walls::filled_rate(const model::State& state, const Expr& time, Modu
   return field;
 }
 
-/// Of a formula in the cell beside the side: states at cell centres as the line through that cell and the next one has
-/// them on the wall, (3u - w)/2, and w as u where there is one cell. What lies on the wall is there.
-Expr Walls::on_wall(const Expr& e, int axis, bool is_low, const FieldsOfStates& at) const {
-  const Access* read = std::get_if<Access>(&e->kind);
-  const auto is_read = [&](const model::State& state) {
-    const auto found = at.find(state.name);
-    const bool lies_on_it = state.placement[static_cast<std::size_t>(axis)];
-    return read && !lies_on_it && read->field == (found == at.end() ? state.name : found->second);
-  };
-  if (std::ranges::none_of(problem_.states, is_read))
-    return map_children(e, [&](const Expr& part) { return on_wall(part, axis, is_low, at); });
-  Offset inwards{};
-  inwards[axis] = is_low ? 1 : -1;
-  return select(inside(inwards, 0), 1.5 * e - 0.5 * access(read->field, inwards), e);
-}
-
-/// The line whose slope is 0 times that of the first cells is what the nearest cell has, at all halo cells.
+/// Across the side, the line whose slope is 0 times that of the first cells is what the nearest cell has, at all halo
+/// cells. Along it the value goes on as it varies, also beyond corners.
 Expr Walls::from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module,
                         Program& program, const FieldsOfStates& at) {
   const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
-  const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
-  Reading reading;
-  reading.time = time;
-  reading.fields = at;
-  const Expr here = Discretiser(model::Scheme{}, NameSupply(), 1, reading)(from.value, {});
-  const Expr value = on_wall(at_wall(here, axis_letter(axis), wall), axis, is_low, at);
+  const Expr here = side_value(state, problem_, axis, is_low, time, at);
+  const Expr value = led_to_wall(here, problem_, axis, is_low, at);
   const std::string field = stored(state.name, value, from.value->origin, 0, module, program);
-  std::vector<AxisBoundary> nearest;
+  std::vector<AxisBoundary> beyond;
   for (const model::Axis& along : problem_.axes) {
-    const Side side{SideKind::line, 0.0, 0.0};
-    nearest.push_back({along.topology, side, side});
+    const Side side{SideKind::line, 0.0, static_cast<int>(beyond.size()) == axis ? 0.0 : 1.0};
+    beyond.push_back({along.topology, side, side});
   }
-  if (!has_rule(program.halos, field)) program.halos.push_back(rule_of_fill({field, std::move(nearest)}));
+  if (!has_rule(program.halos, field)) program.halos.push_back(rule_of_fill({field, std::move(beyond)}));
   return access(field);
 }
 
@@ -146,9 +166,9 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
       const bool on_walls = is_on_walls(state, problem_, axis);
       Side& side = is_low ? boundary.back().low : boundary.back().high;
-      if (model::is_of_states(problem_, from)) {
+      if (is_made_beside(from, problem_, axis)) {
         const Expr c = from_beside(state, axis, is_low, time, module, program, at);
-        side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {})};
+        side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
         continue;
       }
       Expr c = side_value(state, problem_, axis, is_low, time);
@@ -183,9 +203,10 @@ std::string Walls::stored(const std::string& state, const Expr& value, const Ori
   kernel.rank = static_cast<int>(problem_.axes.size());
   kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {
+    const bool is_beyond = grow > 0 || *std::ranges::max_element(read.halo) > 0;
     const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
-    if (grow > 0 && is_coefficient && !has_rule(program.halos, read.field))
-      program.halos.push_back(rule_of_fill({read.field, mirrored_}));
+    if (is_beyond && is_coefficient && !has_rule(program.halos, read.field))
+      program.halos.push_back(rule_of_fill({read.field, boundary_of_(read.field)}));
   }
   program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   stored_.emplace_back(value, field);

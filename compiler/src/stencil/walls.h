@@ -4,6 +4,7 @@
 // derivative of a kernel is all they need.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +30,11 @@ std::vector<Offset> known_on_walls(const model::State& state, const model::Probl
 
 class Walls {
  public:
-  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at
-  /// walls what they have in the cells there: they go on `mirrored`, where the program does not say otherwise.
-  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored)
-      : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)) {}
+  using BoundaryOf = std::function<std::vector<AxisBoundary>(const std::string& coefficient)>;
+  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. `boundary_of`: how
+  /// coefficients go on, where the program does not say otherwise.
+  Walls(const model::Problem& problem, NameSupply names, int width, BoundaryOf boundary_of)
+      : problem_(problem), names_(std::move(names)), width_(width), boundary_of_(std::move(boundary_of)) {}
 
   using Stored = std::vector<std::pair<Expr, std::string>>;  // values, and the fields that hold them
   /// Makes it forget, or know again, what it has stored.
@@ -46,10 +48,9 @@ class Walls {
  private:
   std::string stored(const std::string& state, const Expr& value, const Origin& origin, int grow, Module& module,
                      Program& program);
-  /// A field that has at halo cells what a formula of states gives in the cell beside the side.
+  /// A field that has at halo cells what a formula of states and coefficients gives on the wall.
   Expr from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module, Program& program,
                    const FieldsOfStates& at);
-  Expr on_wall(const Expr& e, int axis, bool is_low, const FieldsOfStates& at) const;
   std::string filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
                           const FieldsOfStates& at);
   bool varies(const model::Expr& value) const;
@@ -57,7 +58,7 @@ class Walls {
   const model::Problem& problem_;
   NameSupply names_;
   const int width_;
-  std::vector<AxisBoundary> mirrored_;
+  BoundaryOf boundary_of_;
   Stored stored_;
 };
 

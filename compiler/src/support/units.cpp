@@ -107,9 +107,8 @@ std::string power_text(const std::string& symbol, Fraction power) {
 }
 
 constexpr const char* known_units =
-    "known are m, g, s, A, K, mol, cd, N, Pa, J, W, V, C, T, Hz, rad, deg, L, bar, eV, min, h, day, year, with "
-    "prefixes "
-    "as in km; 1 is a pure number";
+    "known are m, g, s, A, K, mol, cd, N, Pa, J, W, V, C, F, ohm, S, Wb, T, H, Hz, rad, deg, L, bar, eV, min, h, "
+    "day, year, with prefixes as in km; 1 is a pure number";
 constexpr int largest_power = 99;
 
 class UnitReader {
@@ -173,6 +172,7 @@ class UnitReader {
     while (at_ < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[at_])) || text_[at_] == '_')) ++at_;
     const std::string symbol(text_.substr(begin, at_ - begin));
     if (symbol == "1") return {};
+    if (symbol.empty() && text_.ends_with("**")) fail(std::string(text_), "a power is written m^2");
     if (symbol.empty()) fail(std::string(text_), written_hint);
     const std::optional<Unit> unit = Unit::of_symbol(symbol);
     if (!unit) fail(symbol, hint_for(symbol));
@@ -182,6 +182,9 @@ class UnitReader {
   static std::string hint_for(const std::string& symbol) {
     if (symbol == "degC" || symbol == "degF" || symbol == "celsius")
       return "its zero is not that of K, so that it cannot stand in products: give temperatures in K";
+    if (symbol == "Ohm") return "write ohm";
+    if (symbol == "sec" || symbol == "second" || symbol == "seconds") return "write s";
+    if (symbol == "hr" || symbol == "hour" || symbol == "hours") return "write h";
     return known_units;
   }
 

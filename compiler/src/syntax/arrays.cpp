@@ -170,7 +170,12 @@ class ArrayBlock {
       const auto known = values.find(element.indices[k]);
       const auto index = known != values.end() ? std::optional(known->second) : number_in(element.indices[k]);
       const bool is_there = index && *index >= 1 && *index <= array->second[k];
-      if (!is_there) refuse_index(element, element.indices[k], range);
+      if (!is_there && known != values.end())
+        sink_.report("bad-index", range, {fmt::format("{} = {}", known->first, known->second)},
+                     fmt::format("it is {}: {} counts the elements of a longer array, too, or of a sum",
+                                 text_of(element.array, array->second), known->first));
+      else if (!is_there)
+        refuse_index(element, element.indices[k], range);
       text += fmt::format("_{}", index.value_or(1));
     }
     return text + element.behind;

@@ -21,11 +21,14 @@ UnitText parse_unit(Cursor& cursor) {
     const bool closes = open > 0 && cursor.at(TokenKind::right_paren);
     const bool fits = wants_name ? is_name || at_one_of({TokenKind::left_paren, TokenKind::minus})
                                  : closes || at_one_of({TokenKind::star, TokenKind::slash, TokenKind::caret});
-    if (!fits) break;
+    const bool is_power = wants_name && text.ends_with('*') && cursor.at(TokenKind::star);  // m**2
+    if (!fits && !is_power) break;
     if (cursor.at(TokenKind::left_paren)) ++open;
     if (closes) --open;
     wants_name = !is_name && !closes;
     text += cursor.take().spelling;
+    if (is_power && cursor.at(TokenKind::number)) cursor.take();
+    if (is_power) break;
   }
   if (text.empty()) {
     cursor.fail_expected("a unit", "as in: in m/s");

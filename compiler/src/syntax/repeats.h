@@ -8,8 +8,7 @@
 //  - So behind `repeat 3 { ... swap u, v }` u is another field, u_2: the repeat has `to u_2`, and kernels that read u
 //    there are copied, once for each choice of fields.
 //  - What is added to (inout) from outside the repeat is a state of it that is copied first, and so is what a swap
-//  takes
-//    from outside of it.
+//    takes from outside of it.
 #pragma once
 
 #include <set>

@@ -140,8 +140,8 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
   const auto take = [&](auto& to, const std::string& name, const model::Placement& placement,
                         const model::Source& from) {
     if (from.formula || from.file.empty()) return;
-    std::optional<std::vector<double>> values =
-        files::load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
+    std::optional<std::vector<double>> values = files::load_array(
+        from, problem.unit_of(name), source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
     if (values) to.emplace_back(name, std::move(*values));
   };
   for (const model::State& state : problem.states) {

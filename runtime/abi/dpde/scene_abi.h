@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 10
+#define DPDE_SCENE_VERSION 11
 
 typedef struct dpde_axis {
   const char* name;
@@ -66,6 +66,7 @@ typedef struct dpde_instants {
 typedef struct dpde_datum {
   const char* name;
   dpde_instants at;
+  int32_t is_number; /* each state is one number, in all cells the same */
 } dpde_datum;
 
 /* For products of second derivatives: a tangent and the adjoint of that. All tangents of a scene call the rate of a
@@ -113,6 +114,19 @@ typedef struct dpde_step_control {
   int32_t order;
   double first;
 } dpde_step_control;
+
+/* The formula of `name`, a coefficient or an initial state, is part of that of `in`, which does not follow values that
+ * the host gives `name`. */
+typedef struct dpde_put_in {
+  const char* name;
+  const char* in;
+} dpde_put_in;
+
+/* As it is written: "m/s". */
+typedef struct dpde_unit {
+  const char* name; /* of a field, of a vector of each component, of a parameter, an observable, an axis, t */
+  const char* unit;
+} dpde_unit;
 
 typedef struct dpde_scene {
   int32_t version; /* DPDE_SCENE_VERSION */
@@ -166,6 +180,10 @@ typedef struct dpde_scene {
   dpde_optimiser optimiser;
   const char* no_second; /* why not all programs of second derivatives are there; null: they are */
   dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */
+  int32_t put_in_count;
+  const dpde_put_in* put_in;
+  int32_t unit_count;
+  const dpde_unit* units; /* where they are known */
 } dpde_scene;
 
 #ifdef __cplusplus

@@ -96,6 +96,7 @@ class Candidates {
     const std::string_view word = place_.word();
     if (block() == "scheme") return add_for_row();
     if (place_.is_behind("scene")) return add_blocks({"scene"});
+    if (place_.is_behind("on") && word != "test") return add_plain(model::words_of_placements(), ItemKind::choice);
     if (word == "learn" || word == "apply") add_blocks({"network"});
     if (block() == "program" && word == "run") return add_blocks({"kernel"});
     if (word == "gradient" && block() == "chart") return add_blocks({"task"});

@@ -111,6 +111,10 @@ class Scene:
         self._core.coordinates(axis, centres)
         return centres
 
+    def unit(self, name):
+        """The unit of a field, parameter, observable, axis or "t" as the text tells it: "m/s"; "" where it tells none."""
+        return self._core.unit(name)
+
     def set(self, name, value):
         """A parameter, an initial state, a coefficient, a control, data of the task or a network's weights."""
         kind, shape = self._places.get(name) or self._find(name)
@@ -143,8 +147,11 @@ class Scene:
         try:
             place = _core.CONTROL, (self._core.size(_core.CONTROL, name),)
         except InputError:
-            states = self._field_size(name) // int(np.prod(self.shape))
-            place = _core.FIELD, self.shape if states == 1 else (states, *self.shape)
+            size, cells = self._field_size(name), int(np.prod(self.shape))
+            if self._core.is_number(name):
+                place = _core.FIELD, (size,)
+            else:
+                place = _core.FIELD, self.shape if size == cells else (size // cells, *self.shape)
         self._places[name] = place
         return place
 

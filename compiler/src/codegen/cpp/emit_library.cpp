@@ -20,10 +20,18 @@ struct Member {
   std::string name, declaration, comment;
 };
 
+/// As a part of a member's name: words of C++ and names like those of macros are none there, and two underscores
+/// together are reserved.
+std::string cpp_part(const std::string& name) {
+  std::string part = cpp_identifier(name);
+  while (part.size() > 1 && part.back() == '_' && name.back() != '_') part.pop_back();
+  return part;
+}
+
 /// Adds a member whose name and body are made of `name` as C++ ({0}) and as the model says it ({1}).
 void add(std::vector<Member>& members, const char* member, const char* declaration, const std::string& name,
          const std::string& comment = "") {
-  const std::string word = cpp_identifier(name);
+  const std::string word = cpp_part(name);
   members.push_back(
       {fmt::format(fmt::runtime(member), word), fmt::format(fmt::runtime(declaration), word, name), comment});
 }
@@ -118,7 +126,8 @@ std::string library_name_clash(const dpde_scene& scene, const std::string& name)
                               "value_of",     "unknown_values",
                               "set_unknowns", "hessian_vector",
                               "optimise",     "watch_gradients",
-                              "fields"};
+                              "fields",       "field_size",
+                              "is_number",    "unit"};
   for (const Member& member : members_of(scene)) {
     if (!taken.insert(member.name).second)
       return fmt::format("class {} would have two members called {}", name, member.name);

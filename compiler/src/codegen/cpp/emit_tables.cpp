@@ -274,11 +274,20 @@ std::string value_text(const dpde_value& v) {
   return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
 }
 
+/// Formulas that are parts of others, and units.
+std::string facts_of(const dpde_scene& s, Tables& tables) {
+  const auto put_in = [](const dpde_put_in& p) { return fmt::format("{{{}, {}}}", quoted(p.name), quoted(p.in)); };
+  const auto unit = [](const dpde_unit& u) { return fmt::format("{{{}, {}}}", quoted(u.name), quoted(u.unit)); };
+  return fmt::format("{}, {}, {}, {}", s.put_in_count,
+                     tables.array("dpde_put_in", "put_in", texts(s.put_in, s.put_in_count, put_in)), s.unit_count,
+                     tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)));
+}
+
 /// The scene's initialiser; what it points to goes to `tables`.
 std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
   const auto datum = [&](const dpde_datum& d) {
-    return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at));
+    return fmt::format("{{{}, {}, {}}}", quoted(d.name), tables.instants(d.at), d.is_number);
   };
   const auto unknown = [](const dpde_unknown& u) {
     return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(u.name), u.kind, u.start, number(u.low), number(u.high));
@@ -331,7 +340,7 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
                      unknowns);
   out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate,
                      s.optimiser.gauss_newton, s.optimiser.iterations);
-  out += fmt::format("    {}{}", quoted(s.no_second), seconds);
+  out += fmt::format("    {}{},\n    {}", quoted(s.no_second), seconds, facts_of(s, tables));
   return out;
 }
 

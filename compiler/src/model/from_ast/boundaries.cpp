@@ -8,6 +8,7 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/metric.h"
 #include "model/wall_formula.h"
 
 namespace dpde::model {
@@ -128,15 +129,16 @@ void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const Place
                     "leave this out, or periodic in the grid line");
 }
 
-/// "x", "x.low", ... of the sides that nothing was said about.
+/// "x", "x.low", ... of the sides that nothing was said about, but for poles (check_poles).
 std::vector<std::string> missing_sides(const Draft& draft, const std::vector<std::array<SourceRange, 2>>& seen) {
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const Axis& axis = draft.problem.axes[i];
-    const bool low = seen[i][0].is_known(), high = seen[i][1].is_known();
-    if (is_periodic(axis) || (low && high)) continue;
-    if (!low && !high) missing.push_back(axis.name);
-    if (low != high) missing.push_back(axis.name + (low ? ".high" : ".low"));
+    if (is_periodic(draft.problem.axes[i])) continue;
+    const bool low = seen[i][0].is_known() || is_pole_at(draft.problem, i, true);
+    const bool high = seen[i][1].is_known() || is_pole_at(draft.problem, i, false);
+    const std::string axis = written_axis(draft, i);
+    if (!low && !high) missing.push_back(axis);
+    if (low != high) missing.push_back(axis + (low ? ".high" : ".low"));
   }
   return missing;
 }
@@ -146,7 +148,7 @@ void check_complete(Draft& draft, const State& state, const std::vector<std::arr
   if (missing.empty()) return;
   SourceRange range = draft.scene->name.range;
   for (const auto& [grid, item] : items_of<ast::GridItem>(draft.scene->items)) {
-    if (grid.axis.name == missing.front().substr(0, 1)) range = grid.axis.range;
+    if (grid.axis.name == missing.front().substr(0, missing.front().find('.'))) range = grid.axis.range;
   }
   draft.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
                     fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line",

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 namespace dpde::model {
 
 const std::string* Settings::find(const std::string& key) {
@@ -15,6 +17,12 @@ const std::string* Settings::find(const std::string& key) {
 int axis_of(const Draft& draft, const std::string& name) {
   const auto found = draft.axis_names.find(name);
   return found == draft.axis_names.end() ? axis_of(name) : found->second;
+}
+
+std::string written_axis(const Draft& draft, std::size_t axis) {
+  const auto is_it = [&](const auto& named) { return named.second == static_cast<int>(axis); };
+  const auto found = std::ranges::find_if(draft.axis_names, is_it);
+  return found == draft.axis_names.end() ? axis_name(static_cast<int>(axis)) : found->first;
 }
 
 bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector) {

@@ -135,6 +135,8 @@ std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::s
 
 /// The axis that is called so; -1: none.
 int axis_of(const Draft& draft, const std::string& name);
+/// As the scene's coordinates call it: lat; else x, y, z.
+std::string written_axis(const Draft& draft, std::size_t axis);
 
 /// The items of one kind, in order.
 template <class Kind>

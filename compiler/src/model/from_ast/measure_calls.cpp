@@ -182,17 +182,21 @@ MeasureList Measures::elementary(const ast::Call& e) {
   return {{Measure::Kind::number}};
 }
 
+void Measures::note_call(Diagnostic& diagnostic) const {
+  if (!calls_.empty()) diagnostic.notes.push_back({calls_.front(), "with the units of this call"});
+}
+
 /// The body, with the units of this call: what does not fit is shown in it.
 MeasureList Measures::user_call(const ast::Function& function, const ast::Call& e) {
-  constexpr int deepest = 64;
-  if (calls_ > deepest) return of_nothing();
+  constexpr std::size_t deepest = 64;
+  if (calls_.size() > deepest) return of_nothing();
   Arguments arguments;
   for (std::size_t i = 0; i < std::min(function.parameters.size(), e.arguments.size()); ++i)
     arguments.emplace(function.parameters[i].name, of(e.arguments[i].value));
   const Arguments* outer = std::exchange(arguments_, &arguments);
-  ++calls_;
+  calls_.push_back(e.callee_range);
   MeasureList list = of(function.body);
-  --calls_;
+  calls_.pop_back();
   arguments_ = outer;
   return list;
 }

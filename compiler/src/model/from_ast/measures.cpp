@@ -99,12 +99,12 @@ bool Measures::fits(const Measure& found, const Measure& wanted, SourceRange ran
   if (found.unit.has_dimension_of(wanted.unit)) {
     const std::string hint =
         fmt::format("1 {} is {:.6g} {}: write both in one unit", here, found.unit.scale() / wanted.unit.scale(), there);
-    draft_.sink.report("units-of-other-scale", range, {here, what, there}, hint);
+    note_call(draft_.sink.report("units-of-other-scale", range, {here, what, there}, hint));
     return false;
   }
-  draft_.sink.report("units-differ", range, {here, what, there},
-                     fmt::format("a factor in {} is missing: write it as a param, with this unit or with none",
-                                 wanted.unit.per(found.unit).text()));
+  const std::string hint = fmt::format("a factor in {} is missing: write it as a param, with this unit or with none",
+                                       wanted.unit.per(found.unit).text());
+  note_call(draft_.sink.report("units-differ", range, {here, what, there}, hint));
   return false;
 }
 
@@ -163,8 +163,10 @@ Measure Measures::pure(const ast::Expr& e, const std::string& what) {
   if (!found.is_known() || found.unit.is_pure_number()) return found;
   if (reported_.emplace(e.range().begin, e.range().end).second) {
     const std::string unit = found.unit.text();
-    draft_.sink.report("not-a-pure-number", e.range(), {what, unit},
-                       fmt::format("divide it by something in {0}, as x by the length L", unit));
+    const bool is_number = found.unit.has_dimension_of({});  // deg, km/m
+    note_call(draft_.sink.report("not-a-pure-number", e.range(), {what, unit},
+                                 is_number ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
+                                           : fmt::format("divide it by something in {}, as x by the length L", unit)));
   }
   return {};
 }

@@ -86,6 +86,7 @@ class Measures {
   // measure_calls.cpp
   MeasureList call(const ast::Call& e, SourceRange range);
   MeasureList user_call(const ast::Function& function, const ast::Call& e);
+  void note_call(Diagnostic& diagnostic) const;
   std::optional<MeasureList> derivative(const ast::Call& e, SourceRange range);
   std::optional<MeasureList> quadrature(const ast::Call& e);
   std::optional<MeasureList> reduction(const ast::Call& e);
@@ -102,7 +103,7 @@ class Measures {
   std::map<std::string, const ast::LetItem*> lets_;
   std::map<std::string, MeasureList> read_lets_;
   std::set<std::string> open_lets_;
-  int calls_ = 0;                           // of functions, inside one another
+  std::vector<SourceRange> calls_;          // of functions, inside one another
   const Arguments* arguments_ = nullptr;    // of the function of the file whose body is read
   std::set<std::pair<int, int>> reported_;  // places: a function is read where it is called
 };

@@ -191,11 +191,19 @@ class Poles {
     const bool is_pole = is_pole_at(problem, axis, is_low);
     const std::string place = side_name(problem.axes[axis], is_low);
     if (is_pole && !runs_around(axis, place)) return;
+    SourceRange line = draft_.scene->name.range;
+    for (const auto& [grid, range] : items_of<ast::GridItem>(draft_.scene->items)) {
+      if (grid.axis.name == written_axis(draft_, axis)) line = grid.axis.range;
+    }
     for (State& state : problem.states) {
       if (axis >= state.boundary.size()) continue;
       Side& side = is_low ? state.boundary[axis].low : state.boundary[axis].high;
-      const SourceRange range = boundary_of_side(draft_, state.name, place).value_or(state.origin.range);
-      if (state.velocity_of.empty()) check(state, side, axis, place, range, is_pole);
+      const SourceRange range = boundary_of_side(draft_, state.name, place).value_or(line);
+      const Side& opposite = is_low ? state.boundary[axis].high : state.boundary[axis].low;
+      const bool lack_both = is_pole && is_pole_at(problem, axis, !is_low) && lacks_pole(state, side, axis) &&
+                             lacks_pole(state, opposite, axis);  // one mistake
+      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : place.substr(place.find('.')));
+      if (state.velocity_of.empty() && (is_low || !lack_both)) check(state, side, axis, written, range, is_pole);
       if (side.kind == SideKind::pole && turns_round(state.name)) side.kind = SideKind::opposite_pole;
     }
     for (Coefficient& coefficient : problem.coefficients) {
@@ -205,12 +213,16 @@ class Poles {
     }
   }
 
+  static bool lacks_pole(const State& state, const Side& side, std::size_t axis) {
+    const bool is_closed = side.kind == SideKind::value && is_constant(side.value, 0);
+    return state.placement[axis] ? !is_closed : side.kind != SideKind::pole;
+  }
+
   void check(const State& state, const Side& side, std::size_t axis, const std::string& place, SourceRange range,
              bool is_pole) {
     const bool is_asked = side.kind == SideKind::pole;
     if (state.placement[axis]) {
-      const bool is_closed = side.kind == SideKind::value && is_constant(side.value, 0);
-      if (is_pole && !is_closed)
+      if (is_pole && lacks_pole(state, side, axis))
         draft_.sink.report(
             "pole-without-boundary", range, {state.name, place},
             is_component(state.name)

@@ -118,6 +118,7 @@ std::string did_you_mean(std::string_view name, const std::vector<std::string>& 
 }
 
 std::string counted(int count, std::string_view what) {
+  if (count != 1 && what == "axis") return fmt::format("{} axes", count);
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 

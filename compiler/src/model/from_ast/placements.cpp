@@ -9,6 +9,7 @@
 #include "model/from_ast/parts.h"
 #include "model/placement.h"
 #include "model/print_model.h"
+#include "model/words.h"
 
 namespace dpde::model {
 
@@ -251,6 +252,14 @@ void check_placements(Draft& draft) {
   if (!draft.problem.task) return;
   for (const Loss& loss : draft.problem.task->losses) quantity(loss.value, loss.origin);
   for (const Test& test : draft.problem.task->tests) quantity(test.quantity.value, test.quantity.origin);
+}
+
+std::vector<std::string> words_of_placements() {
+  std::vector<std::string> words{"centres", "nodes", "faces", "edges"};
+  for (const char* on : {"faces.", "edges."}) {
+    for (const char axis : {'x', 'y', 'z'}) words.push_back(std::string(on) + axis);
+  }
+  return words;
 }
 
 }  // namespace dpde::model

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "model/build.h"
 #include "model/formula.h"
@@ -307,6 +308,8 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
     }
     if (!is_known_now(draft_, along)) continue;
     const Value value = value_of(along, draft_.values);
+    const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
+    if (value.mistake.empty() && is_around) continue;
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
     draft_.sink.report("outside-the-grid", place.range(), {e.callee, fmt::format("{} = {}", grid.name, value.number)},
                        fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));

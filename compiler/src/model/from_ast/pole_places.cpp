@@ -200,9 +200,16 @@ class PolePlaces {
 }  // namespace
 
 void check_pole_places(Draft& draft) {
-  for (std::size_t axis = 0; axis < draft.problem.axes.size(); ++axis) {
+  const Problem& problem = draft.problem;
+  // of an axis of symmetry, as that of a cylinder
+  const auto has_no_way_around = [&](std::size_t axis, bool is_low) {
+    return problem.metric && depends_on_axis(problem.metric->around, static_cast<int>(axis)) &&
+           vanishes_at(problem, problem.metric->around, axis, is_low);
+  };
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     for (const bool is_low : {true, false}) {
-      if (is_pole_at(draft.problem, axis, is_low)) PolePlaces(draft, axis, is_low).check();
+      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low))
+        PolePlaces(draft, axis, is_low).check();
     }
   }
 }

@@ -112,6 +112,9 @@ Typed Expressions::given(const std::string& name, const Meaning& meaning, Source
                                    name, why));
     return {};
   }
+  for (const std::string& from : components_of(draft_, name)) {
+    for (const std::string& in : components_of(draft_, subject_)) draft_.problem.put_in.emplace_back(from, in);
+  }
   const std::string whole = vector_of(name);
   const bool is_part = !whole.empty() && draft_.scope.find(whole);
   return put_in(name, range, [&] {

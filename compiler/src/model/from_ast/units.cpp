@@ -57,7 +57,9 @@ class UnitLines {
     if (draft_.task != nullptr) {
       for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) tell_data(item);
     }
-    for (const ast::Item& item : draft_.model->items) check_model(item);
+    if (draft_.model != nullptr) {
+      for (const ast::Item& item : draft_.model->items) check_model(item);
+    }
     for (const ast::Item& item : draft_.scene->items) check_scene(item);
     if (draft_.task == nullptr) return;
     for (const ast::Item& item : draft_.task->items) check_task(item);
@@ -87,14 +89,18 @@ class UnitLines {
       if (list.size() == 1) note(name, list.front());
     }
     for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
+    if (!problem.task) return;
+    for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));
   }
 
  private:
   /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
+  /// Programs have none.
   std::vector<const ast::Model*> models() const {
     std::vector<const ast::Model*> all{find_declaration<ast::Model>(draft_.file, draft_.scene->of.name)};
     for (const ast::Identifier& name : draft_.scene->also)
       all.push_back(find_declaration<ast::Model>(draft_.file, name.name));
+    std::erase(all, nullptr);
     return all;
   }
 
@@ -186,6 +192,10 @@ class UnitLines {
   void compare(const ast::Scene& other, SourceRange range) {
     for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
       measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
+    for (const auto& [item, where] : items_of<ast::ValueItem>(other.items)) {
+      if (item.unit && other.of.name == draft_.scene->of.name)
+        measures_.fits(told_by(item.unit), measures_.of_name(item.name.name), item.unit->range, item.name.name);
+    }
     for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
       const int axis = axis_of(draft_, item.axis.name);
       if (axis < 0 || static_cast<std::size_t>(axis) >= measures_.axes().coordinates.size()) continue;
@@ -331,8 +341,8 @@ class UnitLines {
 }  // namespace
 
 void check_units(Draft& draft) {
-  if (draft.model == nullptr || draft.sink.has_errors()) return;
-  const bool any = tells_unit(draft.model->items) || tells_unit(draft.scene->items) ||
+  if (draft.sink.has_errors()) return;
+  const bool any = (draft.model != nullptr && tells_unit(draft.model->items)) || tells_unit(draft.scene->items) ||
                    (draft.task != nullptr && tells_unit(draft.task->items));
   if (!any) return;
   UnitLines lines(draft);

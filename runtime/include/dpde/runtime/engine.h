@@ -56,6 +56,7 @@ class Engine {
     std::size_t states = 1;            // of data; of a control field one an interval
     int32_t start = DPDE_START_SCENE;  // of a coefficient
     bool is_unknown = false, is_held = false;
+    bool is_number = false;  // data: one a state, the same in all cells
     bool is_kept() const { return is_given || is_held; }
   };
   /// An unknown and its part of the vector of all of them.

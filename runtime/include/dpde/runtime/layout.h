@@ -2,8 +2,7 @@
 // Where the cells of a field lie in memory. Holds for every layout made here:
 //  - cell (0, y, z) of every row starts on a 64-byte boundary when the allocation does;
 //  - at least max(halo, one line of 64 bytes) elements lie before and after the cells of a row, and one line more
-//  before
-//    the first and after the last row: kernels read whole lines, wherever a row begins;
+//    before the first and after the last row: kernels read whole lines, wherever a row begins;
 //  - a grid that is made alone is whole (`global`, `first`);
 //  - the strides of y and z are multiples of 64 bytes and no multiples of 4 KiB (stores and loads do not collide).
 #pragma once

@@ -4,14 +4,13 @@
 //  - State k is the state after k steps, at the time t0 + k * dt; state 0 is initial().
 //  - loss = sum over terms and their steps k of weight * (sum `loss` of the term's program at state k).
 //  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and
-//  threads.
-//    Where the adjoints of several steps are done in one pass (block_steps), states are stored between blocks only.
+//    threads. Where the adjoints of several steps are done in one pass (block_steps), states are stored between
+//    blocks only.
 //  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of
-//  parameters
-//    and of sought fields) is added up in doubles.
-//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field,
-//  but for the
-//    states between the parts of steps that a Courant number splits: those once, when they are first needed.
+//    parameters and of sought fields) is added up in doubles.
+//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a
+//    field, but for the states between the parts of steps that a Courant number splits: those once, when they are
+//    first needed.
 //
 // The step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds of u_next and swaps these
 // with the adjoint of u; a loss adjoint reads the seed of the loss (see LossTerm::sum), a parameter, and keeps the

@@ -67,6 +67,10 @@ class Simulation {
   /// Cell centres along axis 0, 1, 2.
   std::vector<double> coordinates(int axis) const;
 
+  /// "m/s": of a field, a component of one, a parameter, an observable, an axis or t; "" where none is told. A text
+  /// that lives as long as the simulation.
+  const char* unit(std::string_view name) const;
+
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
   /// All weights of a network, in the order of dpde/network_abi.h. They begin random, as the network's seed says.
@@ -82,12 +86,15 @@ class Simulation {
   std::span<const double> control(std::string_view name) const;
   void set_state(std::string_view name, Values values);
   void set_initial(std::string_view name, Values values);
-  /// A coefficient; a control field, one interval after the other; or data of the task: as many states as it has times.
+  /// A coefficient, which other formulas of the scene that are made of its own do not follow: an error where these have
+  /// no values of their own; a control field, one interval after the other; or data of the task: as many states as it
+  /// has times, or numbers where the data are one number a time.
   void set_field(std::string_view name, Values values);
   /// The names that set_field() knows.
   std::vector<std::string> fields() const;
-  /// How many values set_field() wants of it.
+  /// How many values set_field() wants of it; whether these are numbers, one a time.
   std::size_t field_size(std::string_view name) const;
+  bool is_number(std::string_view name) const;
   /// @throws NotFinite when a state is no longer finite; what is asked for after that comes as it is.
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;

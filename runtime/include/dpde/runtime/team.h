@@ -4,21 +4,18 @@
 //   Team team(2);
 //   team.run(8, [&](std::int64_t part, int thread) { ... });   // parts 0 .. 7, each once; thread 0 is the caller
 //
-//  - Threads have numbers below threads() and `parts`: what they need for themselves can be kept under these. Each has
-//  a
-//    range of the parts, always the same one, so that it finds in its caches what it left there; who is done takes over
-//    what others have not begun. What a part is does not depend on the threads: neither do results.
-//  - A team never waits for a thread that has not begun. Where parts took longer than they would have on one thread,
-//  since
-//    other processes hold the cores, the caller works alone for a while (`Ledger` in team.cpp): the aim is that several
-//    threads never cost more than a tenth over one. `bench_team` measures it.
+//  - Threads have numbers below threads() and `parts`: what they need for themselves can be kept under these. Each
+//    has a range of the parts, always the same one, so that it finds in its caches what it left there; who is done
+//    takes over what others have not begun. What a part is does not depend on the threads: neither do results.
+//  - A team never waits for a thread that has not begun. Where parts took longer than they would have on one
+//    thread, since other processes hold the cores, the caller works alone for a while (`Ledger` in team.cpp): the
+//    aim is that several threads never cost more than a tenth over one. `bench_team` measures it.
 //  - Threads spin for microseconds, then they sleep. They have the floating-point mode of the caller.
-//  - What a part throws comes out of run(), that of the first part where there are several; other parts may be done or
-//  not.
-//  - Copies are the same team. Threads begin with the first work; where the system gives fewer, fewer it is. Work asked
-//  for
-//    within work of the same team, or by two callers at once, is done by who asks, as thread 0: then what parts keep
-//    under thread numbers must be their own call's. run() allocates nothing.
+//  - What a part throws comes out of run(), that of the first part where there are several; other parts may be done
+//    or not.
+//  - Copies are the same team. Threads begin with the first work; where the system gives fewer, fewer it is. Work
+//    asked for within work of the same team, or by two callers at once, is done by who asks, as thread 0: then what
+//    parts keep under thread numbers must be their own call's. run() allocates nothing.
 #pragma once
 
 #include <cstdint>
