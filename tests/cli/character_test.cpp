@@ -102,11 +102,11 @@ TEST_F(Character, OrdersHoldWallsToo) {
   EXPECT_EQ(found["space_inside"], 4);
   EXPECT_TRUE(found["walls"].is_null());
   EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = gradient(1)"))["space"], 2);
-  found = order(heated_rod("div(k*grad(u))", "x = gradient(k)"));
-  EXPECT_EQ(found["space"], 1);
-  EXPECT_EQ(found["walls"], "k is mirrored beyond x.low");
+  EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = gradient(k)"))["space"], 2);
   EXPECT_EQ(order(heated_rod("div(k*grad(u))", "x = 0"))["space"], 2);
-  EXPECT_EQ(order(heated_rod("lap(u) + dx(k)", "x = 0"))["space"], 1) << "a slope that is half of what it should be";
+  found = order(heated_rod("lap(u) + dx(k)", "x = 0"));
+  EXPECT_EQ(found["space"], 1) << "a slope that is half of what it should be";
+  EXPECT_EQ(found["walls"], "k is mirrored beyond x.low");
 }
 
 /// From 1 to 4 in the last two cells: -0.5 on the wall.

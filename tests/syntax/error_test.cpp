@@ -120,9 +120,8 @@ TEST(Errors, DoNotHideTheNextItem) {
 
 TEST(Errors, OfUnits) {
   const std::string known =
-      "known are m, g, s, A, K, mol, cd, N, Pa, J, W, V, C, T, Hz, rad, deg, L, bar, eV, min, h, day, year, with "
-      "prefixes "
-      "as in km; 1 is a pure number\n";
+      "known are m, g, s, A, K, mol, cd, N, Pa, J, W, V, C, F, ohm, S, Wb, T, H, Hz, rad, deg, L, bar, eV, min, h, "
+      "day, year, with prefixes as in km; 1 is a pure number\n";
   EXPECT_EQ(problems_of("model m { field u in furlong/s }"), "1:22 E0212 furlong is no unit that is known | " + known);
   EXPECT_EQ(
       problems_of("model m { field u in degC }"),
@@ -132,6 +131,8 @@ TEST(Errors, OfUnits) {
             "1:22 E0212 m/ is no unit that is known | a unit is written m/s, kg*m/s^2, W/(m*K) or 1/s\n");
   EXPECT_EQ(problems_of("model m { param k = 1 in, b }"), "1:25 E0201 expected a unit but found ',' | as in: in m/s\n");
   EXPECT_EQ(problems_of("model m { field u in m s }"), "1:24 E0201 expected the end of the line but found 's'\n");
+  EXPECT_EQ(problems_of("model m { field u in m**2 }"),
+            "1:22 E0212 m** is no unit that is known | a power is written m^2\n");
   EXPECT_EQ(problems_of("model m { field u in m^2.5 }").substr(0, 10), "1:22 E0212");
 }
 
