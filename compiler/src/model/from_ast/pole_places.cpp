@@ -208,8 +208,7 @@ void check_pole_places(Draft& draft) {
   };
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     for (const bool is_low : {true, false}) {
-      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low))
-        PolePlaces(draft, axis, is_low).check();
+      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low)) PolePlaces(draft, axis, is_low).check();
     }
   }
 }
