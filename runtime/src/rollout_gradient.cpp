@@ -261,22 +261,6 @@ void Rollout::Impl::bind_totals(int n) {
   }
 }
 
-void Rollout::Impl::bind_kept(int n) {
-  for (size_t i = 0; keeping && i < keeping->fields.size(); ++i)
-    backward->program.executor.bind(keeping->fields[i].second, keeping->at(n, i));
-}
-
-/// Step n, as gradients make it where something is kept.
-void Rollout::Impl::keeping_step(int n, const StateBuffer& from, const StateBuffer& to) {
-  BoundProgram& program = keeping->program;
-  program.bind_states(from);
-  for (size_t i = 0; i < to.size(); ++i) program.executor.bind(keeping->next[i], to[i]);
-  for (size_t i = 0; i < keeping->fields.size(); ++i)
-    program.executor.bind(keeping->fields[i].first, keeping->at(n, i));
-  set_step(program, n);
-  run_in_step(program.executor, n);
-}
-
 /// Singles are added up as such over a few steps, in which that is as good as the values are, and then as doubles.
 void Rollout::Impl::flush_totals(int n) {
   const bool ends = std::ranges::any_of(backward->totals, [&](const FieldBar& total) {

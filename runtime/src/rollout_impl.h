@@ -150,7 +150,8 @@ struct Rollout::Impl {
   void bind_rate();
   void bind_adjoint(const dpde_program& program, std::vector<std::string> own = {});
   void take_total_adjoint();
-  bool may_keep() const;
+  std::vector<std::pair<int, int>> kept_by_step() const;
+  bool keeps_less_than(const std::vector<char>& read) const;
   void take_kept_adjoint();
   int64_t kept_fields() const { return keeping ? int64_t{last_loss} * std::ssize(keeping->fields) : 0; }
   void bind_term(const LossTerm& term);
@@ -158,7 +159,7 @@ struct Rollout::Impl {
   std::vector<ParamBar> bind_param_bars(const dpde_program& program);
   std::vector<FieldBar> bind_field_bars(const Executor& executor) const;
   void schedule_losses();
-  std::vector<char> states_read() const;
+  std::vector<char> states_read(const dpde_program& adjoint) const;
   void plan_buffers(int slots, const std::vector<char>& read);
   int64_t bytes_of_states() const;
   int plan_slots(const std::vector<char>& read);

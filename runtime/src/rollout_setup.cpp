@@ -251,30 +251,6 @@ void Rollout::Impl::take_total_adjoint() {
   bind_adjoint(*setup.total_adjoint);
 }
 
-/// What it keeps are the inputs of the adjoint that the step makes and that are no states.
-void Rollout::Impl::take_kept_adjoint() {
-  const dpde_program &step = *setup.keeping_step, &adjoint = *setup.kept_adjoint;
-  std::vector<int> next;
-  std::vector<std::string> own, kept;
-  for (const dpde_swap& swap : std::span(step.swaps, static_cast<size_t>(step.swap_count))) {
-    next.push_back(swap.next);
-    own.emplace_back(step.fields[swap.next]);
-  }
-  std::vector<std::pair<int, int>> fields;
-  for (int field = step.input_count; field < step.field_count; ++field) {
-    const auto end = adjoint.fields + adjoint.input_count;
-    const auto found = std::find(adjoint.fields, end, std::string_view(step.fields[field]));
-    if (found == end || contains(own, step.fields[field])) continue;
-    fields.emplace_back(field, static_cast<int>(found - adjoint.fields));
-    kept.emplace_back(step.fields[field]);
-  }
-  own.insert(own.end(), kept.begin(), kept.end());
-  keeping.emplace(BoundKeeping{bind_program(step, own, true), std::move(next), std::move(fields), {}});
-  bytes_of_fields -= backward->bytes;
-  backward.reset();
-  bind_adjoint(adjoint, std::move(kept));
-}
-
 void Rollout::Impl::place_sought() {
   for (const ControlField& control : setup.control_fields) {
     if (control.every < 1 || control.at.empty())

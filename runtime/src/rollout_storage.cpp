@@ -9,13 +9,15 @@
 
 namespace dpde {
 
-/// Which states the reverse pass reads of any step but the last.
-std::vector<char> Rollout::Impl::states_read() const {
+/// Which states the reverse pass reads of any step but the last, with this adjoint of a step.
+std::vector<char> Rollout::Impl::states_read(const dpde_program& adjoint) const {
   std::vector<char> read(state_names.size(), 0);
+  const std::span fields(adjoint.fields, static_cast<size_t>(adjoint.field_count));
+  for (size_t s = 0; s < read.size(); ++s)
+    read[s] = std::ranges::find(fields, std::string_view(state_names[s])) != fields.end() ? 1 : 0;
   const auto note = [&](const BoundProgram& program) {
     for (size_t s = 0; s < read.size(); ++s) read[s] = read[s] != 0 || program.states[s] >= 0;
   };
-  note(backward->program);
   if (rate) note(rate->program);
   for (const LossEvent& event : events) {
     const std::optional<BoundLossAdjoint>& adjoint = terms[event.term].adjoint;
@@ -71,27 +73,21 @@ int Rollout::Impl::least_of_ranks(int64_t slots) const {
   return static_cast<int>(-largest_of(setup.ranks, -static_cast<double>(slots)));
 }
 
-/// In place of states that are stored all the same: no more memory, and of steps that are whole.
-bool Rollout::Impl::may_keep() const {
-  return setup.keeping_step != nullptr && setup.kept_adjoint != nullptr && marks.empty() && !has_parts() &&
-         setup.ranks == nullptr && setup.checkpoint_folder.empty();
-}
-
 /// How many states gradient() stores, and when it makes the others again.
 void Rollout::Impl::plan_storage() {
   int slots = 1;
   std::vector<char> read;
   if (backward && setup.steady == 0) {
-    read = states_read();
+    read = states_read(*setup.adjoint);
     keeps_trajectory = std::ranges::find(read, char{1}) != read.end();
     plan_reverse_block();
     take_total_adjoint();
   }
   if (keeps_trajectory) {
     slots = least_of_ranks(plan_slots(read));
-    if (may_keep() && slots >= last_loss - 1) {
+    if (slots >= last_loss - 1 && keeps_less_than(read)) {
+      read = states_read(*setup.kept_adjoint);
       take_kept_adjoint();
-      read = states_read();
     }
     if (purpose == Purpose::run) reversal = Reversal(legs(), slots);
     result.stored_states = slots - 1;

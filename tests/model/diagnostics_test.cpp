@@ -185,6 +185,31 @@ TEST(Diagnostics, OfPolesWithoutABoundary) {
   EXPECT_EQ(cap.diagnostics[1].hint, "write lat.high = pole: what lies beyond it lies half a turn away");
 }
 
+/// What a difference reads on the pole itself, in a model with something on faces and in one without.
+TEST(Diagnostics, OfDivisionsOnPoles) {
+  const auto is_refused = [](const std::string& rate, bool has_faces, const std::string& scheme = "") {
+    const std::string faces = "; vector v on faces; dt(v) = -v";
+    const Outcome outcome =
+        outcome_of("model m { field q; dt(q) = " + rate + (has_faces ? faces : "") + " }\nscheme r { " + scheme +
+                   " }\nscene s : m with r { coordinates sphere(1)\n  grid lon = 0 .. 2*pi, cells 8, periodic\n"
+                   "  grid lat = -pi/2 .. pi/2, cells 6\n  boundary q: lat = pole\n" +
+                   (has_faces ? "  boundary v.x: lat = pole\n  boundary v.y: lat = 0\n  initial v = 0\n" : "") +
+                   "  initial q = 1; time 0 .. 0.1, step 0.01 }\n");
+    return std::ranges::any_of(outcome.diagnostics,
+                               [](const Diagnostic& d) { return std::string_view(d.kind->code) == "E0441"; });
+  };
+  for (const bool has_faces : {false, true}) {
+    for (const char* rate : {"dy(q*dy(q)/cos(lat))", "dy((q + dy(q))/cos(lat))", "dy(dy(q)/cos(lat))",
+                             "dy(if(q > -9, dy(q), 0)/cos(lat))", "dy(if(dx(q) > 0, dy(q), 0)*tan(lat))"})
+      EXPECT_TRUE(is_refused(rate, has_faces)) << rate << has_faces;
+    for (const char* rate : {"dy(q/cos(lat))", "dy(q*dy(q)*cos(lat))", "lap(q)", "div(q*grad(q))", "div(grad(q))/2"})
+      EXPECT_FALSE(is_refused(rate, has_faces)) << rate << has_faces;
+  }
+  const std::string leaves_out = "interpolate(if(|lat| < 1.2, inner(grad(v), grad(v)), 0))";
+  EXPECT_FALSE(is_refused(leaves_out, true));
+  EXPECT_TRUE(is_refused(leaves_out, true, "dx = central(4)"));
+}
+
 /// Rings have no outside.
 TEST(Diagnostics, PlacesOnRingsWrap) {
   EXPECT_EQ(in_equation("inject(1, at = 17.3)"), "0 diagnostics:");

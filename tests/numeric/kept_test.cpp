@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "support/opened_scene.h"
 
@@ -64,7 +65,7 @@ void expect_near(const Gradient& found, const Gradient& expected, double toleran
 TEST(Kept, IsWhatTheAdjointReadsOfStates) {
   const std::string heat = scene("dt(u) = c*lap(u)", "euler", "5", by_fields);
   const std::string by_number =
-      scene("dt(u) = c*lap(u) + a*lap(u)", "euler", "5", "unknown a; unknown c; minimise mean(u^2) over time");
+      scene("dt(u) = c*lap(u) + a*lap(u)", "euler", "5", "unknown a; unknown c; minimise mean(u^2) at t = 0.2");
   for (const std::string& text : {wave(by_fields), wave(by_fields, "2"), wave(by_fields, "1"), heat, by_number}) {
     SCOPED_TRACE(text);
     for (const auto& [real, tolerance] : {std::pair{"f64", 1e-13}, {"f32", 2e-5}}) {
@@ -91,6 +92,22 @@ TEST(Kept, IsNotWhatCostsMore) {
   EXPECT_FALSE(keeps("dt(u) = div(c*grad(u))", "euler"));
   EXPECT_FALSE(keeps("dt(u) = c*lap(u) + c*dx(u)^2", "euler"));
   EXPECT_FALSE(keeps("dt(u) = c*dx(u)", "euler"));
+}
+
+/// A loss along the way reads the states themselves; and nothing is kept that the budget has no room for.
+TEST(Kept, IsWithinTheBudget) {
+  const auto plan_of = [](const std::string& loss, std::int64_t budget) {
+    OpenedScene opened(scene("dt(u) = c*lap(u)", "euler", "4", "unknown c; minimise " + loss), "t", {.adjoint = true});
+    return driver::plan_of_gradient(opened.session->compiled(), {.checkpoint_bytes = budget}).value();
+  };
+  const std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  EXPECT_EQ(plan_of("mean(u^2) over time", most).kept_fields, 0);
+  const GradientPlan plan = plan_of("mean(u^2) at t = 0.2", most);
+  EXPECT_EQ(plan.kept_fields, 20);
+  EXPECT_EQ(plan_of("mean(u^2) at t = 0.2", plan.checkpoint_bytes).kept_fields, 20);
+  const GradientPlan less = plan_of("mean(u^2) at t = 0.2", plan.checkpoint_bytes - 1);
+  EXPECT_EQ(less.kept_fields, 0);
+  EXPECT_LT(less.checkpoint_bytes, plan.checkpoint_bytes);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // What the adjoint of a step reads of a state may be a few values that the step makes anyway. The gradient of a wave by
 // c in dt(dt(u)) = c*lap(u) reads u at every point of lap, and nothing of it but lap(u). Where the step keeps these
 // values, one field for each state that is not read any more, the adjoint evaluates one stencil and not two, and
-// memory is the same.
+// as many fields are stored.
 #pragma once
 
 #include <string>

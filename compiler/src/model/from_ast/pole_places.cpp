@@ -111,13 +111,19 @@ class Divisions {
   int reach_of(int order) const { return order == spectral ? 2 * axis().cells : order; }
   int derivative_reach() const { return reach_of(problem_.scheme.derivative_order); }
 
-  /// Whether a first derivative of `e` is one between faces: `e` is on faces, or is a derivative itself.
+  /// Whether a first derivative of `e` may be one between faces: `e` can be taken there, or is a derivative itself.
   bool is_midway(const Expr& e) const {
-    if (placements_.is_staggered() && placements_.natural(e)) return natural(e) == on_pole;
+    std::optional<Placement> place = placements_.is_staggered() ? placements_.natural(e) : std::nullopt;
+    if (!place) return belongs_midway(e);
+    (*place)[axis_] = true;
+    return placements_.can_be_at(e, *place) || belongs_midway(e);
+  }
+  /// Of formulas of fields at centres.
+  bool belongs_midway(const Expr& e) const {
     const auto* d = std::get_if<Derivative>(&e->kind);
-    if (d != nullptr && d->axis == static_cast<int>(axis_)) return is_midway(d->operand) != (d->order == 1);
+    if (d != nullptr && d->axis == static_cast<int>(axis_)) return belongs_midway(d->operand) != (d->order == 1);
     bool found = false;
-    for_each_part(e, [&](const Expr& part) { found = found || is_midway(part); });
+    for_each_part(e, [&](const Expr& part) { found = found || belongs_midway(part); });
     return found;
   }
 
