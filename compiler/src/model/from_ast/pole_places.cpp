@@ -36,8 +36,8 @@ class Divisions {
   /// The division by a length of 0, or a formula that has no bound there; nullptr where there is none.
   const Expr* find(const Expr& e, int nearest) const {
     if (nearest == on_pole && depends_on_axis(e, static_cast<int>(axis_))) {
-      const Expr formula = with_numbers(e);
-      if (is_formula(formula)) return is_unbounded(formula) ? &e : nullptr;
+      const Expr formula = with_numbers(e, 0), other = with_numbers(e, 1);  // in one of which a factor may be 0
+      if (is_formula(formula) && is_formula(other)) return is_unbounded(formula) || is_unbounded(other) ? &e : nullptr;
     }
     if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
       return find(d->operand, read_by(*d, nearest));
@@ -55,7 +55,7 @@ class Divisions {
     if (const auto* choice = std::get_if<Select>(&e->kind)) return in_choice(*choice, nearest);
     const auto* quotient = std::get_if<Binary>(&e->kind);
     const bool is_divided = quotient != nullptr && quotient->op == BinaryOp::divide && nearest == on_pole;
-    if (is_divided && is_unbounded_divisor(with_numbers(quotient->right))) return &e;
+    if (is_divided && is_unbounded_divisor(with_numbers(quotient->right, 0))) return &e;
     const Expr* found = nullptr;
     for_each_part(e, [&](const Expr& part) {
       if (found == nullptr) found = find(part, nearest);
@@ -72,14 +72,17 @@ class Divisions {
  private:
   const Axis& axis() const { return problem_.axes[axis_]; }
 
-  /// With the values that parameters begin with. What has none, as t and controls, may be any number but 0.
-  Expr with_numbers(const Expr& e) const {
+  /// With the values that parameters begin with, or with others, as they may become: a factor that is 0 by chance hides
+  /// what it is a factor of. What has no value, as t and controls, may be any number.
+  Expr with_numbers(const Expr& e, double others) const {
+    constexpr double odd = 0.7316, growth = 0.3717;
     KnownValues values = values_;
     any_part(e, [&](const Expr& part) {
       const auto* param = std::get_if<Param>(&part->kind);
-      if (param != nullptr && !values[param->name]) values[param->name] = 1;
+      if (param != nullptr && !values[param->name]) values[param->name] = odd;
       return false;
     });
+    for (auto& [name, value] : values) value = value.value_or(odd) * (1 + others * growth) + others * odd;
     return with_known(e, values);
   }
 
