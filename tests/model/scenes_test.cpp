@@ -276,6 +276,7 @@ TEST(Scenes, WithoutAGridHaveNothingThatVaries) {
     return outcome_of(text, {"t", {}, ""}).code_and_hint();
   };
   EXPECT_EQ(with("", "observe e = mean(a)^2; observe f = integral(k*a)", "test g = max(a)"), "0 diagnostics:");
+  EXPECT_EQ(with("", "observe e = a^2/2 - k*cos(a)", "minimise (a - 1)^2; test g = a"), "0 diagnostics:");
   EXPECT_EQ(with("field b; dt(b) = lap(a)", "initial b = 0", ""), needs_a_grid("d(a, x, 2)"));
   EXPECT_EQ(with("field b; dt(b) = advect(b, a)", "initial b = 0", ""), needs_a_grid("advect(b, a)"));
   EXPECT_EQ(with("field b on faces.x; dt(b) = 0*a", "initial b = 0", ""), needs_a_grid("on faces.x"));

@@ -98,7 +98,8 @@ std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::str
   const auto value = Expressions(draft, Purpose::quantity, what).number(e);
   if (!value || !is_counted(draft, *value, when, e.range())) return std::nullopt;
   const Expr number = over_one_cell(draft, *value);
-  if (const Expr* mistake = varying_part(draft, number)) {
+  const Expr* mistake = draft.problem.has_grid ? varying_part(draft, number) : nullptr;  // of one cell: a number
+  if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
     draft.sink.report("not-reduced", range.is_known() ? range : e.range(), {what},
                       "write mean(u^2), sum, integral, max or min of what varies in space, as in mean((u - v)^2)");
