@@ -72,9 +72,10 @@ class ThreadRank : public Communicator {
                 const SidesOf<std::span<std::byte>>& from) override {
     own().slabs = to;
     meeting_.wait();
-    take(from.low, neighbour(axis, -1).slabs.high);
-    take(from.high, neighbour(axis, 1).slabs.low);
-    meeting_.wait();
+    const bool low_fits = take(from.low, neighbour(axis, -1).slabs.high);
+    const bool high_fits = take(from.high, neighbour(axis, 1).slabs.low);
+    meeting_.wait();  // until then others read what this rank shows
+    if (!low_fits || !high_fits) not_the_same_calls();
   }
 
   void sum(std::span<double> values, const Axes& over) override {
@@ -95,9 +96,11 @@ class ThreadRank : public Communicator {
     there[axis] = (there[axis] + way + ranks()[axis]) % ranks()[axis];
     return of(there);
   }
-  static void take(std::span<std::byte> to, std::span<const std::byte> from) {
-    if (to.size() != from.size()) not_the_same_calls();
+  /// False, and nothing is taken, where sizes differ.
+  static bool take(std::span<std::byte> to, std::span<const std::byte> from) {
+    if (to.size() != from.size()) return false;
     std::ranges::copy(from, to.begin());
+    return true;
   }
 
   template <class Combine>
@@ -110,20 +113,26 @@ class ThreadRank : public Communicator {
       end[a] = over[a] ? ranks()[a] : place()[a] + 1;
     }
     combined_.clear();
+    bool fits = true;
     for (int64_t z = begin[2]; z < end[2]; ++z) {
       for (int64_t y = begin[1]; y < end[1]; ++y) {
-        for (int64_t x = begin[0]; x < end[0]; ++x) add(of({x, y, z}).values, values.size(), both);
+        for (int64_t x = begin[0]; x < end[0]; ++x) fits = add(of({x, y, z}).values, values.size(), both) && fits;
       }
     }
-    meeting_.wait();
+    meeting_.wait();  // as in exchange()
+    if (!fits) not_the_same_calls();
     std::ranges::copy(combined_, values.begin());
   }
 
   template <class Combine>
-  void add(std::span<const double> values, std::size_t size, const Combine& both) {
-    if (values.size() != size) not_the_same_calls();
-    if (combined_.empty()) return combined_.assign(values.begin(), values.end());
-    for (std::size_t i = 0; i < size; ++i) combined_[i] = both(combined_[i], values[i]);
+  bool add(std::span<const double> values, std::size_t size, const Combine& both) {
+    if (values.size() != size) return false;
+    if (combined_.empty()) {
+      combined_.assign(values.begin(), values.end());
+    } else {
+      for (std::size_t i = 0; i < size; ++i) combined_[i] = both(combined_[i], values[i]);
+    }
+    return true;
   }
 
   std::vector<Shown>& shown_;
