@@ -27,6 +27,7 @@ using stencil::Program;
 
 /// Loads that have to go: the step pays for what is kept with a store.
 constexpr std::size_t least_reads_spared = 12;
+constexpr int most_nodes = 1000;  // of a let that is written out: squares of squares would have no end
 
 using Fields = std::set<std::string>;
 
@@ -85,8 +86,11 @@ class StateValues {
   /// cells, where nothing is kept: of each that is read at cells alone.
   Kernel replaced(Kernel kernel, bool is_grown, const StandsFor& stands_for) {
     lets_.clear();
+    sizes_.clear();
+    known_.clear();
+    const Kernel whole = kernel;  // its nodes are what is known
     for (stencil::Let& let : kernel.lets) {
-      if (const std::optional<Expr> value = made_of_states(let.value)) lets_.emplace(let.name, *value);
+      note(let);
       let.value = replaced(let.value, !is_grown, stands_for);
     }
     for (stencil::Store& store : kernel.stores) store.value = replaced(store.value, !is_grown, stands_for);
@@ -96,31 +100,41 @@ class StateValues {
   }
 
  private:
-  /// `e` with its lets written out; nullopt when it has something else in it.
-  std::optional<Expr> made_of_states(const Expr& e) const {
-    using Made = std::optional<Expr>;
-    return match(
-        e->kind, [&](const stencil::Literal&) -> Made { return e; }, [&](const stencil::Param&) -> Made { return e; },
-        [&](const stencil::Local& local) -> Made {
-          const auto found = lets_.find(local.name);
-          return found == lets_.end() ? Made() : found->second;
+  /// Of states and numbers, and lets of these that are short enough to be written out.
+  bool is_made_of_states(const Expr& e) {
+    const auto known = known_.find(&e.node());
+    if (known != known_.end()) return known->second;
+    const bool is_made = match(
+        e->kind, [](const stencil::Literal&) { return true; }, [](const stencil::Param&) { return true; },
+        [&](const stencil::Local& local) { return lets_.contains(local.name); },
+        [&](const stencil::Access& access) { return states_.contains(access.field); },
+        [](const stencil::Interp&) { return false; }, [](const stencil::Inside&) { return false; },
+        [&](const stencil::Neg& neg) { return is_made_of_states(neg.operand); },
+        [&](const stencil::Binary& binary) {
+          return is_made_of_states(binary.left) && is_made_of_states(binary.right);
         },
-        [&](const stencil::Access& access) -> Made { return states_.contains(access.field) ? Made(e) : Made(); },
-        [](const stencil::Interp&) -> Made { return {}; }, [](const stencil::Inside&) -> Made { return {}; },
-        [&](const stencil::Neg& neg) -> Made {
-          const Made operand = made_of_states(neg.operand);
-          return operand ? Made(-*operand) : Made();
-        },
-        [&](const stencil::Binary& binary) -> Made {
-          const Made left = made_of_states(binary.left), right = made_of_states(binary.right);
-          return left && right ? Made(stencil::binary(binary.op, *left, *right)) : Made();
-        },
-        [](const stencil::Call&) -> Made { return {}; }, [](const stencil::Select&) -> Made { return {}; });
+        [](const stencil::Call&) { return false; }, [](const stencil::Select&) { return false; });
+    return known_[&e.node()] = is_made;
   }
-  Expr replaced(const Expr& e, bool at_cells, const StandsFor& stands_for) const {
-    const std::optional<Expr> value = at_cells ? made_of_states(e) : std::nullopt;
-    if (value && !reads_of(*value).empty()) {
-      if (const std::optional<Expr> other = stands_for(*value)) return *other;
+  Expr written_out(const Expr& e) const {
+    const auto* local = std::get_if<stencil::Local>(&e->kind);
+    if (local != nullptr) return lets_.at(local->name);
+    return stencil::map_children(e, [this](const Expr& child) { return written_out(child); });
+  }
+  void note(const stencil::Let& let) {
+    int nodes = 0;
+    stencil::visit(let.value, [&](const Expr& part) {
+      const auto* local = std::get_if<stencil::Local>(&part->kind);
+      nodes = std::min(most_nodes + 1, nodes + (local == nullptr ? 1 : sizes_.at(local->name)));
+    });
+    sizes_[let.name] = nodes;
+    if (nodes <= most_nodes && is_made_of_states(let.value)) lets_.emplace(let.name, written_out(let.value));
+  }
+  Expr replaced(const Expr& e, bool at_cells, const StandsFor& stands_for) {
+    if (at_cells && is_made_of_states(e)) {
+      const Expr value = written_out(e);
+      const std::optional<Expr> other = reads_of(value).empty() ? std::nullopt : stands_for(value);
+      if (other) return *other;
     }
     const auto* choice = std::get_if<stencil::Select>(&e->kind);
     const bool is_choice_of_cells = choice != nullptr && choice->condition == stencil::inside({}, 0);
@@ -132,6 +146,8 @@ class StateValues {
 
   const Fields& states_;
   std::map<std::string, Expr> lets_;  // those made of states
+  std::map<std::string, int> sizes_;  // nodes of each let that is written out, as far as they count
+  std::map<const stencil::Node*, bool> known_;
 };
 
 /// Names of fields, parameters, sums and lets.
@@ -195,6 +211,22 @@ bool fills_one_of(const Module& module, const stencil::Statement& statement, con
                              [&](const std::string& field) { return fields.contains(field); });
 }
 
+/// All places at which kernels read states.
+Reads states_read_by(const std::vector<const Kernel*>& kernels, const Fields& states) {
+  Reads reads;
+  const auto look_at = [&](const Expr& e) {
+    for (const auto& read : reads_of(e)) {
+      if (states.contains(read.first)) reads.insert(read);
+    }
+  };
+  for (const Kernel* kernel : kernels) {
+    for (const stencil::Let& let : kernel->lets) look_at(let.value);
+    for (const stencil::Store& store : kernel->stores) look_at(store.value);
+    for (const stencil::Sum& sum : kernel->sums) look_at(sum.value);
+  }
+  return reads;
+}
+
 /// `kernel` under a name of its own; returns that.
 std::string add_kernel(Module& module, Kernel kernel, const std::string& suffix) {
   do kernel.name += suffix;
@@ -213,6 +245,7 @@ bool add_kept_programs(const Kept& kept, Module& module) {
   for (const stencil::Swap& swap : step->swaps) states.insert(swap.state);
   const stencil::Run* const run = only_run(*step);
   if (run == nullptr || !is_plain_adjoint(module, *adjoint, states)) return false;
+  if (states_read_by(stencil::kernels_run(module, *adjoint), states).size() <= least_reads_spared) return false;
   NameSupply names = names_in(module);
   StateValues values(states);
   std::vector<KeptValue> found;
