@@ -30,9 +30,9 @@ struct EmitOptions : CommonOptions {
   bool optimised = false;
 };
 
-/// The tangent or adjoint programs alone.
+/// The tangent or adjoint programs alone, without what other programs read of kernels that they share.
 stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
-  return driver::extract(compiled.stencil, compiled.derivative_programs(adjoint));
+  return stencil::remove_dead_code(driver::extract(compiled.stencil, compiled.derivative_programs(adjoint)));
 }
 
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
