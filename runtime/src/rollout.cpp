@@ -58,9 +58,9 @@ void Rollout::Impl::begin(int first) {
   forward->program.prepare_inputs();
 }
 
-void Rollout::Impl::bind_buffers(const StateBuffer& from, const StateBuffer& to) {
-  forward->program.bind_states(from);
-  for (size_t i = 0; i < to.size(); ++i) forward->program.executor.bind(forward->next[i], to[i]);
+void Rollout::Impl::bind_buffers(BoundStep& step, const StateBuffer& from, const StateBuffer& to) {
+  step.program.bind_states(from);
+  for (size_t i = 0; i < to.size(); ++i) step.program.executor.bind(step.next[i], to[i]);
 }
 
 /// A solve that finds nothing says in which step.

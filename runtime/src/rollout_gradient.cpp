@@ -361,7 +361,7 @@ void Rollout::Impl::make_frames() {
   for (size_t n = 0; n < steps; ++n) {
     bind_control_fields(forward->program, static_cast<int>(n));
     bind_control_fields(backward->program, static_cast<int>(n));
-    bind_buffers(buffers[n], buffers[n + 1]);
+    bind_buffers(*forward, buffers[n], buffers[n + 1]);
     step.make_frame(&step_frames[n * step_size]);
     bind_totals(static_cast<int>(n));
     bind_reverse(buffers[n], (steps - 1 - n) % 2);

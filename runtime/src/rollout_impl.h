@@ -80,8 +80,7 @@ struct BoundStep {
 };
 /// The step that keeps fields for its adjoint.
 struct BoundKeeping {
-  BoundProgram program;
-  std::vector<int> next;                    // as of BoundStep
+  BoundStep step;
   std::vector<std::pair<int, int>> fields;  // what is kept: field of the step, and of its adjoint
   FieldPool pool;                           // all of a step, step by step
   void* at(int n, size_t i) const {
@@ -219,7 +218,7 @@ struct Rollout::Impl {
   int steps_at_once(int n, int until) const;
   void run_in_step(Executor& executor, int n) const;
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
-  void bind_buffers(const StateBuffer& from, const StateBuffer& to);
+  static void bind_buffers(BoundStep& step, const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state) { add_losses(events_at(k), k, state); }
   void add_losses(std::span<const LossEvent> due, int k, const StateBuffer& state);
   /// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
@@ -361,7 +360,7 @@ struct Rollout::Impl {
 template <class Visit>
 void Rollout::Impl::for_each_program(const Visit& visit) {
   visit(forward->program);
-  if (keeping) visit(keeping->program);
+  if (keeping) visit(keeping->step.program);
   if (rate) visit(rate->program);
   if (backward) visit(backward->program);
   for (BoundTerm& term : terms) {

@@ -31,7 +31,7 @@ void Rollout::Impl::take_kept_adjoint() {
     next.push_back(swap.next);
     own.emplace_back(step.fields[swap.next]);
   }
-  keeping.emplace(BoundKeeping{bind_program(step, own, true), std::move(next), std::move(fields), {}});
+  keeping.emplace(BoundKeeping{{bind_program(step, own, true), std::move(next)}, std::move(fields), {}});
   bytes_of_fields -= backward->bytes;
   backward.reset();
   bind_adjoint(*setup.kept_adjoint, std::move(kept));
@@ -58,9 +58,8 @@ void Rollout::Impl::bind_kept(int n) {
 
 /// Step n, as gradients make it where something is kept.
 void Rollout::Impl::keeping_step(int n, const StateBuffer& from, const StateBuffer& to) {
-  BoundProgram& program = keeping->program;
-  program.bind_states(from);
-  for (size_t i = 0; i < to.size(); ++i) program.executor.bind(keeping->next[i], to[i]);
+  BoundProgram& program = keeping->step.program;
+  bind_buffers(keeping->step, from, to);
   for (size_t i = 0; i < keeping->fields.size(); ++i)
     program.executor.bind(keeping->fields[i].first, keeping->at(n, i));
   set_step(program, n);

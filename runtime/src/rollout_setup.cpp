@@ -87,7 +87,7 @@ GradientPlan plan_gradient(RolloutSetup setup) {
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
   forward->program.executor.set_clock(&seconds.steps);
-  if (keeping) keeping->program.executor.set_clock(&seconds.steps);
+  if (keeping) keeping->step.program.executor.set_clock(&seconds.steps);
   if (backward) backward->program.executor.set_clock(&seconds.adjoints);
   for (BoundTerm& term : terms) {
     term.loss.program.executor.set_clock(&seconds.losses);

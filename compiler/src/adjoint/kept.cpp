@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "adjoint/totals.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/passes/passes.h"
-#include "support/contains.h"
 #include "support/match.h"
 #include "support/name_supply.h"
 
@@ -211,30 +211,6 @@ bool fills_one_of(const Module& module, const stencil::Statement& statement, con
                              [&](const std::string& field) { return fields.contains(field); });
 }
 
-/// All places at which kernels read states.
-Reads states_read_by(const std::vector<const Kernel*>& kernels, const Fields& states) {
-  Reads reads;
-  const auto look_at = [&](const Expr& e) {
-    for (const auto& read : reads_of(e)) {
-      if (states.contains(read.first)) reads.insert(read);
-    }
-  };
-  for (const Kernel* kernel : kernels) {
-    for (const stencil::Let& let : kernel->lets) look_at(let.value);
-    for (const stencil::Store& store : kernel->stores) look_at(store.value);
-    for (const stencil::Sum& sum : kernel->sums) look_at(sum.value);
-  }
-  return reads;
-}
-
-/// `kernel` under a name of its own; returns that.
-std::string add_kernel(Module& module, Kernel kernel, const std::string& suffix) {
-  do kernel.name += suffix;
-  while (module.find_kernel(kernel.name) != nullptr);
-  module.kernels.push_back(std::move(kernel));
-  return module.kernels.back().name;
-}
-
 }  // namespace
 
 bool add_kept_programs(const Kept& kept, Module& module) {
@@ -245,7 +221,6 @@ bool add_kept_programs(const Kept& kept, Module& module) {
   for (const stencil::Swap& swap : step->swaps) states.insert(swap.state);
   const stencil::Run* const run = only_run(*step);
   if (run == nullptr || !is_plain_adjoint(module, *adjoint, states)) return false;
-  if (states_read_by(stencil::kernels_run(module, *adjoint), states).size() <= least_reads_spared) return false;
   NameSupply names = names_in(module);
   StateValues values(states);
   std::vector<KeptValue> found;
@@ -254,6 +229,7 @@ bool add_kept_programs(const Kept& kept, Module& module) {
     before.push_back(*kernel);
     after.push_back(values.replaced(*kernel, grows(*adjoint, kernel->name), [&](const Expr& value) {
       auto at = std::ranges::find(found, value, &KeptValue::second);
+      if (at == found.end() && found.size() > states.size()) return std::optional(value);  // too many already
       if (at == found.end()) at = found.insert(at, {names.fresh("kept"), value});
       return std::optional(stencil::access(at->first));
     }));

@@ -53,15 +53,19 @@ bool add_to_totals(Program& program, const std::vector<std::string>& results, Mo
     if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
     stencil::Kernel kernel = stencil::kernel_of(module, run);
     for (stencil::Store& store : kernel.stores) store.accumulate = store.accumulate || is_first(store);
-    do kernel.name += "_total";
-    while (module.find_kernel(kernel.name) != nullptr);
-    run.kernel = kernel.name;
-    module.kernels.push_back(std::move(kernel));
+    run.kernel = add_kernel(module, std::move(kernel), "_total");
   });
   return !added_to.empty();
 }
 
 }  // namespace
+
+std::string add_kernel(Module& module, stencil::Kernel kernel, const std::string& suffix) {
+  do kernel.name += suffix;
+  while (module.find_kernel(kernel.name) != nullptr);
+  module.kernels.push_back(std::move(kernel));
+  return module.kernels.back().name;
+}
 
 bool add_program_of(const Totals& totals, Module& module) {
   const Program* program = module.find_program(totals.program);

@@ -10,6 +10,9 @@
 
 namespace dpde::adjoint {
 
+/// Adds the kernel, called `suffix` once more until nothing else is called so; returns its name.
+std::string add_kernel(stencil::Module& module, stencil::Kernel kernel, const std::string& suffix);
+
 /// The results of a program that may be totals. No program: there are none.
 struct Totals {
   std::string program;
