@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourier transforms of many lines of one length: by FFTW (fft_fftw.cpp), or by Eigen's FFT where FFTW was not found
 // when the build was configured (fft_eigen.cpp). What is transformed there and back is multiplied by the length. Arrays
-// are aligned as `new` aligns them. Nothing is allocated by a transform; each object is for one thread at a time.
+// are aligned as `new` aligns them (is_aligned). Nothing is allocated by a transform; each object is for one thread at
+// a time.
 #pragma once
 
 #include <complex>
@@ -10,17 +11,32 @@
 
 namespace dpde {
 
-/// Complex lines, in place.
+inline bool is_aligned(const void* values) {
+  return reinterpret_cast<std::uintptr_t>(values) % __STDCPP_DEFAULT_NEW_ALIGNMENT__ == 0;
+}
+
+struct ComplexLines {
+  std::int64_t length, lines;
+  std::int64_t step, apart;            // from value to value, from line to line
+  std::int64_t wave_step, wave_apart;  // of their waves: those of the values where these are transformed in place
+};
+
+inline ComplexLines lines_in_place(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart) {
+  return {length, lines, step, apart, step, apart};
+}
+
+/// Complex lines, in place (then `waves` are `values`) or from one array to another, which leaves the first as it is.
 class ComplexFft {
  public:
-  /// `step` from value to value, `apart` from line to line.
-  ComplexFft(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart);
+  explicit ComplexFft(const ComplexLines& lines);
   ComplexFft(ComplexFft&&) noexcept;
   ComplexFft& operator=(ComplexFft&&) noexcept;
   ~ComplexFft();
 
-  void forward(std::complex<double>* values);
-  void backward(std::complex<double>* values);
+  void forward(std::complex<double>* values, std::complex<double>* waves);
+  void backward(std::complex<double>* waves, std::complex<double>* values);
+  void forward(std::complex<double>* values) { forward(values, values); }
+  void backward(std::complex<double>* values) { backward(values, values); }
 
  private:
   struct Plans;

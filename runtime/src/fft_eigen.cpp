@@ -50,27 +50,35 @@ void scatter(const Value* from, std::int64_t count, Value* to, std::int64_t step
 
 struct ComplexFft::Plans {
   Line line;
-  std::int64_t lines, step, apart;
-
-  void run(std::complex<double>* values, bool is_forward) {
-    for (std::int64_t i = 0; i < lines; ++i, values += apart) {
-      gather(values, step, line.length, line.from.data());
-      line.run_complex(is_forward);
-      scatter(line.to.data(), line.length, values, step);
-    }
-  }
+  ComplexLines lines;
 };
 
-ComplexFft::ComplexFft(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart)
-    : plans_(new Plans{Line(length), lines, step, apart}) {
+ComplexFft::ComplexFft(const ComplexLines& lines) : plans_(new Plans{Line(lines.length), lines}) {
   for (const bool is_forward : {true, false}) plans_->line.run_complex(is_forward);
 }
 ComplexFft::ComplexFft(ComplexFft&&) noexcept = default;
 ComplexFft& ComplexFft::operator=(ComplexFft&&) noexcept = default;
 ComplexFft::~ComplexFft() = default;
 
-void ComplexFft::forward(std::complex<double>* values) { plans_->run(values, true); }
-void ComplexFft::backward(std::complex<double>* values) { plans_->run(values, false); }
+void ComplexFft::forward(std::complex<double>* values, std::complex<double>* waves) {
+  const ComplexLines& lines = plans_->lines;
+  Line& line = plans_->line;
+  for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
+    gather(values, lines.step, lines.length, line.from.data());
+    line.run_complex(true);
+    scatter(line.to.data(), lines.length, waves, lines.wave_step);
+  }
+}
+
+void ComplexFft::backward(std::complex<double>* waves, std::complex<double>* values) {
+  const ComplexLines& lines = plans_->lines;
+  Line& line = plans_->line;
+  for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
+    gather(waves, lines.wave_step, lines.length, line.from.data());
+    line.run_complex(false);
+    scatter(line.to.data(), lines.length, values, lines.step);
+  }
+}
 
 struct RealFft::Plans {
   Line line;

@@ -3,6 +3,7 @@
 #include <fftw3.h>
 
 #include <mutex>
+#include <utility>
 
 #include "fft.h"
 
@@ -20,7 +21,7 @@ std::mutex& planner() {  // FFTW has one for all threads
 
 /// Estimating does not look at arrays, only at how they are aligned and whether they are one.
 alignas(64) double some_values[8];
-alignas(64) fftw_complex some_waves[4];
+alignas(64) fftw_complex some_waves[4], other_waves[4];
 
 class Plan {
  public:
@@ -43,9 +44,15 @@ class Plan {
 
 fftw_complex* fftw(std::complex<double>* values) { return reinterpret_cast<fftw_complex*>(values); }
 
-fftw_plan complex_plan(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart, int sign) {
-  const fftw_iodim64 along{length, step, step}, across{lines, apart, apart};
-  return fftw_plan_guru64_dft(1, &along, 1, &across, some_waves, some_waves, sign, rigour);
+fftw_plan complex_plan(const ComplexLines& lines, bool is_forward) {
+  fftw_iodim64 along{lines.length, lines.step, lines.wave_step}, across{lines.lines, lines.apart, lines.wave_apart};
+  if (!is_forward) {
+    std::swap(along.is, along.os);
+    std::swap(across.is, across.os);
+  }
+  const bool is_in_place = lines.step == lines.wave_step && lines.apart == lines.wave_apart;
+  return fftw_plan_guru64_dft(1, &along, 1, &across, some_waves, is_in_place ? some_waves : other_waves,
+                              is_forward ? FFTW_FORWARD : FFTW_BACKWARD, rigour);
 }
 
 }  // namespace
@@ -54,18 +61,18 @@ struct ComplexFft::Plans {
   Plan forward, backward;
 };
 
-ComplexFft::ComplexFft(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart)
-    : plans_(new Plans{Plan([&] { return complex_plan(length, lines, step, apart, FFTW_FORWARD); }),
-                       Plan([&] { return complex_plan(length, lines, step, apart, FFTW_BACKWARD); })}) {}
+ComplexFft::ComplexFft(const ComplexLines& lines)
+    : plans_(new Plans{Plan([&] { return complex_plan(lines, true); }),
+                       Plan([&] { return complex_plan(lines, false); })}) {}
 ComplexFft::ComplexFft(ComplexFft&&) noexcept = default;
 ComplexFft& ComplexFft::operator=(ComplexFft&&) noexcept = default;
 ComplexFft::~ComplexFft() = default;
 
-void ComplexFft::forward(std::complex<double>* values) {
-  fftw_execute_dft(plans_->forward.get(), fftw(values), fftw(values));
+void ComplexFft::forward(std::complex<double>* values, std::complex<double>* waves) {
+  fftw_execute_dft(plans_->forward.get(), fftw(values), fftw(waves));
 }
-void ComplexFft::backward(std::complex<double>* values) {
-  fftw_execute_dft(plans_->backward.get(), fftw(values), fftw(values));
+void ComplexFft::backward(std::complex<double>* waves, std::complex<double>* values) {
+  fftw_execute_dft(plans_->backward.get(), fftw(waves), fftw(values));
 }
 
 struct RealFft::Plans {

@@ -2,13 +2,10 @@
 #include "transform.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <numbers>
 #include <optional>
-#include <utility>
+#include <type_traits>
 
 #include "dpde/runtime/layout.h"
-#include "dpde/wave_functions.h"
 #include "fft.h"
 #include "real.h"
 
@@ -17,156 +14,47 @@ namespace {
 
 constexpr int64_t least_cells_of_team = 16 * 1024, lines_at_once = 8;
 
-int64_t signed_mode(int64_t m, int64_t n) { return 2 * m <= n ? m : m - n; }
-
 std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
   return {1, lengths[0], lengths[0] * lengths[1]};
+}
+
+/// Between values that are `step` apart and lines of doubles.
+template <class Real>
+void gather(const Real* from, int64_t step, std::vector<double>& line) {
+  for (std::size_t i = 0; i < line.size(); ++i) line[i] = static_cast<double>(from[static_cast<int64_t>(i) * step]);
+}
+template <class Real>
+void scatter(const std::vector<double>& line, Real* to, int64_t step) {
+  for (std::size_t i = 0; i < line.size(); ++i) to[static_cast<int64_t>(i) * step] = static_cast<Real>(line[i]);
 }
 
 }  // namespace
 
 struct FieldTransform::Lines {
   std::vector<double> real;
-  std::optional<RealFft> first;                          // between `real` and a line of the array of waves
-  std::array<std::optional<ComplexFft>, 3> block, last;  // of lines side by side, in place
+  std::vector<Complex> waves;                              // of a block
+  std::optional<RealFft> first;                            // between `real` and a line of waves
+  std::array<std::optional<ComplexFft>, 3> others, fewer;  // of the lines of a block, and of the last one
 
-  explicit Lines(const FieldTransform& of) : real(static_cast<std::size_t>(of.cells_[of.first_])) {
-    const std::array<int64_t, 3> strides = dense_strides(of.modes_);
-    const int64_t n = of.cells_[of.first_], width = of.modes_[0];
-    if (of.goes_along(of.first_)) first.emplace(RealLines{n, 1, 1, n, strides[of.first_], 1});
+  explicit Lines(const FieldTransform& of) : real(static_cast<std::size_t>(of.waves_.cells[of.first_])) {
+    const std::array<int64_t, 3> strides = dense_strides(of.waves_.modes);
+    const int64_t n = of.waves_.cells[of.first_], step = of.is_along_one_axis() ? 1 : strides[of.first_];
+    waves.resize(static_cast<std::size_t>(lines_at_once * of.waves_.length()));
+    if (of.goes_along(of.first_)) first.emplace(RealLines{n, 1, 1, n, step, 1});
     for (std::size_t axis = of.first_ + 1; axis < 3; ++axis) {
       if (!of.goes_along(axis)) continue;
-      if (width >= lines_at_once) block[axis].emplace(of.modes_[axis], lines_at_once, strides[axis], 1);
-      if (width % lines_at_once != 0) last[axis].emplace(of.modes_[axis], width % lines_at_once, strides[axis], 1);
+      const int64_t length = of.waves_.modes[axis], width = of.waves_.modes[0];
+      const auto make = [&](int64_t lines) {
+        ComplexLines made = lines_in_place(length, lines, strides[axis], 1);
+        if (axis == of.waves_.along) made.wave_step = 1, made.wave_apart = length;
+        return made;
+      };
+      if (width >= lines_at_once) others[axis].emplace(make(lines_at_once));
+      if (width % lines_at_once != 0) fewer[axis].emplace(make(width % lines_at_once));
     }
   }
+  ComplexFft& along(std::size_t axis, int64_t lines) { return lines < lines_at_once ? *fewer[axis] : *others[axis]; }
 };
-
-FieldTransform::FieldTransform() = default;
-FieldTransform::~FieldTransform() = default;
-FieldTransform::FieldTransform(FieldTransform&&) noexcept = default;
-FieldTransform& FieldTransform::operator=(FieldTransform&&) noexcept = default;
-
-FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
-                               const FieldTransform* before)
-    : transform_(transform), real_(layout.real) {
-  for (std::size_t axis = 3; axis-- > 0;) {
-    if (static_cast<int32_t>(axis) >= layout.rank) continue;
-    cells_[axis] = layout.cells[axis];
-    stride_[axis] = layout.stride[axis];
-    if (transform.axes[axis] != 0) first_ = axis;
-  }
-  modes_ = cells_;
-  if (transform.axes[first_] != 0) modes_[first_] = cells_[first_] / 2 + 1;
-  if (cells_[0] * cells_[1] * cells_[2] >= least_cells_of_team) team_ = team;
-  for (int32_t i = 0; i < transform.term_count; ++i) {
-    const dpde_transform_term& term = transform.terms[i];
-    auto known = std::ranges::find(operands_, term.field, &Operand::field);
-    if (known == operands_.end()) known = operands_.insert(operands_.end(), Operand{term.field, {}, {}});
-    known->terms.push_back(&term);
-    note_uniforms(term.argument);
-    note_uniforms(term.factor);
-  }
-  values_.assign(uniforms_.size(), 0.0);
-  const auto size = static_cast<std::size_t>(modes());
-  for (Operand& operand : operands_) operand.multipliers.assign(size, 0.0);
-  has_waves_ = before != nullptr && shares_waves_of(*before);
-  waves_ = has_waves_ ? before->waves_ : std::make_shared<std::vector<Complex>>(size);
-  sum_.assign(size, 0.0);
-  for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
-}
-
-bool FieldTransform::shares_waves_of(const FieldTransform& before) const {
-  const bool are_single = operands_.size() == 1 && before.operands_.size() == 1;
-  return are_single && operands_.front().field == before.operands_.front().field &&
-         before.transform_.result != operands_.front().field &&
-         std::ranges::equal(transform_.axes, before.transform_.axes);
-}
-
-void FieldTransform::note_uniforms(const dpde_symbol& symbol) {
-  for (int32_t i = 0; i < symbol.count; ++i) {
-    const int32_t uniform = symbol.monomials[i].uniform;
-    if (uniform >= 0 && !std::ranges::count(uniforms_, uniform)) uniforms_.push_back(uniform);
-  }
-}
-
-/// The first time too.
-bool FieldTransform::has_changed(const double* uniforms) {
-  bool changed = !std::exchange(is_made_, true);
-  for (std::size_t i = 0; i < uniforms_.size(); ++i) {
-    const double value = uniforms[uniforms_[i]];
-    changed = changed || values_[i] != value;
-    values_[i] = value;
-  }
-  return changed;
-}
-
-FieldTransform::Symbol FieldTransform::value(const dpde_symbol& symbol, const std::array<double, 3>& angles,
-                                             const double* uniforms) const {
-  Symbol result;
-  for (int32_t i = 0; i < symbol.count; ++i) {
-    const dpde_monomial& monomial = symbol.monomials[i];
-    Complex term = monomial.uniform == DPDE_ZERO ? 0 : monomial.uniform == DPDE_ONE ? 1 : uniforms[monomial.uniform];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (int32_t k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
-    }
-    result.sum += term;
-    result.size += std::abs(term);
-  }
-  return result;
-}
-
-/// Over both signs of the angles of waves of two cells, along `axis` and those behind it.
-FieldTransform::Complex FieldTransform::mean_at(const Operand& operand, std::array<double, 3> angles, std::size_t axis,
-                                                bool is_short, const double* uniforms) const {
-  for (; axis < 3; ++axis) {
-    if (angles[axis] != std::numbers::pi) continue;
-    const Complex positive = mean_at(operand, angles, axis + 1, is_short, uniforms);
-    angles[axis] = -angles[axis];
-    return (positive + mean_at(operand, angles, axis + 1, is_short, uniforms)) / 2.0;
-  }
-  Complex sum = 0;
-  for (const dpde_transform_term* term : operand.terms) {
-    if (is_short && term->within_two_thirds != 0) continue;
-    const Complex factor = value(term->factor, angles, uniforms).sum;
-    if (term->function == DPDE_NO_FUNCTION) {
-      sum += factor;
-      continue;
-    }
-    const Symbol argument = value(term->argument, angles, uniforms);
-    const bool is_phi = term->function == DPDE_PHI;
-    sum += factor * (is_phi ? phi(term->number, argument.sum) : inverse(term->number, argument.sum, argument.size));
-  }
-  return sum;
-}
-
-FieldTransform::Complex FieldTransform::multiplier_at(const Operand& operand, const std::array<int64_t, 3>& mode,
-                                                      const double* uniforms) const {
-  bool is_short = false;
-  std::array<double, 3> angles{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (transform_.axes[axis] == 0) continue;
-    const int64_t n = cells_[axis], m = signed_mode(mode[axis], n);
-    is_short = is_short || (m != 0 && 3 * std::abs(m) >= n);
-    angles[axis] =
-        2 * m == n ? std::numbers::pi : 2 * std::numbers::pi * static_cast<double>(m) / static_cast<double>(n);
-  }
-  return mean_at(operand, angles, 0, is_short, uniforms);
-}
-
-void FieldTransform::make_multipliers(const double* uniforms) {
-  if (!has_changed(uniforms)) return;
-  double cells = 1;  // transforms there and back multiply by their number
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    cells *= transform_.axes[axis] != 0 ? static_cast<double>(cells_[axis]) : 1;
-  for (Operand& operand : operands_) {
-    team_.run(modes_[1] * modes_[2], [&](int64_t row, int) {
-      Complex* const to = operand.multipliers.data() + row * modes_[0];
-      for (int64_t i = 0; i < modes_[0]; ++i)
-        to[i] = multiplier_at(operand, {i, row % modes_[1], row / modes_[1]}, uniforms) / cells;
-    });
-  }
-}
 
 /// Of an array with these lengths and strides.
 struct FieldTransform::LineBegins {
@@ -182,59 +70,129 @@ struct FieldTransform::LineBegins {
   int64_t begin(int64_t line) const { return line % counts[0] * strides[0] + line / counts[0] * strides[1]; }
 };
 
-template <class Real>
-void FieldTransform::forward(const Real* from) {
-  const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LineBegins source(cells_, stride_, first_), target(modes_, strides, first_);
-  const int64_t n = cells_[first_];
-  team_.run(source.count(), [&](int64_t line, int thread) {
-    Lines& own = lines_[static_cast<std::size_t>(thread)];
-    const Real* const begin = from + source.begin(line);
-    Complex* const to = waves_->data() + target.begin(line);
-    for (int64_t i = 0; i < n; ++i) own.real[static_cast<std::size_t>(i)] = begin[i * stride_[first_]];
-    if (!goes_along(first_)) {
-      for (int64_t i = 0; i < n; ++i) to[i * strides[first_]] = own.real[static_cast<std::size_t>(i)];
-      return;
-    }
-    own.first->forward(own.real.data(), to);
-  });
-  along_others(*waves_, true);
+struct FieldTransform::Block {
+  int64_t line, lines;
+  Block(int64_t number, int64_t side_by_side) {
+    const int64_t blocks = count_in(side_by_side), begin = number % blocks * lines_at_once;
+    line = number / blocks * side_by_side + begin;
+    lines = std::min(lines_at_once, side_by_side - begin);
+  }
+  static int64_t count_in(int64_t side_by_side) { return (side_by_side + lines_at_once - 1) / lines_at_once; }
+};
+
+FieldTransform::FieldTransform() = default;
+FieldTransform::~FieldTransform() = default;
+FieldTransform::FieldTransform(FieldTransform&&) noexcept = default;
+FieldTransform& FieldTransform::operator=(FieldTransform&&) noexcept = default;
+
+FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
+                               FieldTransform* before)
+    : transform_(transform), real_(layout.real) {
+  choose_axes(layout);
+  if (waves_.cells[0] * waves_.cells[1] * waves_.cells[2] >= least_cells_of_team) team_ = team;
+  make_operands();
+  const auto size = static_cast<std::size_t>(waves_.count() * waves_.length());
+  if (before != nullptr && shares_waves_of(*before)) {
+    if (!before->kept_) before->kept_ = std::make_shared<std::vector<Complex>>(size);
+    kept_ = before->kept_;
+    are_made_before_ = true;
+  }
+  if (!is_along_one_axis()) half_way_.assign(size, 0.0);
+  if (operands_.size() > 1) sum_.assign(size, 0.0);
+  for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
 }
 
-template <class Real>
-void FieldTransform::backward(Real* to) {
-  along_others(sum_, false);
-  const std::array<int64_t, 3> strides = dense_strides(modes_);
-  const LineBegins source(modes_, strides, first_), target(cells_, stride_, first_);
-  const int64_t n = cells_[first_];
-  team_.run(source.count(), [&](int64_t line, int thread) {
-    Lines& own = lines_[static_cast<std::size_t>(thread)];
-    Complex* const begin = sum_.data() + source.begin(line);
-    Real* const end = to + target.begin(line);
-    if (!goes_along(first_)) {
-      for (int64_t i = 0; i < n; ++i) end[i * stride_[first_]] = static_cast<Real>(begin[i * strides[first_]].real());
-      return;
-    }
-    own.first->backward(begin, own.real.data());
-    for (int64_t i = 0; i < n; ++i) end[i * stride_[first_]] = static_cast<Real>(own.real[static_cast<std::size_t>(i)]);
-  });
-}
-
-void FieldTransform::along_others(std::vector<Complex>& waves, bool is_forward) {
+/// Axes of one cell have one wave, which stays as it is: they are first only where all are such.
+void FieldTransform::choose_axes(const dpde_layout& layout) {
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(layout.rank); ++axis) {
+    waves_.cells[axis] = layout.cells[axis];
+    waves_.axes[axis] = transform_.axes[axis] != 0;
+    stride_[axis] = layout.stride[axis];
+  }
+  for (std::size_t axis = 3; axis-- > 0;) {
+    if (waves_.axes[axis] && (goes_along(axis) || !goes_along(first_))) first_ = axis;
+  }
+  waves_.along = first_;
   for (std::size_t axis = first_ + 1; axis < 3; ++axis) {
-    if (goes_along(axis)) along(waves, axis, is_forward);
+    if (goes_along(axis)) waves_.along = axis;
+  }
+  waves_.modes = waves_.cells;
+  if (goes_along(first_)) waves_.modes[first_] = waves_.cells[first_] / 2 + 1;
+}
+
+void FieldTransform::make_operands() {
+  std::vector<int32_t> fields;
+  for (int32_t i = 0; i < transform_.term_count; ++i) {
+    if (!std::ranges::count(fields, transform_.terms[i].field)) fields.push_back(transform_.terms[i].field);
+  }
+  for (const int32_t field : fields) {
+    std::vector<const dpde_transform_term*> terms;
+    for (int32_t i = 0; i < transform_.term_count; ++i) {
+      if (transform_.terms[i].field == field) terms.push_back(&transform_.terms[i]);
+    }
+    operands_.push_back({field, WaveMultipliers(waves_, std::move(terms))});
   }
 }
 
-/// The lines of a block are side by side along the first axis of the array.
-void FieldTransform::along(std::vector<Complex>& waves, std::size_t axis, bool is_forward) {
-  const LineBegins lines(modes_, dense_strides(modes_), axis);
-  const int64_t blocks = (lines.counts[0] + lines_at_once - 1) / lines_at_once;
-  team_.run(blocks * lines.counts[1], [&](int64_t block, int thread) {
-    Lines& own = lines_[static_cast<std::size_t>(thread)];
-    const int64_t line = block % blocks * lines_at_once;
-    Complex* const begin = waves.data() + line + block / blocks * lines.strides[1];
-    ComplexFft& fft = lines.counts[0] - line < lines_at_once ? *own.last[axis] : *own.block[axis];
+bool FieldTransform::shares_waves_of(const FieldTransform& before) const {
+  const bool are_single = operands_.size() == 1 && before.operands_.size() == 1;
+  return are_single && operands_.front().field == before.operands_.front().field &&
+         before.transform_.result != operands_.front().field &&
+         std::ranges::equal(transform_.axes, before.transform_.axes);
+}
+
+/// Where values are doubles side by side they are transformed from where they are.
+template <class Real>
+void FieldTransform::read_line(const Real* from, Lines& own, Complex* waves) const {
+  if constexpr (std::is_same_v<Real, double>) {
+    if (own.first && stride_[first_] == 1 && is_aligned(from)) return own.first->forward(from, waves);
+  }
+  gather(from, stride_[first_], own.real);
+  if (own.first) {
+    own.first->forward(own.real.data(), waves);
+  } else {
+    *waves = own.real.front();
+  }
+}
+
+template <class Real>
+void FieldTransform::write_line(Complex* waves, Lines& own, Real* to) const {
+  if constexpr (std::is_same_v<Real, double>) {
+    if (own.first && stride_[first_] == 1 && is_aligned(to)) return own.first->backward(waves, to);
+  }
+  if (own.first) {
+    own.first->backward(waves, own.real.data());
+  } else {
+    own.real.front() = waves->real();
+  }
+  scatter(own.real, to, stride_[first_]);
+}
+
+template <class Real>
+void FieldTransform::first_forward(const Real* from) {
+  const LineBegins source(waves_.cells, stride_, first_), target(waves_.modes, dense_strides(waves_.modes), first_);
+  team_.run(source.count(), [&](int64_t line, int thread) {
+    read_line(from + source.begin(line), lines_[static_cast<std::size_t>(thread)],
+              half_way_.data() + target.begin(line));
+  });
+}
+
+template <class Real>
+void FieldTransform::first_backward(Real* to) {
+  const LineBegins source(waves_.modes, dense_strides(waves_.modes), first_), target(waves_.cells, stride_, first_);
+  team_.run(source.count(), [&](int64_t line, int thread) {
+    write_line(half_way_.data() + source.begin(line), lines_[static_cast<std::size_t>(thread)],
+               to + target.begin(line));
+  });
+}
+
+/// Along axes between the first and the last one, in place.
+void FieldTransform::between(std::size_t axis, bool is_forward) {
+  const LineBegins lines(waves_.modes, dense_strides(waves_.modes), axis);
+  team_.run(Block::count_in(lines.counts[0]) * lines.counts[1], [&](int64_t number, int thread) {
+    const Block block(number, lines.counts[0]);
+    ComplexFft& fft = lines_[static_cast<std::size_t>(thread)].along(axis, block.lines);
+    Complex* const begin = half_way_.data() + lines.begin(block.line);
     if (is_forward) {
       fft.forward(begin);
     } else {
@@ -243,23 +201,63 @@ void FieldTransform::along(std::vector<Complex>& waves, std::size_t axis, bool i
   });
 }
 
+template <class Real>
+void FieldTransform::last_forward(const Block& block, const Real* from, Lines& own, Complex* waves) {
+  if (!is_along_one_axis()) {
+    const LineBegins lines(waves_.modes, dense_strides(waves_.modes), waves_.along);
+    return own.along(waves_.along, block.lines).forward(half_way_.data() + lines.begin(block.line), waves);
+  }
+  const LineBegins lines(waves_.cells, stride_, first_);
+  for (int64_t i = 0; i < block.lines; ++i)
+    read_line(from + lines.begin(block.line + i), own, waves + i * waves_.length());
+}
+
+template <class Real>
+void FieldTransform::last_backward(const Block& block, Complex* waves, Lines& own, Real* to) {
+  if (!is_along_one_axis()) {
+    const LineBegins lines(waves_.modes, dense_strides(waves_.modes), waves_.along);
+    return own.along(waves_.along, block.lines).backward(waves, half_way_.data() + lines.begin(block.line));
+  }
+  const LineBegins lines(waves_.cells, stride_, first_);
+  for (int64_t i = 0; i < block.lines; ++i)
+    write_line(waves + i * waves_.length(), own, to + lines.begin(block.line + i));
+}
+
+template <class Real>
+void FieldTransform::multiply_waves(std::size_t number, const Real* from, Real* to) {
+  const int64_t side_by_side = waves_.side_by_side();
+  team_.run(Block::count_in(side_by_side) * (waves_.count() / side_by_side), [&](int64_t part, int thread) {
+    const Block block(part, side_by_side);
+    Lines& own = lines_[static_cast<std::size_t>(thread)];
+    const int64_t begin = block.line * waves_.length();
+    Complex* const waves = kept_ ? kept_->data() + begin : own.waves.data();
+    if (!are_made_before_) last_forward(block, from, own, waves);
+    Complex* const sum = sum_.empty() ? own.waves.data() : sum_.data() + begin;
+    operands_[number].multipliers.multiply(block.line, block.lines, waves, sum, number > 0);
+    if (number + 1 == operands_.size()) last_backward(block, sum, own, to);
+  });
+}
+
 void FieldTransform::run(void* const* fields, const double* uniforms) {
-  make_multipliers(uniforms);
   with_real(real_, [&](auto real) {
     using Real = decltype(real);
-    bool is_first = true;
-    for (const Operand& operand : operands_) {
-      if (!has_waves_) forward(static_cast<const Real*>(fields[operand.field]));
-      const Complex *const multipliers = operand.multipliers.data(), *const waves = waves_->data();
-      team_.run(modes_[1] * modes_[2], [&](int64_t row, int) {
-        for (int64_t i = row * modes_[0]; i < (row + 1) * modes_[0]; ++i) {
-          const Complex value = multipliers[i] * waves[i];
-          sum_[static_cast<std::size_t>(i)] = is_first ? value : sum_[static_cast<std::size_t>(i)] + value;
+    auto* const to = static_cast<Real*>(fields[transform_.result]);
+    for (std::size_t i = 0; i < operands_.size(); ++i) {
+      operands_[i].multipliers.update(uniforms, team_);
+      const auto* const from = static_cast<const Real*>(fields[operands_[i].field]);
+      if (!are_made_before_ && !is_along_one_axis()) {
+        first_forward(from);
+        for (std::size_t axis = first_ + 1; axis < waves_.along; ++axis) {
+          if (goes_along(axis)) between(axis, true);
         }
-      });
-      is_first = false;
+      }
+      multiply_waves(i, from, to);
     }
-    backward(static_cast<Real*>(fields[transform_.result]));
+    if (is_along_one_axis()) return;
+    for (std::size_t axis = waves_.along; --axis > first_;) {
+      if (goes_along(axis)) between(axis, false);
+    }
+    first_backward(to);
   });
 }
 

@@ -2,9 +2,10 @@
 // Fields whose waves are multiplied, resolved for one layout: derivatives by Fourier series, exponentials of linear
 // operators (dpde_transform of kernel_abi.h).
 //
-// Each field is transformed once, real values along the first axis of waves to a half spectrum, then complex ones along
-// the others; the sum over the terms is transformed back. All of it is done in f64, and in the same blocks of lines by
-// any number of threads, so that results do not depend on it.
+// Each field is transformed real values first, along the first axis of waves to a half spectrum, then complex ones
+// along the others. Along the last one blocks of lines go there, are multiplied and go back while they are in the
+// cache. All of it is done in f64, and in the same blocks of lines by any number of threads, so that results do not
+// depend on it.
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
+#include "wave_multipliers.h"
 
 namespace dpde {
 
@@ -23,7 +25,7 @@ class FieldTransform {
   FieldTransform();
   /// `before` is what runs just before, or null: where both transform one field only, and the same, it is done once.
   FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
-                 const FieldTransform* before = nullptr);
+                 FieldTransform* before = nullptr);
   ~FieldTransform();
   FieldTransform(FieldTransform&&) noexcept;
   FieldTransform& operator=(FieldTransform&&) noexcept;
@@ -36,48 +38,45 @@ class FieldTransform {
   using Complex = std::complex<double>;
   struct Lines;       // FFTs and memory of one thread
   struct LineBegins;  // of the lines along an axis
+  struct Block;       // lines side by side along the last axis
   /// All terms of one field.
   struct Operand {
     int32_t field;
-    std::vector<const dpde_transform_term*> terms;
-    std::vector<Complex> multipliers;
+    WaveMultipliers multipliers;
   };
 
-  /// A sum, and that of the sizes of its terms.
-  struct Symbol {
-    Complex sum = 0;
-    double size = 0;
-  };
-
+  void choose_axes(const dpde_layout& layout);
+  void make_operands();
   bool shares_waves_of(const FieldTransform& before) const;
-  void note_uniforms(const dpde_symbol& symbol);
-  bool has_changed(const double* uniforms);
-  void make_multipliers(const double* uniforms);
-  Complex multiplier_at(const Operand& operand, const std::array<int64_t, 3>& mode, const double* uniforms) const;
-  Complex mean_at(const Operand& operand, std::array<double, 3> angles, std::size_t axis, bool is_short,
-                  const double* uniforms) const;
-  Symbol value(const dpde_symbol& symbol, const std::array<double, 3>& angles, const double* uniforms) const;
+  bool goes_along(std::size_t axis) const { return transform_.axes[axis] != 0 && waves_.cells[axis] > 1; }
+  bool is_along_one_axis() const { return first_ == waves_.along; }
   template <class Real>
-  void forward(const Real* from);
+  void multiply_waves(std::size_t number, const Real* from, Real* to);
   template <class Real>
-  void backward(Real* to);
-  void along_others(std::vector<Complex>& waves, bool is_forward);
-  void along(std::vector<Complex>& waves, std::size_t axis, bool is_forward);
-  bool goes_along(std::size_t axis) const { return transform_.axes[axis] != 0 && cells_[axis] > 1; }
-  int64_t modes() const { return modes_[0] * modes_[1] * modes_[2]; }
+  void read_line(const Real* from, Lines& own, Complex* waves) const;
+  template <class Real>
+  void write_line(Complex* waves, Lines& own, Real* to) const;
+  template <class Real>
+  void first_forward(const Real* from);
+  template <class Real>
+  void first_backward(Real* to);
+  template <class Real>
+  void last_forward(const Block& block, const Real* from, Lines& own, Complex* waves);
+  template <class Real>
+  void last_backward(const Block& block, Complex* waves, Lines& own, Real* to);
+  void between(std::size_t axis, bool is_forward);
 
   dpde_transform transform_{};
   int32_t real_ = DPDE_F64;
   Team team_;
   std::size_t first_ = 0;  // axis of the half spectrum
-  std::array<int64_t, 3> cells_{1, 1, 1}, stride_{}, modes_{1, 1, 1};
+  WaveLines waves_;
+  std::array<int64_t, 3> stride_{};
   std::vector<Operand> operands_;
-  std::vector<int32_t> uniforms_;  // that multipliers depend on
-  std::vector<double> values_;     // theirs, of the multipliers that are there
-  bool is_made_ = false;
-  std::shared_ptr<std::vector<Complex>> waves_;  // of the operand, of the last one where there are several
-  bool has_waves_ = false;                       // made by what runs just before
-  std::vector<Complex> sum_;
+  std::vector<Complex> half_way_;               // waves along all axes but the last one
+  std::shared_ptr<std::vector<Complex>> kept_;  // all waves, where what runs next shares them
+  bool are_made_before_ = false;
+  std::vector<Complex> sum_;  // where there are several operands
   std::vector<Lines> lines_;  // one a thread
 };
 

@@ -89,7 +89,7 @@ LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int
   if (sides == Sides::periodic && are_complex) {
     step_ = step;
     block_ = block;
-    complex_.emplace(cells, block / 2, step / 2, 1);
+    complex_.emplace(lines_in_place(cells, block / 2, step / 2, 1));
     return;
   }
   values_ = aligned_values(cells * width);
@@ -104,7 +104,7 @@ LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int
   }
   const bool has_halves = is_mixed() && cells % 2 == 0;
   if (is_mixed() && !has_halves) other_ = aligned_values(2 * cells * width);
-  complex_.emplace(has_halves ? cells / 2 : cells, width / 2, width / 2, 1);
+  complex_.emplace(lines_in_place(has_halves ? cells / 2 : cells, width / 2, width / 2, 1));
 }
 
 void LineWaves::make_sources() {
