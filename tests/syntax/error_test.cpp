@@ -73,7 +73,8 @@ TEST(Errors, SayWhatWasExpected) {
   EXPECT_EQ(problems_of("scene s : m { boundary u x.low = 0 }"),
             "1:26 E0201 expected ':' or '=' but found 'x' | as in: boundary u: x.low = 0, x.high = 1\n");
   EXPECT_EQ(problems_of("scene s : m { boundary u: x.left = 0 }"),
-            "1:29 E0201 expected 'low' or 'high' but found 'left'\n");
+            "1:29 E0201 expected 'low' or 'high' but found 'left' | the sides of x are x.low, where x is least, and "
+            "x.high\n");
   EXPECT_EQ(problems_of("scene s : m { grid x = 0 .. 1, periodic, periodic, cells 2 }"),
             "1:42 E0211 'periodic' is written twice\n");
   EXPECT_EQ(problems_of("task t : s { minimise mean(u) over 16 cells }"),
@@ -92,7 +93,19 @@ TEST(Errors, OfEquations) {
       "2:3 E0209 an equation begins with dt(field), not with 'u' | write dt(u) = ... for a field, let u = ... for "
       "a shorthand, or u = ... inside a mask\n"
       "3:3 E0209 an equation begins with dt(field), not with 'dx'\n"
-      "4:14 E0201 expected 'gives' but found 'give'\n");
+      "4:14 E0201 expected 'gives' but found 'give' | 0 = div(u) gives p; an equation without dt is solved: solve "
+      "lap(u) = -f for u\n");
+}
+
+TEST(Errors, OfRatesAndProductsAsOthersWriteThem) {
+  const auto hint_of = [](std::string_view item) {
+    const std::string problem = problems_of(fmt::format("model m {{ {} }}", item));
+    return problem.substr(std::min(problem.size(), problem.find(" | ")));
+  };
+  for (const char* rate : {"u_t = lap(u)", "du/dt = lap(u)", "d(u)/dt = lap(u)"})
+    EXPECT_EQ(hint_of(rate), " | write dt(u) = ...\n") << rate;
+  EXPECT_EQ(hint_of("dt(u) = k lap(u)"), " | a product is written with *, as in 2*x\n");
+  EXPECT_EQ(hint_of("let k = 2 3"), "");
 }
 
 TEST(Errors, OfKernelHeaders) {

@@ -99,9 +99,9 @@ bool Cursor::expect(TokenKind kind) {
   return false;
 }
 
-bool Cursor::expect_word(std::string_view word) {
+bool Cursor::expect_word(std::string_view word, std::string hint) {
   if (accept_word(word)) return true;
-  fail_expected(quoted(word));
+  fail_expected(quoted(word), std::move(hint));
   return false;
 }
 
@@ -214,7 +214,8 @@ void Cursor::expect_end_of_item() {
 
 std::string Cursor::product_hint() const {
   const bool is_factor = at(TokenKind::identifier) || at(TokenKind::left_paren) || at(TokenKind::number);
-  if (!is_factor || last_ < 0 || peek().range.begin != behind_last().end) return {};
+  const bool is_call = at(TokenKind::identifier) && peek_second().kind == TokenKind::left_paren;
+  if (!is_factor || last_ < 0 || (!is_call && peek().range.begin != behind_last().end)) return {};
   return "a product is written with *, as in 2*x";
 }
 

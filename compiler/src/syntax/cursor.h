@@ -37,7 +37,7 @@ class Cursor {
   bool accept_word(std::string_view word);
   /// Takes the token, or fails with "expected ... but found ...".
   bool expect(TokenKind kind);
-  bool expect_word(std::string_view word);
+  bool expect_word(std::string_view word, std::string hint = {});
   Identifier expect_name(const char* what);
   /// u, or the component u.x of a vector.
   Identifier expect_component(const char* what);
@@ -64,7 +64,7 @@ class Cursor {
   void fail_expected(std::string what, std::string hint = {});
   /// Fails unless the item ends here.
   void expect_end_of_item();
-  /// What to write for 2x, or "" where no factor follows directly.
+  /// What to write for 2x and k lap(u), or "" where no factor follows.
   std::string product_hint() const;
   bool failed() const { return failed_; }
   /// To the end of the item that begins at token `start`, over whole { } blocks; always makes progress.

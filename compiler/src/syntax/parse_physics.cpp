@@ -74,12 +74,12 @@ struct Related {
   Expr left, right;
   Identifier name;
 };
-Related parse_related(Cursor& cursor, const char* word, const char* what) {
+Related parse_related(Cursor& cursor, const char* word, const char* what, std::string hint = {}) {
   Related related;
   related.left = parse_expression(cursor);
   cursor.expect(TokenKind::assign);
   related.right = parse_expression(cursor);
-  cursor.expect_word(word);
+  cursor.expect_word(word, std::move(hint));
   related.name = cursor.expect_name(what);
   return related;
 }
@@ -90,17 +90,27 @@ ItemKind parse_solved(Cursor& cursor) {
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
-  Related related = parse_related(cursor, "gives", "the field that the constraint gives");
+  Related related = parse_related(cursor, "gives", "the field that the constraint gives",
+                                  "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
   return ConstraintItem{std::move(related.left), std::move(related.right), std::move(related.name)};
 }
 
-/// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., 0 = div(u).
+/// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
   const bool is_name = cursor.at(TokenKind::identifier);
   const bool is_part = second == TokenKind::dot || second == TokenKind::left_bracket;
-  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || is_part));
+  const bool is_slash = second == TokenKind::slash;
+  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || is_slash || is_part));
+}
+
+/// Of u_t, du/dt and d(u)/dt, the field; "" of other words.
+std::string_view field_of_rate(std::string_view word, TokenKind behind) {
+  word = word.substr(0, 40);
+  if (word == "d" && behind == TokenKind::left_paren) return "u";
+  if (behind == TokenKind::slash) return word.starts_with('d') ? word.substr(1) : "";
+  return word.size() > 2 && word.ends_with("_t") ? word.substr(0, word.size() - 2) : "";
 }
 
 /// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
@@ -112,7 +122,10 @@ ItemKind parse_no_equation(Cursor& cursor) {
     return ItemKind{};
   };
   const TokenKind second = cursor.peek_second().kind;
-  if (!cursor.at(TokenKind::identifier) || second == TokenKind::left_paren) return refuse("");
+  const std::string_view rate = field_of_rate(first.spelling, second);
+  if (!rate.empty()) return refuse(fmt::format("write dt({}) = ...", rate));
+  if (!cursor.at(TokenKind::identifier) || second == TokenKind::left_paren || second == TokenKind::slash)
+    return refuse("");
   HeldItem item;
   item.field = cursor.expect_element("a field");
   const std::string name = item.field.name.substr(0, 40);
@@ -362,7 +375,9 @@ Identifier parse_place(Cursor& cursor) {
   Identifier place = cursor.expect_name("a side such as x.low");
   if (!cursor.accept(TokenKind::dot)) return place;
   if (!cursor.at_word("low") && !cursor.at_word("high")) {
-    cursor.fail_expected("'low' or 'high'");
+    cursor.fail_expected(
+        "'low' or 'high'",
+        fmt::format("the sides of {0} are {0}.low, where {0} is least, and {0}.high", place.name.substr(0, 40)));
     return place;
   }
   const Token side = cursor.take();

@@ -76,7 +76,11 @@ void declare_model(Draft& draft) {
   }
   declare_velocities(draft);
   if (!items_of<ast::FieldItem>(draft.model->items).empty()) return;
-  draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name}, "write field u and dt(u) = ...");
+  const bool has_solves = !items_of<ast::SolvedItem>(draft.model->items).empty();
+  draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name},
+                    has_solves ? "a run takes steps of some field: write field rest and dt(rest) = 0 beside the solve, "
+                                 "initial rest = 0, and one step of time"
+                               : "write field u and dt(u) = ...");
 }
 
 void bind_fields(Draft& draft) {

@@ -106,8 +106,10 @@ void bind_equations(Draft& draft) {
     }
   }
   for (const std::string& name : states_not_in(draft, seen)) {
+    const char* hint = draft.solved.contains(name) ? "leave {0} out here: the solve for {0} declares it"
+                                                   : "write dt({0}) = ..., or coefficient {0} for what does not change";
     draft.sink.report("missing-equation", draft.scope.find(name)->declared, {name},
-                      fmt::format("write dt({0}) = ..., or coefficient {0} for what does not change", name));
+                      fmt::format(fmt::runtime(hint), name));
   }
 }
 

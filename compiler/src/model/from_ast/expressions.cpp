@@ -131,13 +131,31 @@ Expr opposite(const Expr& e) {
   return binary(opposite(b.op), b.left, b.right, e->origin);
 }
 
+bool is_state(const Draft& draft, const std::string& name) {
+  const Meaning* meaning = draft.scope.find(name);
+  return meaning != nullptr && meaning->role == Role::state;
+}
+
+/// Of u_x, u_xx and u_xy how such derivatives are written; "" of other names.
+std::string differentiated_below(const Draft& draft, const std::string& name) {
+  const std::size_t line = name.rfind('_');
+  if (line == std::string::npos || line + 1 == name.size() || !is_state(draft, name.substr(0, line))) return "";
+  std::string written = name.substr(0, line);
+  const std::string axes = name.substr(line + 1);
+  if (axes.find_first_not_of("xyz") != std::string::npos || axes.size() > 4) return "";
+  const bool is_one_axis = axes.find_first_not_of(axes[0]) == std::string::npos;
+  if (axes.size() > 1 && is_one_axis) return fmt::format("write d({}, {}, {})", written, axes[0], axes.size());
+  for (const char axis : axes) written = fmt::format("d{}({})", axis, written);
+  return fmt::format("write {}", written);
+}
+
 /// Of du and d2u, as in du/dx, how a derivative of u is written; "" of other names.
 std::string differentiated_by(const Draft& draft, const std::string& name) {
+  if (std::string below = differentiated_below(draft, name); !below.empty()) return below;
   if (name.size() < 2 || name[0] != 'd') return "";
   const bool has_order = name.size() > 2 && name[1] >= '1' && name[1] <= '9';
   const std::string field = name.substr(has_order ? 2 : 1);
-  const Meaning* meaning = draft.scope.find(field);
-  if (meaning == nullptr || meaning->role != Role::state) return "";
+  if (!is_state(draft, field)) return "";
   return has_order ? fmt::format("write d({}, x, {}), or lap({}) for the sum over all axes", field, name[1], field)
                    : fmt::format("write dx({0}), or on the left side dt({0}) = ...", field);
 }
