@@ -113,6 +113,7 @@ NetcdfNames::NetcdfNames(const driver::Session& session) {
   for (const model::State& state : problem.states) taken_.insert(state.name);
   for (const model::Parameter& param : problem.params) taken_.insert(param.name);
   for (const model::Quantity& quantity : problem.observables) taken_.insert(quantity.name);
+  for (const model::Shown& shown : problem.shown) taken_.insert(shown.name);
 }
 
 std::string NetcdfNames::free(std::string name) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "driver/restart_file.h"
@@ -169,10 +170,17 @@ void Record::add(Series& series, const Snapshot& snapshot) {
   series.observables.push_back(session_.observe(snapshot.t, snapshot.states));
   if (!keeps_states_) return;
   std::vector<double> values(session_.workspace().cell_count());
+  const auto is_shown = [&](const std::string& field) { return session_.problem().find_shown(field) != nullptr; };
+  std::map<std::string, std::vector<double>> shown;
+  if (std::ranges::any_of(series.fields, is_shown)) shown = session_.shown(snapshot.t, snapshot.states);
   for (const std::string& field : series.fields) {
+    std::vector<double>& all = series.values[field];
+    if (is_shown(field)) {
+      all.insert(all.end(), shown.at(field).begin(), shown.at(field).end());
+      continue;
+    }
     const int state = session_.rollout().state_index(field);
     copy_out(session_.workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
-    std::vector<double>& all = series.values[field];
     all.insert(all.end(), values.begin(), values.end());
   }
 }

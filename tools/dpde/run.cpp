@@ -323,6 +323,11 @@ void Run::write_files() {
     add_state(panels, *session_, when,
               {name, std::move(values), placement_of(*session_, name), label_of(problem, name)});
   }
+  const auto shown = session_->shown(session_->time_of(outcome_.steps_done), rollout.final_states());
+  for (const auto& [name, values] : shown) {
+    save_state(job_, session_->axes(), name, values);
+    add_state(panels, *session_, when, {name, values, placement_of(*session_, name), label_of(problem, name)});
+  }
   if (options_.every > 0) write_series(record_->series()[0]);
   draw_observables(record_->series()[0]);
   save_netcdf(job_, *session_, record_->take_series(), options_.centres);

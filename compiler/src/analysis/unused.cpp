@@ -104,6 +104,7 @@ Names observed(const driver::Compiled& compiled) {
   Names seen = read_by_losses(compiled);
   for (const auto& [test, program] : compiled.names.tests) add_all(seen, inputs_of(compiled, program));
   add_all(seen, inputs_of(compiled, compiled.names.observe));
+  add_all(seen, inputs_of(compiled, compiled.names.shown));
   for (const model::Output& output : problem.outputs) seen.insert(output.fields.begin(), output.fields.end());
   for (const model::State& state : problem.states) {
     if (state.exact) seen.insert(state.name);

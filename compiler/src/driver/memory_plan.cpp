@@ -106,6 +106,8 @@ class Planner {
   /// What is said at the end of a run.
   void report() {
     execute(compiled_.names.observe, true);
+    execute(compiled_.names.shown, true);
+    release(compiled_.names.shown);
     execute(compiled_.names.constraints, true);
     if (find(compiled_.names.exact) != nullptr) {
       execute(compiled_.names.exact);

@@ -97,6 +97,7 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
                         [](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }),
         "what is solved for in " + quantity.name);
   }
+  for (const model::Shown& shown : problem.shown) add(true, "the output of " + shown.name);
   return reasons;
 }
 

@@ -230,6 +230,18 @@ std::vector<std::pair<std::string, double>> Session::observe(double t, const std
   return values;
 }
 
+std::map<std::string, std::vector<double>> Session::shown(double t, const std::vector<void*>& states) {
+  const dpde_program* program = compiled_->program(compiled_->names.shown);
+  std::map<std::string, std::vector<double>> values;
+  if (program == nullptr) return values;
+  workspace().run(*program, t, bind_states(states));
+  // The program keeps one field for each, in their order.
+  auto kept = compiled_->stencil.find_program(compiled_->names.shown)->keeps.begin();
+  for (const model::Shown& shown : problem().shown) values.emplace(shown.name, workspace().dense(*kept++));
+  workspace().release(*program);
+  return values;
+}
+
 std::vector<Session::Miss> Session::misses(double t, const std::vector<void*>& states) {
   const dpde_program* program = compiled_->program(compiled_->names.constraints);
   std::vector<Miss> result;

@@ -87,6 +87,8 @@ class Session {
 
   /// Values of the observables at a state of the run.
   std::vector<std::pair<std::string, double>> observe(double t, const std::vector<void*>& states);
+  /// Values of what outputs ask for beside states, by name.
+  std::map<std::string, std::vector<double>> shown(double t, const std::vector<void*>& states);
   /// How far each constraint is from being true: the largest value of what has to be 0, and what its terms are like.
   struct Miss {
     std::string multiplier;

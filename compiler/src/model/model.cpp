@@ -40,6 +40,11 @@ const State* Problem::find_state(const std::string& name) const {
   return found == states.end() ? nullptr : &*found;
 }
 
+const Shown* Problem::find_shown(const std::string& name) const {
+  const auto found = std::ranges::find(shown, name, &Shown::name);
+  return found == shown.end() ? nullptr : &*found;
+}
+
 bool radiates(const State& state) {
   return std::ranges::any_of(state.boundary, [](const AxisSides& sides) {
     return condition_of(sides.low.kind).takes_rate() || condition_of(sides.high.kind).takes_rate();

@@ -215,6 +215,17 @@ void add_units(const Problem& p, std::vector<std::string>& lines) {
   if (!units.empty()) lines.push_back(fmt::format("# units: {}", fmt::join(units, ", ")));
 }
 
+/// What a run tells and writes.
+void add_results(const Problem& p, std::vector<std::string>& lines) {
+  for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
+  if (p.accuracy) {
+    const std::string on = p.accuracy->states.empty() ? "" : fmt::format(" on {}", fmt::join(p.accuracy->states, ", "));
+    lines.push_back(fmt::format("accuracy {}{}", p.accuracy->tolerance, on));
+  }
+  for (const Shown& shown : p.shown) lines.push_back(fmt::format("let {} = {}", shown.name, print(shown.value)));
+  for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
+}
+
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
@@ -261,12 +272,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   for (const State& state : p.states) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }
-  for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
-  if (p.accuracy) {
-    const std::string on = p.accuracy->states.empty() ? "" : fmt::format(" on {}", fmt::join(p.accuracy->states, ", "));
-    lines.push_back(fmt::format("accuracy {}{}", p.accuracy->tolerance, on));
-  }
-  for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
+  add_results(p, lines);
   for (const Event& event : p.events) lines.push_back(event_text(p, event));
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
@@ -389,6 +395,7 @@ std::string operators_text(const Problem& problem) {
     if (state.rhs) all.push_back(*state.rhs);
   }
   for (const Quantity& observable : problem.observables) all.push_back(observable.value);
+  for (const Shown& shown : problem.shown) all.push_back(shown.value);
   for (const Event& event : problem.events) {
     for (const Event::Update& update : event.updates) all.push_back(update.value);
   }

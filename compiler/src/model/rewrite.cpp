@@ -52,6 +52,7 @@ void rewrite_formulas(Problem& problem, const FormulaRule& rule) {
   for (State& state : problem.states) formulas.rewrite(state);
   for (Coefficient& coefficient : problem.coefficients) formulas.rewrite(coefficient.value.formula);
   for (Quantity& observable : problem.observables) formulas.rewrite(observable.value);
+  for (Shown& shown : problem.shown) formulas.rewrite(shown.value);
   for (Event& event : problem.events) formulas.rewrite(event.updates);
   for (Projection& projection : problem.projections) formulas.rewrite(projection);
   for (StatedOrder& stated : problem.operators) {

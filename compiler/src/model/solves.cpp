@@ -26,6 +26,7 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
   for (const Projection& projection : problem.projections)
     if (projection.potential) any_part(*projection.potential, look);
   for (const Quantity& observable : problem.observables) any_part(observable.value, look);
+  for (const Shown& shown : problem.shown) any_part(shown.value, look);
   if (!problem.task) return known;
   for (const Loss& loss : problem.task->losses) any_part(loss.value, look);
   for (const Test& test : problem.task->tests) any_part(test.quantity.value, look);

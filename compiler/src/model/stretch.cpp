@@ -16,7 +16,7 @@ bool is_taken(const Problem& problem, const std::string& name) {
   const auto is_datum = [&](const Datum& datum) { return datum.name == name; };
   const auto is_test = [&](const Test& test) { return test.quantity.name == name; };
   return problem.find_state(name) || problem.find_coefficient(name) || problem.find_param(name) ||
-         problem.find_network(name) ||
+         problem.find_network(name) || problem.find_shown(name) ||
          std::ranges::any_of(problem.observables,
                              [&](const Quantity& observable) { return observable.name == name; }) ||
          (problem.task &&

@@ -54,6 +54,7 @@ class Verifier {
     for (const Coefficient& c : problem_.coefficients)
       check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
     for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
+    for (const Shown& shown : problem_.shown) check(shown.value, "shown " + shown.name, equation);
     if (problem_.task) check_task(*problem_.task);
     check_placements();
     return mistakes_;

@@ -83,6 +83,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);
+  for (const model::Shown& shown : problem.shown) check_size(lowering, shown.value, shown.origin, sink);
   if (problem.scheme.follows_flow()) check_semi_lagrangian(problem, sink);
   if (problem.task) {
     for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
@@ -220,6 +221,13 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
+std::vector<Formula> shown_formulas(const model::Problem& problem, Lowering& lowering) {
+  std::vector<Formula> formulas;
+  for (const model::Shown& shown : problem.shown)
+    formulas.push_back({lowering.fresh_field(shown.name + "_shown"), shown.value, shown.origin, shown.placement});
+  return formulas;
+}
+
 /// The last stage that solves for what `guess` is of stores the solution for the next step.
 void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& name) {
   for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
@@ -348,6 +356,7 @@ ProgramNames program_names(const model::Problem& problem) {
   names.rate = supply.fresh(scene + "_rate");
   names.exact = supply.fresh(scene + "_exact");
   names.observe = supply.fresh(scene + "_observe");
+  names.shown = supply.fresh(scene + "_shown");
   names.constraints = supply.fresh(scene + "_constraints");
   NameSupply sums;
   for (const model::Parameter& parameter : problem.params) sums.reserve(parameter.name);
@@ -392,6 +401,7 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});
   add_sums(module, lowering, names.observe, observables);
+  add_formulas(module, lowering, names.shown, shown_formulas(problem, lowering));
   add_sums(module, lowering, names.constraints, misses(problem, names));
   if (problem.task) add_task(module, lowering, *problem.task, names);
   place_fills(module);

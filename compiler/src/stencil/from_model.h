@@ -7,7 +7,8 @@
 //   S_trial    a step with a sum that estimates its error, where a tolerance decides how long steps are
 //   S_control_1, .. a control field from its formula of t, kept     T_control_1, ...  the same where a task starts
 //   S_exact         u_exact of the states that have one, kept       S_observe  a sum for each observable
-//   T_loss_1, ...   sum `loss`, one program a `minimise` line       T_test_N   sum N
+//   S_shown         what outputs ask for beside states, kept        T_test_N   sum N
+//   T_loss_1, ...   sum `loss`, one program a `minimise` line
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
 #pragma once
 
@@ -23,7 +24,7 @@ namespace dpde::stencil {
 
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
-  std::string step, trial, coefficients, initial, rate, exact, observe, start, constraints;
+  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints;
   std::string rate_field = "courant_rate";  // that `rate` keeps; a word that no field of a person has
   /// Sums of `constraints` for each constraint, in order: the largest value of what has to be 0, and the largest sum of
   /// its terms' magnitudes.

@@ -33,6 +33,7 @@ class Readers {
     for (const model::Event& event : problem_.events) add_all(event.updates);
     for (const model::Projection& projection : problem_.projections) add_all(projection.updates);
     for (const model::Quantity& observable : problem_.observables) add(observable.value);
+    for (const model::Shown& shown : problem_.shown) add(shown.value);
     if (!problem_.task) return;
     for (const model::Loss& loss : problem_.task->losses) add(loss.value);
     for (const model::Test& test : problem_.task->tests) add(test.quantity.value);

@@ -225,6 +225,7 @@ Lowering::Lowering(const model::Problem& problem) : problem_(problem), placement
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
   for (const model::Quantity& observable : problem.observables) names_.reserve(observable.name);
+  for (const model::Shown& shown : problem.shown) names_.reserve(shown.name);
   for (const network::Network& network : problem.networks) names_.reserve(network.name);
   for (const model::State& state : problem.states) {
     names_.reserve(state.name);

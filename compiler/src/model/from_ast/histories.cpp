@@ -33,6 +33,7 @@ void check_velocity(Draft& draft, const State& velocity) {
     check(own ? linear_in(*state.rhs, velocity.name).has_value() : is_free(*state.rhs), state.origin);
   }
   for (const Quantity& observable : problem.observables) check(is_free(observable.value), observable.origin);
+  for (const Shown& shown : problem.shown) check(is_free(shown.value), shown.origin);
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) check(is_free(loss.value), loss.origin);
   for (const Test& test : problem.task->tests) check(is_free(test.quantity.value), test.quantity.origin);

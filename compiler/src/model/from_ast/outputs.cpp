@@ -7,6 +7,7 @@
 
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/placement.h"
 
 namespace dpde::model {
 
@@ -21,16 +22,48 @@ std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char*
   return std::nullopt;
 }
 
+namespace {
+
+/// What the model has a name for that is no field, each component where it lies: a number, vector or tensor; what is
+/// solved for.
+std::vector<std::string> show(Draft& draft, const ast::Identifier& name, const Typed& let) {
+  std::vector<std::string> names;
+  const std::size_t axes = draft.problem.axes.size();
+  const Placements placements(draft.problem);
+  for (std::size_t i = 0; i < let.parts.size(); ++i) {
+    std::string component = name.name;
+    if (let.type == Typed::Type::vector) component += fmt::format(".{}", "xyz"[i]);
+    if (let.type == Typed::Type::tensor) component += fmt::format(".{}{}", "xyz"[i / axes], "xyz"[i % axes]);
+    const Expr value = over_one_cell(draft, let.parts[i]);
+    const Placement placement = placements.natural(value).value_or(Placement{});
+    if (!draft.problem.find_shown(component))
+      draft.problem.shown.push_back({component, value, placement, {name.range}});
+    names.push_back(std::move(component));
+  }
+  return names;
+}
+
+/// The states and what else is written down under that name; none after a diagnostic.
+std::vector<std::string> written_down(Draft& draft, const ast::Identifier& name) {
+  const auto let = draft.lets.find(name.name);
+  if (let != draft.lets.end() && let->second.type != Typed::Type::condition) return show(draft, name, let->second);
+  std::vector<std::string> names;
+  for (const State* state : find_states(draft, name, "an output")) names.push_back(state->name);
+  return names;
+}
+
+}  // namespace
+
 void bind_outputs(Draft& draft) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::OutputItem>(draft.scene->items)) {
     Output output;
     output.origin = {range};
     for (const ast::Identifier& field : item.fields) {
-      for (const State* state : find_states(draft, field, "an output")) {
-        const auto [first, is_new] = seen.emplace(state->name, field.range);
-        if (!is_new) report_duplicate(draft, "the output of " + state->name, field.range, first->second);
-        if (is_new) output.fields.push_back(state->name);
+      for (const std::string& name : written_down(draft, field)) {
+        const auto [first, is_new] = seen.emplace(name, field.range);
+        if (!is_new) report_duplicate(draft, "the output of " + name, field.range, first->second);
+        if (is_new) output.fields.push_back(name);
       }
     }
     if (item.every) output.every = interval_of(draft, *item.every, "an output").value_or(0);

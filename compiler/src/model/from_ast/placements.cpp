@@ -248,6 +248,11 @@ void check_placements(Draft& draft) {
     for (const Event::Update& changed : projection.updates) update(changed, projection.origin);
   }
   for (const Quantity& observable : draft.problem.observables) quantity(observable.value, observable.origin);
+  for (const Shown& shown : draft.problem.shown) {
+    if (const auto mistake = placements.find_mistake(shown.value, shown.placement))
+      report_misplaced(draft, *mistake, shown.origin.range);
+    check_no_wall_values(draft, placements, shown.value, false, shown.origin.range);
+  }
   check_coupling(draft);
   if (!draft.problem.task) return;
   for (const Loss& loss : draft.problem.task->losses) quantity(loss.value, loss.origin);

@@ -184,6 +184,8 @@ class PolePlaces {
         look_at(update.value, placements_.of(update.state)[axis_] ? inner_face : beside_it, event.origin);
     }
     for (const Quantity& observable : problem.observables) look_at(observable.value, beside_it, observable.origin);
+    for (const Shown& shown : problem.shown)
+      look_at(shown.value, shown.placement[axis_] ? inner_face : beside_it, shown.origin);
     if (!problem.task) return;
     for (const Loss& loss : problem.task->losses) look_at(loss.value, beside_it, loss.origin);
     for (const Test& test : problem.task->tests) look_at(test.quantity.value, beside_it, test.quantity.origin);

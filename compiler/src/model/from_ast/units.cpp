@@ -87,6 +87,8 @@ class UnitLines {
     for (const std::string& name : shorthands_) {
       const MeasureList list = measures_.of_let(name);
       if (list.size() == 1) note(name, list.front());
+      for (std::size_t i = 0; list.size() > 1 && i < std::min(list.size(), problem.axes.size()); ++i)
+        note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
     }
     for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
     if (!problem.task) return;

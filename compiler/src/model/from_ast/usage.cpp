@@ -27,6 +27,7 @@ void for_each_reader(const Problem& problem, const F& f) {
     for (const Event::Update& update : projection.updates) f(update.value);
   }
   for (const Quantity& observable : problem.observables) f(observable.value);
+  for (const Shown& shown : problem.shown) f(shown.value);
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) f(loss.value);
   for (const Test& test : problem.task->tests) f(test.quantity.value);

@@ -53,6 +53,7 @@ void check(Draft& draft, const Expr& value, const Origin& origin) {
 void check_wall_derivatives(Draft& draft) {
   const Problem& problem = draft.problem;
   for (const Quantity& observable : problem.observables) check(draft, observable.value, observable.origin);
+  for (const Shown& shown : problem.shown) check(draft, shown.value, shown.origin);
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) check(draft, loss.value, loss.origin);
   for (const Test& test : problem.task->tests) check(draft, test.quantity.value, test.quantity.origin);

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// What outputs ask for beside states: names of the model and fields that are solved for, held against what can be
+// computed by hand from the states in the same file.
+#include <cmath>
+#include <numbers>
+
+#include "command_support.h"
+#include "dpde/runtime/npy.h"
+#include "support/netcdf_file.h"
+
+namespace dpde::testing {
+namespace {
+
+class Shown : public Command {};
+
+constexpr int columns = 8, rows = 6;
+
+const std::string swirl = R"(
+model swirl {
+  vector u on faces
+  field c
+  param nu = 0.01
+  let w = curl(u)
+  let g = grad(c)
+  let heavy = c*c
+  let is_fast = u.x > 1
+  dt(u) = nu*lap(u)
+  dt(c) = -div(interpolate(c)*u)
+}
+scheme plain { dx = central(2); lap = central(2); time = rk2 }
+scene s : swirl with plain {
+  grid x = 0 .. 8, cells 8, periodic
+  grid y = 0 .. 6, cells 6, periodic
+  initial u = (sin(2*pi*y/6), cos(2*pi*x/8))
+  initial c = 2 + cos(2*pi*x/8)*sin(2*pi*y/6)
+  time 0 .. 1, step 0.25
+  output w, g every 0.5
+  output u, c every 0.5
+  output heavy
+}
+)";
+
+/// Of state `k`, periodic.
+struct Plane {
+  std::vector<double> values;
+  int k;
+  double operator()(int x, int y) const {
+    const int i = (x + columns) % columns, j = (y + rows) % rows;
+    return values[static_cast<std::size_t>((k * rows + j) * columns + i)];
+  }
+};
+
+TEST_F(Shown, LetsLieWhereTheirFormulasDo) {
+  write("s.dpde", swirl);
+  const Outcome outcome = dpde("run s.dpde s --out o --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const NetcdfFile file(path("o/s.nc").string());
+  EXPECT_EQ(file.dimensions("w"), (std::vector<std::string>{"time", "y_faces", "x_faces"}));
+  EXPECT_EQ(file.dimensions("g_x"), (std::vector<std::string>{"time", "y", "x_faces"}));
+  ASSERT_EQ(file.values("time").size(), 3u);
+  ASSERT_EQ(file.values("heavy").size(), std::size_t{2 * columns * rows});
+  for (int k = 0; k < 3; ++k) {  // cells are of length 1
+    const Plane ux{file.values("u_x"), k}, uy{file.values("u_y"), k}, c{file.values("c"), k};
+    const Plane w{file.values("w"), k}, gx{file.values("g_x"), k}, gy{file.values("g_y"), k};
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < columns; ++x) {
+        EXPECT_NEAR(w(x, y), uy(x + 1, y) - uy(x, y) - (ux(x, y + 1) - ux(x, y)), 1e-14);
+        EXPECT_NEAR(gx(x, y), c(x + 1, y) - c(x, y), 1e-14);
+        EXPECT_NEAR(gy(x, y), c(x, y + 1) - c(x, y), 1e-14);
+      }
+    }
+  }
+  const std::vector<double> heavy = file.values("heavy"), c = file.values("c");
+  for (std::size_t i = 0; i < columns * rows; ++i) EXPECT_NEAR(heavy[i], c[i] * c[i], 1e-14);
+  EXPECT_EQ(read_npy(path("o/w.npy")).values.size(), std::size_t{columns * rows});
+}
+
+const std::string poisson = R"(
+model gravity { field rho; solve lap(phi) = rho for phi; dt(rho) = -rho }
+scheme plain { lap = central(2); time = rk4 }
+scene s : gravity with plain {
+  grid x = 0 .. 1, cells 64
+  boundary rho: x = 0
+  boundary phi: x = 0
+  initial rho = -pi^2*sin(pi*x)
+  time 0 .. 0.5, step 1/16
+  output phi every 1/4
+}
+)";
+
+/// phi = sin(pi*x)*exp(-t) by a difference of second order, whose factor is known.
+TEST_F(Shown, WhatIsSolvedForIsThatOfTheState) {
+  write("s.dpde", poisson);
+  ASSERT_EQ(dpde("run s.dpde --quiet --out o").status, 0);
+  const NetcdfFile file(path("o/s.nc").string());
+  const std::vector<double> phi = file.values("phi"), x = file.values("x"), t = file.values("time");
+  ASSERT_EQ(phi.size(), 3u * 64u);
+  const double h = 1.0 / 64, factor = std::pow(std::numbers::pi * h / 2 / std::sin(std::numbers::pi * h / 2), 2);
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < 64; ++i)
+      EXPECT_NEAR(phi[k * 64 + i], factor * std::sin(std::numbers::pi * x[i]) * std::exp(-t[k]), 2e-6) << k << " " << i;
+  }
+}
+
+/// A run that was stopped and goes on has the same file.
+TEST_F(Shown, RestartsGoOnWithThem) {
+  write("s.dpde", poisson);
+  ASSERT_EQ(dpde("run s.dpde --quiet --out whole").status, 0);
+  ASSERT_EQ(dpde("run s.dpde --quiet --out parts --checkpoint-every 2 --set end=0.25").status, 0);
+  ASSERT_EQ(dpde("run s.dpde --quiet --out parts --resume").status, 0);
+  EXPECT_EQ(NetcdfFile(path("parts/s.nc").string()).values("phi"),
+            NetcdfFile(path("whole/s.nc").string()).values("phi"));
+}
+
+TEST_F(Shown, ConditionsAndParametersAreNone) {
+  std::string text = swirl;
+  text.replace(text.find("output heavy"), 12, "output is_fast, nu, w");
+  write("s.dpde", text);
+  EXPECT_EQ(dpde("check s.dpde s --json").codes(), (std::vector<std::string>{"E0313", "E0313", "E0303"}));
+}
+
+/// A field that is only looked at through a let is no field that nobody needs.
+TEST_F(Shown, AreReasonsForFields) {
+  write("s.dpde", swirl);
+  EXPECT_TRUE(dpde("check s.dpde s --json").codes().empty());
+  const Outcome stencil = dpde("emit s.dpde s --stage stencil");
+  EXPECT_NE(stencil.out.find("# scene s is left out"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dpde::testing
