@@ -38,6 +38,21 @@ scene s : rolls with c {
             std::vector<std::string>{});
 }
 
+/// Flow without viscosity spreads over all waves that the grid has; with some it is held.
+TEST_F(Instability, TurbulenceThatItsGridDoesNotHoldIsSaid) {
+  write("flow.dpde", R"(
+model flow { field w; param nu = 0; solve lap(psi) = w for psi; dt(w) = -bracket(psi, w) + nu*lap(w) }
+scheme c { dx = central(2); lap = central(2); time = rk4 }
+scene s : flow with c {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  grid y = 0 .. 2*pi, cells 32, periodic
+  initial w = sin(4*x)*cos(3*y) + cos(x - 5*y) + 0.3*sin(3*x + y + 1)
+  time 0 .. 120, step 0.05
+})");
+  EXPECT_EQ(dpde("run flow.dpde s --json").codes(), (std::vector<std::string>{"W0815", "W0815"}));  // along x and y
+  EXPECT_EQ(dpde("run flow.dpde s --json --set nu=0.01").codes(), std::vector<std::string>{});
+}
+
 /// u sees c^3, which overflows before c does.
 TEST_F(Instability, ABlowUpNamesTheFieldThatBlowsUp) {
   write("pair.dpde", R"(

@@ -43,7 +43,7 @@ void add_build(CLI::App& app, int& status) {
   const auto options = std::make_shared<BuildOptions>();
   CLI::App* verb = app.add_subcommand("build", "a library ahead of time: C++ source, class, shared library, CMake");
   add_common_options(*verb, *options, {.compile = false, .out = false, .seed = false});
-  verb->add_option("-o,--output", options->folder, "folder for the files")->required()->type_name("DIR");
+  verb->add_option("-o,--output,--out", options->folder, "folder for the files")->required()->type_name("DIR");
   verb->add_option("--name", options->class_name, "of the class and the files, in place of the task's or scene's")
       ->type_name("NAME");
   verb->add_option("--set", options->set, "as for run")->type_name("NAME=VALUE")->allow_extra_args(false);

@@ -200,7 +200,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
   if (takes.force) verb.add_flag("--force", options.force, "run although the step is above the largest stable one");
-  if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
+  if (takes.out) verb.add_option("-o,--out,--output", options.out, "folder for the files")->type_name("DIR");
   if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(number_fits, "", "");
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");
   if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");

@@ -133,7 +133,7 @@ void add_emit(CLI::App& app, int& status) {
       ->required()
       ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp",
                              "adjoint-cpp", "llvm", "adjoint-llvm", "asm", "adjoint-asm"}));
-  verb->add_option("-o,--output", options->output, "file to write instead of standard output")->type_name("PATH");
+  verb->add_option("-o,--output,--out", options->output, "file to write instead of standard output")->type_name("PATH");
   verb->add_flag("--optimised", options->optimised, "of llvm: after the passes, for this processor");
   verb->footer(
       "Examples:\n  dpde emit burgers.dpde --stage adjoint\n  dpde emit burgers.dpde --stage stencil -o step.dpde && "

@@ -36,6 +36,7 @@ std::string quotients_text(const analysis::QuotientEvidence& quotients) {
 
 /// The error, or what is left of two numbers that are 0 but for rounding.
 std::string error_text(const analysis::DotCase& one) {
+  if (one.is_zero) return "both are 0";
   if (!one.is_rounding) return fmt::format("{:.2e}", one.relative_error);
   return fmt::format("below rounding: they differ by {:.1e} of {:.1e}", one.difference, one.rounding);
 }
@@ -48,12 +49,14 @@ Json details_of(const std::vector<analysis::DotCase>& cases) {
                        {"relative_error", one.is_rounding ? Json(nullptr) : json_number(one.relative_error)},
                        {"difference", json_number(one.difference)},
                        {"rounding", json_number(one.rounding)},
-                       {"below_rounding", one.is_rounding}});
+                       {"below_rounding", one.is_rounding},
+                       {"both_zero", one.is_zero}});
   }
   return details;
 }
 
 std::string reason_of(const analysis::Certificate& certificate) {
+  if (certificate.is_all_zero()) return "all derivatives are 0: nothing was tested";
   std::string reason = certificate.is_all_rounding()
                            ? "all derivatives are 0 but for rounding"
                            : fmt::format("largest dot-product error {:.2e}", certificate.worst());
@@ -211,6 +214,8 @@ Json verify_one(Job& job) {
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
+  if (certificate->passed() && certificate->is_all_zero())
+    job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
   if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
   return result;
 }

@@ -122,6 +122,7 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
     DotCase& result = cases.emplace_back(DotCase{one.grid, one.what});
     result.relative_error = one.error(tolerance.scale_weight);
     result.difference = std::abs(one.forward - one.backward);
+    result.is_zero = one.forward == 0 && one.backward == 0;
     result.rounding = std::max(tolerance.rounding * std::max(std::abs(one.loss), usual), one.rounding);
     result.is_rounding = result.relative_error > tolerance.largest_error && result.difference <= result.rounding;
   }
@@ -257,6 +258,7 @@ bool is_only_rounding(const std::vector<Remainder>& remainders, double rounding)
 
 std::string note_on(const Certificate& certificate, const std::string& grid) {
   if (certificate.slope) return "on " + grid + " cells";
+  if (certificate.is_all_zero()) return "the loss does not change";
   return certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns around this point"
                                    : "the remainder shows no slope";
 }
@@ -358,6 +360,8 @@ double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 bool Certificate::is_all_rounding() const {
   return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding);
 }
+
+bool Certificate::is_all_zero() const { return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_zero); }
 
 bool Certificate::passed() const {
   const bool taylor =

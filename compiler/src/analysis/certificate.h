@@ -31,6 +31,7 @@ struct DotCase {
          rounding = 0;       // of the two numbers, and what rounding of the loss and of their terms may leave of it
   bool is_rounding = false;  // both are 0 but for that: the relative error says nothing
   double scale = 0;          // the sum of the magnitudes of the adjoint's terms
+  bool is_zero = false;      // both are 0: nothing was compared
 };
 
 /// Of a loss of size 1, or of the terms of a derivative: what rounding leaves where the derivative is 0.
@@ -60,6 +61,7 @@ struct Certificate {
   std::vector<std::string> skipped;  // grids on which nothing could be compared, and why
   double worst() const;              // largest relative error, of what is not rounding; not a number without a case
   bool is_all_rounding() const;      // in each case: derivatives are 0 but for that
+  bool is_all_zero() const;          // in each case: nothing was tested
   std::optional<double> slope;       // of the remainder; absent when it is all rounding
   std::string note;                  // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;

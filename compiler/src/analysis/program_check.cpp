@@ -192,6 +192,7 @@ DotCase ProgramCheck::dot_product(bool single) {
   DotCase result{grid, program_.name, relative_difference(along, reverse, (single ? 100 : 1) * scale),
                  std::abs(along - reverse)};
   result.scale = scale;
+  result.is_zero = along == 0 && reverse == 0;
   if (result.relative_error > (single ? largest_single_error : largest_dot_error)) {
     double loss = 0;
     const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);

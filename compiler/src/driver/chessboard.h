@@ -6,8 +6,8 @@
 
 namespace dpde::driver {
 
-/// A warning for each axis and state of the last run whose neighbours are unlike one another at its end and were not at
-/// its start, at the equation of the state.
+/// A warning for each axis and state of the last run whose neighbours are unlike one another at its end, or have
+/// nothing to do with one another, and were not so at its start, at the equation of the state.
 void report_chessboards(Session& session, DiagnosticSink& sink);
 
 }  // namespace dpde::driver
