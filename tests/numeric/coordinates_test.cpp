@@ -91,7 +91,8 @@ scene s : m with s {
 /// as exact as the scheme says, and beside a pole of order 2.
 TEST(Coordinates, VectorLaplaciansHaveTheOrderOfTheScheme) {
   const auto text = [](int order, const char* from, const char* inner) {
-    return fmt::format(R"(model m {{ vector u; field q; dt(u) = 0; dt(q) = if(r > {2} and r < {1} + 0.8, lap(u).x + u.x, 0) }}
+    return fmt::format(
+        R"(model m {{ vector u; field q; dt(u) = 0; dt(q) = if(r > {2} and r < {1} + 0.8, lap(u).x + u.x, 0) }}
 scheme s {{ dx = central({0}); lap = central({0}); time = rk4 }}
 scene s : m with s {{
   coordinates polar
@@ -106,7 +107,7 @@ scene s : m with s {{
   time 0 .. 1, step 1
 }}
 )",
-                       order, from, inner, *from == '0' ? "pole" : "linear", *from == '0' ? "pole" : "zero_gradient");
+        order, from, inner, *from == '0' ? "pole" : "linear", *from == '0' ? "pole" : "zero_gradient");
   };
   const Overrides coarse{{"cells.x", "16"}, {"cells.y", "64"}}, fine{{"cells.x", "32"}, {"cells.y", "128"}};
   for (const int exact : {2, 4}) {
