@@ -69,5 +69,15 @@ TEST(CompiledTangent, HasTheColumnsOfTheInterpreter) {
       "  k = 0.1\n  boundary u: x = 0, z = zero_gradient\n  initial u = x + z\n  time 0 .. 1, step 1/100\n}\n");
 }
 
+/// With parts of a step, and with the means in them.
+TEST(CompiledTangent, HasTheColumnsOfRepeats) {
+  expect_columns_of_interpreter(
+      "model m { field u, v\n  dt(u) = lap(u) - v*u + 2*(mean(v) - mean(u)); dt(v) = 0.3*lap(v) - advect((1, u), v) }\n"
+      "scheme r { time = rk4; dx = central(2); advect = central(2) }\n"
+      "scene s : m with r {\n  grid x = 0 .. 1, cells 5, periodic\n  grid y = 0 .. 2, cells 4\n"
+      "  boundary u: y = 0\n  boundary v: y = zero_gradient\n  subcycle u in 3\n"
+      "  initial u = 1 + 0.2*sin(2*pi*x)*y\n  initial v = cos(y)\n  time 0 .. 1, step 1/200\n}\n");
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -41,6 +41,7 @@ Verdict any_verdict() {
   v.worst.cells = {34, 35, 36};
   v.worst.longest_wave = {37, 38, 39};
   v.courant = 0.5;
+  v.short_waves = {0.15, 4.5};
   return v;
 }
 
@@ -53,6 +54,7 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
   EXPECT_EQ(back->step, 1.0 / 3);
   EXPECT_EQ(back->worst.params.at("cells.x"), 16);
   EXPECT_EQ(back->worst.whole, any_verdict().worst.whole);
+  EXPECT_EQ(back->short_waves->cells, 4.5);
   EXPECT_FALSE(verdict_from(text_of(Verdict{.why = "a network is in it"}))->is_analysed());
 }
 

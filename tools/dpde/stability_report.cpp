@@ -59,6 +59,8 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["growth_per_step"] = json_number(verdict.growth);
   result["steps_to_hundredfold"] = json_number(verdict.hundredfold());
   result["growth_rate"] = json_number(verdict.growth_rate);
+  if (verdict.short_waves)
+    result["short_waves"] = {{"growth_rate", verdict.short_waves->rate}, {"cells", verdict.short_waves->cells}};
   result["field"] = verdict.field;
   result["walls"] = verdict.is_of_walls;
   result["places"] = verdict.places;
@@ -120,6 +122,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);
+  if (verdict.short_waves) text += "  " + stability::short_waves_text(verdict) + "\n";
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)

@@ -158,6 +158,43 @@ Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
   return sum;
 }
 
+/// What each sum of waves has of each state, and behind them what each row has. Real and imaginary parts lie apart:
+/// products of std::complex look for infinities.
+struct Amplification::Amplitudes {
+  Amplitudes(int states, std::size_t columns)
+      : real(Eigen::ArrayXXd::Zero(states, static_cast<Eigen::Index>(columns))),
+        imaginary(real),
+        is_zero(columns, true) {}
+
+  void add(const Readings& readings, const std::complex<double>& factor,
+           const std::vector<std::complex<double>>& phases, Eigen::Index to) {
+    if (factor == 0.0) return;  // as the mean of all waves but one
+    for (const Reading& reading : readings) {
+      const Eigen::Index from = reading.component - most_states;
+      if (from >= 0 && is_zero[static_cast<std::size_t>(from)]) continue;
+      const std::complex<double> w = reading.at(phases);
+      const double re = factor.real() * w.real() - factor.imag() * w.imag(),
+                   im = factor.real() * w.imag() + factor.imag() * w.real();
+      is_zero[static_cast<std::size_t>(to)] = false;
+      if (from >= 0) {
+        real.col(to) += re * real.col(from) - im * imaginary.col(from);
+        imaginary.col(to) += re * imaginary.col(from) + im * real.col(from);
+      } else {
+        real(reading.component, to) += re;
+        imaginary(reading.component, to) += im;
+      }
+    }
+  }
+  void multiply(const std::complex<double>& by, Eigen::Index column) {
+    const Eigen::ArrayXd before = real.col(column);
+    real.col(column) = by.real() * before - by.imag() * imaginary.col(column);
+    imaginary.col(column) = by.real() * imaginary.col(column) + by.imag() * before;
+  }
+
+  Eigen::ArrayXXd real, imaginary;
+  std::vector<bool> is_zero;
+};
+
 /// Sums of waves are rows too, each made of those before it. Multipliers know angles up to pi: a wave beyond is that of
 /// an angle within.
 Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
@@ -166,36 +203,25 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   const Phases along_axes = phases_of(angles);
   std::vector<std::complex<double>> phases;
   for (const stencil::Offset& offset : offsets_) phases.push_back(phase(along_axes, offset));
-  const auto count = static_cast<Eigen::Index>(waves_.size());
-  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(size_, count), result = Eigen::MatrixXcd::Zero(size_, size_);
-  const auto add = [&](const Readings& readings, const std::complex<double>& factor, auto&& to) {
-    for (const Reading& reading : readings) {
-      const std::complex<double> weight = factor * reading.at(phases);
-      if (reading.component >= most_states) {
-        to += weight * waves.col(reading.component - most_states);
-      } else {
-        to(reading.component) += weight;
-      }
-    }
-  };
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Wave& wave = waves_[static_cast<std::size_t>(i)];
-    for (const auto& [readings, by] : wave.terms) add(readings, by.at(angles), waves.col(i));
+  Amplitudes amplitudes(size_, waves_.size() + rows_.size());
+  Eigen::Index column = 0;
+  for (const Wave& wave : waves_) {
+    for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, by.at(angles), phases, column);
     std::complex<double> divisor = 0;
     double size = 0;
     for (const Reading& reading : wave.divisor) {
       divisor += reading.at(phases);
       for (const auto& [place, coefficient] : reading.weights) size += std::abs(coefficient);
     }
-    if (wave.divisor.empty()) continue;
-    if (std::abs(divisor) > rounding * size) {
-      waves.col(i) /= divisor;
-    } else {
-      waves.col(i).setZero();  // of the null space a solve gives nothing
-    }
+    const bool is_known = std::abs(divisor) > rounding * size;  // of the null space a solve gives nothing
+    if (!wave.divisor.empty()) amplitudes.multiply(is_known ? 1.0 / divisor : 0.0, column);
+    ++column;
   }
-  for (int i = 0; i < size_; ++i) add(rows_[static_cast<std::size_t>(i)], 1, result.col(i));
-  return result.transpose();
+  for (const Readings& row : rows_) amplitudes.add(row, 1, phases, column++);
+  Eigen::MatrixXcd result(size_, size_);
+  result.real() = amplitudes.real.rightCols(size_).transpose();
+  result.imag() = amplitudes.imaginary.rightCols(size_).transpose();
+  return result;
 }
 
 Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }

@@ -41,6 +41,7 @@ class Amplification {
   };
   using Readings = std::vector<Reading>;
   Readings readings_of(const Form& form);
+  struct Amplitudes;
   Eigen::MatrixXcd with_waves(const Angles& angles) const;
 
   /// Places that differ in x alone: what they have in common is multiplied once.

@@ -81,6 +81,14 @@ void report_above(driver::Session& session, const Verdict& verdict, const Verdic
 
 }  // namespace
 
+std::string short_waves_text(const Verdict& verdict) {
+  if (!verdict.short_waves) return "";
+  return fmt::format(
+      "disturbances {:.2g} cells long grow by a factor of e in {:.4g}, in steps of any length: a shorter step does not "
+      "help, what damps waves of a few cells may",
+      verdict.short_waves->cells, 1 / verdict.short_waves->rate);
+}
+
 std::string advice_on_blow_up(driver::Session& session) {
   const Verdict verdict = verdict_of(session);
   const double step = session.problem().step;
@@ -89,6 +97,7 @@ std::string advice_on_blow_up(driver::Session& session) {
   if (verdict.is_above())
     return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins", step,
                        verdict.limit.step);
+  if (verdict.short_waves) return fmt::format("where the run begins {}", short_waves_text(verdict));
   if (session.problem().scheme.has_weights())
     return fmt::format(
         "steps are stable up to {:.4g} with weights of weno and limiters as the run begins; as these change, a smaller "

@@ -27,7 +27,8 @@ bool is_of_kernels(const std::vector<stencil::Statement>& body, bool or_more) {
         statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
         [](const stencil::Reduce&) { return true; }, [](const stencil::NetworkCall&) { return false; },
         [&](const stencil::Transform&) { return or_more; }, [](const stencil::Run&) { return true; },
-        [&](const stencil::Solve&) { return or_more; }, [](const stencil::Repeat&) { return false; });
+        [&](const stencil::Solve&) { return or_more; },
+        [&](const stencil::Repeat& repeat) { return is_of_kernels(repeat.body, or_more); });
   });
 }
 
@@ -79,6 +80,12 @@ State initial_inputs(driver::Session& session, const LinearStep& linear) {
 
 std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear) {
   return make(linear, linear.module(), false);
+}
+
+std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear, const Program& program) {
+  Module module = linear.module();
+  module.programs.front() = program;
+  return make(linear, module, false);
 }
 
 std::unique_ptr<CompiledTangent> CompiledTangent::of_coupled(const LinearStep& linear) {
@@ -159,7 +166,7 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
   return result;
 }
 
-std::vector<double> CompiledTangent::growths(const State& inputs, const Params& params, int steps) const {
+CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps) const {
   Run run(*code_->find(linear_.program().name), inputs, params);
   std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
   for (std::size_t s = 0; s < linear_.states().size(); ++s) {
@@ -184,10 +191,10 @@ std::vector<double> CompiledTangent::growths(const State& inputs, const Params& 
     const double norm = has_solutions ? all.norm() : std::numeric_limits<double>::infinity();
     growth += std::isfinite(norm) ? std::log(norm) : std::numeric_limits<double>::infinity();
     growths.push_back(growth);
-    if (!std::isfinite(growth)) return growths;
+    if (!std::isfinite(growth)) break;
     all /= norm;
   }
-  return growths;
+  return {std::move(growths), std::move(all)};
 }
 
 }  // namespace dpde::stability

@@ -26,6 +26,8 @@ class CompiledTangent {
  public:
   /// null where a method with a tolerance, a transform or a network would run in it, or no code can be made.
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear);
+  /// With another body, which lacks what makes fields that `inputs` has.
+  static std::unique_ptr<CompiledTangent> make(const LinearStep& linear, const stencil::Program& program);
   /// With the means that linear.module() is without, with solves, whatever their method is, and transforms: to see
   /// what grows.
   static std::unique_ptr<CompiledTangent> of_coupled(const LinearStep& linear);
@@ -34,9 +36,13 @@ class CompiledTangent {
   /// depends on. `inputs` has every field that is no perturbation, halos included.
   Eigen::MatrixXd matrix(const stencil::State& inputs, const stencil::Params& params) const;
   static constexpr int steps_between_growths = 8;
-  /// ln of what a random perturbation is multiplied by up to each eighth step, and to the last; infinite, and no more
-  /// behind it, where it leaves the range of numbers or a solve finds no solution.
-  std::vector<double> growths(const stencil::State& inputs, const stencil::Params& params, int steps) const;
+  struct Repeated {
+    std::vector<double> growths;  // ln of what a perturbation is multiplied by up to each eighth step, and to the last
+    Eigen::MatrixXd last;         // what it has become, of length 1: cells by states that anything depends on
+  };
+  /// Of a random perturbation; the last growth is infinite where it leaves the range of numbers or a solve finds no
+  /// solution.
+  Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps) const;
 
  private:
   struct Run;

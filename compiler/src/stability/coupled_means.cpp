@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "stencil/build.h"
@@ -68,14 +70,15 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   auto result = std::unique_ptr<CoupledRuns>(
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
                       static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
+  for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (has_events) result->by_events_ = std::max(0.0, result->growth(0));
   return result;
 }
 
-std::vector<double> CoupledRuns::growths_of_run(double step, int steps) const {
+CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps) const {
   Params params = params_;
   params["dt"] = step;
-  return tangent_->growths(inputs_, params, steps);
+  return tangent_->repeated(inputs_, params, steps);
 }
 
 bool CoupledRuns::is_stable(double step) const {
@@ -134,6 +137,51 @@ double CoupledRuns::late_growth_rate(double step) const {
   };
   const double later = at(length) - at(0.5 * length);
   return later > told ? later / (0.5 * length) : 0;
+}
+
+/// A wave of L cells differs from one cell to the next by sin(pi/L)^2 of the most that it could.
+double CoupledRuns::cells_of_waves(const Eigen::MatrixXd& perturbation) const {
+  double largest = 0;
+  for (Eigen::Index state = 0; state < perturbation.cols(); ++state) {
+    const double all = 4 * perturbation.col(state).squaredNorm();
+    Eigen::Index stride = 1;
+    for (std::size_t axis = 0; axis < are_rings_.size() && all > 0; ++axis) {
+      const Eigen::Index n = inputs_.grid().cells[axis];
+      double sum = 0;
+      for (Eigen::Index i = 0; i < perturbation.rows(); ++i) {
+        const bool is_last = i / stride % n == n - 1;
+        if (is_last && !are_rings_[axis]) continue;
+        const Eigen::Index next = is_last ? i - (n - 1) * stride : i + stride;
+        sum += std::pow(perturbation(next, state) - perturbation(i, state), 2);
+      }
+      largest = std::max(largest, sum / all);
+      stride *= n;
+    }
+  }
+  return largest > 0 ? std::numbers::pi / std::asin(std::sqrt(std::min(1.0, largest)))
+                     : std::numeric_limits<double>::infinity();
+}
+
+/// The second half of a run tells: what is mixed at first has sorted itself by then.
+std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longest, double time) const {
+  constexpr double cells_of_long_run = 1.6e7, most_of_long_run = 800;  // times steps
+  constexpr double few = 5, as_fast = 0.7, told = 2;                   // cells of a wave; in half the step; ln
+  const double cells = static_cast<double>(inputs_.grid().cells[0]) * inputs_.grid().cells[1] * inputs_.grid().cells[2];
+  const double affordable = std::clamp<double>(cells_of_long_run / cells, fewest_of_run, most_of_long_run);
+  const double step = std::min(longest, std::max(shortest, time / affordable));
+  constexpr int whole = CompiledTangent::steps_between_growths;
+  const int steps = static_cast<int>(std::min(affordable, time / step)) / whole * whole;
+  const auto late_rate = [&](const std::vector<double>& growths, double of_step) {
+    const std::size_t half = growths.size() / 2;
+    const double length = static_cast<double>(growths.size() - 1 - half) * CompiledTangent::steps_between_growths;
+    return length > 0 ? (growths.back() - growths[half]) / (length * of_step) - by_events_ / of_step : 0;
+  };
+  const CompiledTangent::Repeated run = repeated(step, steps);
+  if (run.growths.empty() || !std::isfinite(run.growths.back())) return std::nullopt;
+  const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run.last)};
+  if (!(found.rate * 0.5 * steps * step > told) || found.cells > few) return std::nullopt;
+  const CompiledTangent::Repeated finer = repeated(0.5 * step, 2 * steps);
+  return late_rate(finer.growths, 0.5 * step) > as_fast * found.rate ? std::optional(found) : std::nullopt;
 }
 
 double CoupledRuns::growth(double step) const { return growth_of_run(step) / steps_; }

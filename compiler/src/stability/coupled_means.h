@@ -7,8 +7,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "driver/session.h"
 #include "stability/compiled_tangent.h"
@@ -18,6 +20,12 @@ namespace dpde::stability {
 
 /// The module with 0 in the place of these means, in its first program. `rates`: fields of perturbations.
 stencil::Module without_coupled_means(stencil::Module module, const std::set<std::string>& rates);
+
+/// What grows is of the grid: fewer cells than differences follow, and no step is short enough.
+struct ShortWaves {
+  double rate = 0;   // of growth, 1/time
+  double cells = 0;  // of a wave
+};
 
 class CoupledRuns {
  public:
@@ -36,6 +44,9 @@ class CoupledRuns {
   /// 1/time: how what is left after half of a run grows in the other half, by short steps.
   double late_growth_rate(double step) const;
   double growth_by_events() const { return by_events_; }
+  /// Waves of a few cells that grow in steps of any length; nullopt where there are none. By steps from `shortest` to
+  /// `longest`, as long as it takes to see the most of a run that takes `time`.
+  std::optional<ShortWaves> short_waves(double shortest, double longest, double time) const;
 
  private:
   /// What short steps make of disturbances.
@@ -48,7 +59,10 @@ class CoupledRuns {
   CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
   double growth_of_run(double step) const { return growths_of_run(step, steps_).back(); }
-  std::vector<double> growths_of_run(double step, int steps) const;
+  std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
+  CompiledTangent::Repeated repeated(double step, int steps) const;
+  /// Along the axis where they are shortest.
+  double cells_of_waves(const Eigen::MatrixXd& perturbation) const;
   Reference reference(double step, double length) const;
   /// ln of what the equations multiply by in the time of a run.
   double growth_by_equations(double step) const;
@@ -57,8 +71,9 @@ class CoupledRuns {
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
-  double by_events_ = 0;         // ln |g| in a step of length 0, where events end each step
-  mutable Reference reference_;  // of the longest run so far: a cache
+  std::vector<bool> are_rings_ = {};  // axes
+  double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
+  mutable Reference reference_;       // of the longest run so far: a cache
 };
 
 }  // namespace dpde::stability

@@ -21,6 +21,7 @@ constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
 constexpr double shortest = 1e-3, farthest = 4096;  // of the scene's step, that are looked at
 constexpr double precision_of_runs = 5e-3;          // of a limit
+constexpr double safely = 0.9;                      // below it
 
 /// Into how many equal parts the Courant number splits the first step.
 int parts_of(driver::Session& session) {
@@ -323,6 +324,8 @@ class Examination {
     return true;
   }
 
+  double length_of_run() const { return static_cast<double>(session_.steps()) * session_.problem().step; }
+
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
@@ -337,7 +340,10 @@ class Examination {
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
-    if (!lower_limit(is_stable, precision_of_runs)) {
+    const bool is_lower = lower_limit(is_stable, precision_of_runs);
+    if (session_.problem().metric && verdict_.limit.kind != StepLimit::Kind::never)
+      verdict_.short_waves = runs.short_waves(verdict_.step, safely * verdict_.limit.step, length_of_run());
+    if (!is_lower) {
       if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = 0;
       return;
     }

@@ -24,6 +24,8 @@ constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;     // at respo
 constexpr std::size_t fewest_looks = 64, work_of_looks = 1'000'000;  // parts of expressions, some 50 ns each
 constexpr std::size_t heaviest = 4, most_points = 10;                // that are analysed
 constexpr std::size_t most_points_with_solves = 4;                   // whose waves take ten times as long
+constexpr std::size_t fewest_points_with_means = 6;                  // of many stages, each of which has some
+constexpr std::size_t work_of_points = 40'000;                       // products at each wave
 constexpr double small_slope = 1e-3;                                 // of the value, a cell
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -303,11 +305,30 @@ double weight_of(const std::optional<Response>& response) {
   return sum;
 }
 
-/// So many of them, from light to heavy: where the flow is followed, or something is solved for, each analysis takes
-/// long.
+/// What a look at one wave takes, in products.
+std::size_t work_of(const Response& response) {
+  std::size_t terms = 0;
+  for (const Form& row : response.rows) terms += row.terms().size();
+  for (const WaveSum& wave : response.waves) {
+    for (const WaveSum::Term& term : wave.terms) terms += term.form.terms().size();
+  }
+  return terms * response.rows.size();
+}
+
+/// Those that may be looked at: where the flow is followed, something is solved for, or many stages have means in them,
+/// each analysis takes long.
+std::size_t most_points_of(const LinearStep& linear, const ScenePoint& point, double step) {
+  if (linear.solves()) return most_points_with_solves;
+  if (linear.follows_flow()) return most_points;
+  const std::optional<Response> response = linear.response(point.point, step);
+  if (!response || response->waves.empty()) return std::numeric_limits<std::size_t>::max();
+  return std::max(fewest_points_with_means, work_of_points / work_of(*response));
+}
+
+/// So many of them, from light to heavy.
 std::vector<ScenePoint> thinned(std::vector<ScenePoint> points, const driver::Session& session,
                                 const LinearStep& linear) {
-  const std::size_t most = linear.solves() ? most_points_with_solves : most_points;
+  const std::size_t most = most_points_of(linear, points.front(), session.problem().step);
   if (points.size() <= most) return points;
   const auto weight = [&](const ScenePoint& p) { return weight_of(linear.response(p.point, session.problem().step)); };
   std::ranges::stable_sort(points, std::greater(), weight);
@@ -375,7 +396,8 @@ std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenP
 
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear) {
   std::vector<ScenePoint> points = all_frozen_points(session, linear);
-  return linear.follows_flow() || linear.solves() ? thinned(std::move(points), session, linear) : points;
+  const bool may_take_long = linear.follows_flow() || linear.solves() || linear.reduces();
+  return may_take_long ? thinned(std::move(points), session, linear) : points;
 }
 
 std::vector<ScenePoint> all_frozen_points(driver::Session& session, const LinearStep& linear) {

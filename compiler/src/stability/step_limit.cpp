@@ -19,7 +19,7 @@ constexpr double many_growths = 20;    // by a factor of e: nobody takes longer 
 constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
 constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
 constexpr double farthest_windows = 8;                        // cells
-constexpr double factor_with_solves = 2;                      // they are slow to look at, and often have no limit
+constexpr double factor_with_solves = 2;                      // and means: slow to look at, and often without a limit
 constexpr double first_pole = 0.3, last_pole = 4;             // growth in a step that is solved for: 1/(1 - s dt) ...
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
@@ -462,7 +462,7 @@ StepLimit FrozenAnalysis::descend(double unstable, double precision) const {
 double FrozenAnalysis::next_step(double step) const {
   const bool is_near_pole = growth_ * step > first_pole && growth_ * step < last_pole;
   const double with_solves = is_near_pole ? factor_near_poles : factor_with_solves;
-  if (!linear_->follows_flow()) return step * (linear_->solves() ? with_solves : factor_up);
+  if (!linear_->follows_flow()) return step * (linear_->solves() || linear_->reduces() ? with_solves : factor_up);
   const std::optional<Response> rows = linear_->response(point_, step, stages_);
   const double cells = rows ? rows->displacement : 0;
   const bool is_fine = cells > 0 && cells < farthest_windows && rank_ < 3;

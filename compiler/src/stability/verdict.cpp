@@ -96,6 +96,8 @@ Verdict merged(const Verdict& a, const Verdict& b) {
   lower.places = std::max(lower.places, other.places);
   lower.growth_rate = std::max(lower.growth_rate, other.growth_rate);
   lower.growth_by_events = std::max(lower.growth_by_events, other.growth_by_events);
+  if (other.short_waves && (!lower.short_waves || other.short_waves->rate > lower.short_waves->rate))
+    lower.short_waves = other.short_waves;
   Verdict most = lower.grown_most(), candidate = other.grown_most();
   if (candidate.is_above() && (!most.is_above() || candidate.end_growth > most.end_growth)) {
     candidate.worse.clear();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "stability/coupled_means.h"
 #include "stability/step_limit.h"
 
 namespace dpde::stability {
@@ -35,10 +36,11 @@ struct Verdict {
   double group_growth_rate = 0, group_growth_by_events = 0;
   std::vector<Verdict> worse;   // at most one: of a group with a higher limit that grows more in the scene's step
   double growth_by_events = 0;  // ln of what those that end each step multiply at most
-  double end_growth = 0;        // ln of the growth beyond the equations' over the run
-  std::string place;            // where coefficients are frozen; "" where all places are alike
-  std::string field;            // that grows first
-  FrozenPoint worst;            // that place, as it is frozen
+  std::optional<ShortWaves> short_waves;  // that grow however short steps are
+  double end_growth = 0;                  // ln of the growth beyond the equations' over the run
+  std::string place;                      // where coefficients are frozen; "" where all places are alike
+  std::string field;                      // that grows first
+  FrozenPoint worst;                      // that place, as it is frozen
   Angles wave{};
   std::optional<double> courant;  // |v| step/h, summed over the axes, at the limit
   double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none
@@ -80,6 +82,9 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
 
 /// What the narrow cells around a pole have to do with the limit, and what helps; "": nothing.
 std::string pole_text(const model::Problem& problem, const Verdict& verdict);
+
+/// Of waves of a few cells that grow however short steps are; "": of none.
+std::string short_waves_text(const Verdict& verdict);
 
 /// "the wave of 2 cells along x and of 8 along y", "what walls do".
 std::string wave_text(const Verdict& verdict, const model::Problem& problem);

@@ -120,6 +120,8 @@ std::string lines_of(const Verdict& v) {
                       v.is_of_runs ? 1 : 0, v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
+  const ShortWaves waves = v.short_waves.value_or(ShortWaves{});
+  text += fmt::format("{} {}\n", waves.rate, waves.cells);
   text += fmt::format("{} {} {} {}\n", v.group_growth_rate, v.group_growth_by_events, v.group.size(),
                       fmt::join(v.group, " "));
   text += text_of(v.worst) + fmt::format("{}\n", v.worse.size());
@@ -146,6 +148,8 @@ Verdict read_verdict(Reader& reader) {
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
   if (const double courant = reader.number(); courant >= 0) v.courant = courant;
   v.largest_step = reader.number();
+  const double rate = reader.number(), cells = reader.number();
+  if (rate > 0) v.short_waves = {rate, cells};
   v.group_growth_rate = reader.number(), v.group_growth_by_events = reader.number();
   for (double left = reader.number(); left > 0 && reader.is_good(); --left) v.group.insert(reader.word());
   v.worst = read_point(reader);

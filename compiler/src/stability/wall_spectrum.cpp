@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "stability/eigenvalues.h"
+#include "stability/ring_spectrum.h"
 #include "stencil/build.h"
 #include "stencil/interpret.h"
 #include "support/match.h"
@@ -81,6 +82,9 @@ class SmallGrid {
     return static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
            static_cast<std::size_t>(grid_.cells[2]) * linear_.states().size();
   }
+  /// The tangent, without what is known of the point.
+  const stencil::Program& program() const { return program_; }
+  const stencil::Cell& cells() const { return grid_.cells; }
   /// By machine code, where there is some.
   Eigen::MatrixXd tangent(const CompiledTangent* compiled) const {
     if (compiled != nullptr) return compiled->matrix(inputs(), params_);
@@ -153,7 +157,7 @@ class SmallGrid {
   }
 
   const LinearStep& linear_;
-  stencil::Program program_;  // of the tangent, without what is known of the point
+  stencil::Program program_;
   Names known_;
   const FrozenPoint& point_;
   stencil::Params params_;
@@ -167,11 +171,16 @@ class SmallGrid {
 Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step) const {
   constexpr std::size_t many = 48;  // columns on two and three axes
   const SmallGrid grid(linear_, point, axes_, step, weights_);
-  if (!was_tried_ && weights_.empty() && !linear_.reduces() && axes_.size() > 1 && grid.unknowns() >= many)
-    compiled_ = CompiledTangent::make(linear_);
+  if (!was_tried_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
+    compiled_ = CompiledTangent::make(linear_, grid.program());
   was_tried_ = true;
   const Eigen::MatrixXd tangent = grid.tangent(compiled_.get());
   if (!tangent.allFinite()) return {};
+  const auto ring = std::ranges::find(axes_, Topology::periodic, &model::Axis::topology);
+  if (ring != axes_.end() && axes_.size() > 1) {
+    if (auto values = eigenvalues_on_ring(tangent, grid.cells(), static_cast<std::size_t>(ring - axes_.begin())))
+      return *std::move(values);
+  }
   return stability::eigenvalues(tangent);
 }
 

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `check` says of the steps of examples, beside runs of them.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using StepInExamples = Command;
+
+/// Three models, parts of steps, means and walls: a step of 5760 s holds for two months, one of 6480 s does not.
+TEST_F(StepInExamples, ThatOfCoupledModelsIsSoonTold) {
+  const std::string year = DPDE_SOURCE_DIR "/dsl-examples/coupled/year.dpde year --json ";
+  const Json verdict = dpde("check " + year).json()["stability"];
+  EXPECT_EQ(verdict["kind"], "limit");
+  const double limit = verdict["max_step"].get<double>();
+  EXPECT_GT(limit, 5760);
+  EXPECT_LT(limit, 6480);
+  const Outcome below = dpde("run " + year + "--force --set step=5760 --set end=5184000");
+  EXPECT_EQ(below.status, 0) << below.err;
+  const Outcome above = dpde("run " + year + "--force --set step=6480 --set end=5184000");
+  EXPECT_EQ(above.codes(), (std::vector<std::string>{"W0802", "E0801"})) << above.err;
+}
+
+/// A filter that leaves waves no push lets those of a few cells grow where a wind leaves a pole. As strongly filtered
+/// as here they do on coarse grids, too.
+TEST_F(StepInExamples, WavesThatNoStepHoldsAreTold) {
+  const std::string rotation = DPDE_SOURCE_DIR
+      "/dsl-examples/sphere/filtered.dpde filtered_rotation --json --set cells.x=48 --set cells.y=24 --set reach=0.5 "
+      "--set step=640 ";
+  const auto check = [&](const std::string& calming) {
+    return dpde("check " + rotation + "--set calming=" + calming).json()["stability"];
+  };
+  const auto error = [&](const std::string& step, const std::string& calming) {
+    const Outcome run =
+        dpde("run " + rotation + "--force --set end=1728000 --set step=" + step + " --set calming=" + calming);
+    return run.status == 0 ? run.json()["error"]["h"]["l2"].get<double>() : 1e300;
+  };
+  const Json waves = check("0")["short_waves"];
+  EXPECT_LT(waves["cells"], 5);
+  EXPECT_GT(waves["growth_rate"], 1e-5);
+  EXPECT_FALSE(check("4e-4").contains("short_waves"));
+  EXPECT_GT(error("640", "0"), 100);
+  EXPECT_GT(error("160", "0"), 100);
+  EXPECT_LT(error("640", "4e-4"), 15);
+}
+
+}  // namespace
+}  // namespace dpde::testing
