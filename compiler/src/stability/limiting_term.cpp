@@ -42,6 +42,17 @@ double limit_of(const model::Problem& problem, const LinearStep& linear, const F
   return analysis ? number_of(analysis->limit()) : 0;
 }
 
+/// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
+/// terms this one look says that all depends on others.
+bool still_grows(const model::Problem& problem, const LinearStep& linear, const Verdict& verdict, double step) {
+  constexpr double surely = 0.1;
+  const std::optional<Response> response = linear.response(verdict.worst, step);
+  if (!response) return false;
+  const Amplification g(*response, static_cast<int>(problem.axes.size()));
+  const double by_right = 4 * verdict.growth_rate * step + verdict.growth_by_events;
+  return std::log(g.spectral_radius(verdict.limit.wave)) > surely + by_right;
+}
+
 /// 0 where it is below `least`: most terms change nothing, which one look tells. It is compared with others only.
 double limit_above(double least, const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point,
                    double step) {
@@ -73,7 +84,8 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
       model::Problem without = problem;
       without.states[s].rhs = sum_without(terms, range);
       const std::optional<LinearStep> linear = linear_step(without, verdict.group);
-      const double limit = linear ? limit_above(largest, without, *linear, verdict.worst, verdict.step) : 0;
+      if (!linear || still_grows(without, *linear, verdict, largest)) continue;
+      const double limit = limit_above(largest, without, *linear, verdict.worst, verdict.step);
       if (!(limit > largest)) continue;
       largest = limit;
       best = range;
