@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `check` says of the steps of examples, beside runs of them.
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -15,6 +16,7 @@ TEST_F(StepInExamples, ThatOfCoupledModelsIsSoonTold) {
   const double limit = verdict["max_step"].get<double>();
   EXPECT_GT(limit, 5760);
   EXPECT_LT(limit, 6480);
+  if (!is_thorough()) return;  // runs of two months, each behind a verdict of its own
   const Outcome below = dpde("run " + year + "--force --set step=5760 --set end=5184000");
   EXPECT_EQ(below.status, 0) << below.err;
   const Outcome above = dpde("run " + year + "--force --set step=6480 --set end=5184000");
@@ -24,6 +26,7 @@ TEST_F(StepInExamples, ThatOfCoupledModelsIsSoonTold) {
 /// A filter that leaves waves no push lets those of a few cells grow where a wind leaves a pole. As strongly filtered
 /// as here they do on coarse grids, too.
 TEST_F(StepInExamples, WavesThatNoStepHoldsAreTold) {
+  if (!is_thorough()) GTEST_SKIP() << "six runs, two minutes; at night";
   const std::string rotation = DPDE_SOURCE_DIR
       "/dsl-examples/sphere/filtered.dpde filtered_rotation --json --set cells.x=48 --set cells.y=24 --set reach=0.5 "
       "--set step=640 ";
