@@ -102,8 +102,12 @@ TEST(Errors, OfRatesAndProductsAsOthersWriteThem) {
     const std::string problem = problems_of(fmt::format("model m {{ {} }}", item));
     return problem.substr(std::min(problem.size(), problem.find(" | ")));
   };
-  for (const char* rate : {"u_t = lap(u)", "du/dt = lap(u)", "d(u)/dt = lap(u)"})
-    EXPECT_EQ(hint_of(rate), " | write dt(u) = ...\n") << rate;
+  EXPECT_EQ(hint_of("drho/dt = lap(rho)"), " | write dt(rho) = ...\n");
+  EXPECT_EQ(hint_of("d(rho)/dt = lap(rho)"), " | a rate is written dt(u) = ...\n");
+  EXPECT_EQ(hint_of("u_t = lap(u)"),
+            " | write dt(u) = ... for the rate of u, let u_t = ... for a shorthand, or u_t = ... inside a mask\n");
+  for (const char* other : {"du/dx = 3", "dye/3 = 1", "dx(u) = 3"}) EXPECT_EQ(hint_of(other), "") << other;
+  EXPECT_EQ(problems_of("model m { u_t = 0 inside disc }"), "");
   EXPECT_EQ(hint_of("dt(u) = k lap(u)"), " | a product is written with *, as in 2*x\n");
   EXPECT_EQ(hint_of("let k = 2 3"), "");
 }

@@ -149,8 +149,7 @@ AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const
     const std::string unit = session.problem().unit_of(axis.name);
     const std::string in_words = called(session.problem(), axis.name);
     add_axis(content, axis, axis.name, in_words, described(in_words + " of the cell centres", unit), corner, names);
-    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
-    if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
+    if (!session.problem().has_faces(a)) continue;
     result.back()[1] = names.free(axis.name + "_faces");
     model::Placement faces{};
     faces[a] = true;

@@ -143,10 +143,28 @@ bool Record::restore_states(std::span<const double> states) {
 }
 
 void Record::renew(int step, const std::vector<void*>& states) {
-  for (Series& series : series_) {
-    if (!series.steps.empty() && series.steps.back() == step)
-      series.observables.back() = session_.observe(session_.time_of(step), states);
+  for (std::size_t s = 0; s < series_.size(); ++s) {
+    Series& series = series_[s];
+    if (series.steps.empty() || series.steps.back() != step) continue;
+    series.observables.back() = session_.observe(session_.time_of(step), states);
+    if (keeps_states_) renew_shown(static_cast<int>(s), step, states);
   }
+}
+
+/// Of the last instant, whose states go into the file once more.
+void Record::renew_shown(int index, int step, const std::vector<void*>& states) {
+  Series& series = series_[static_cast<std::size_t>(index)];
+  if (std::ranges::none_of(series.fields, [&](const std::string& field) { return is_shown(field); })) return;
+  for (const auto& [name, values] : session_.shown(session_.time_of(step), states)) {
+    const auto all = series.values.find(name);
+    if (all != series.values.end())
+      std::ranges::copy(values, all->second.end() - static_cast<std::ptrdiff_t>(values.size()));
+  }
+  const int last = static_cast<int>(series.steps.size()) - 1;
+  for (Entry& entry : entries_) {
+    if (entry.series == index && entry.instant == last) entry.instant = -1;
+  }
+  entries_.push_back({index, last});
 }
 
 void Record::look(const Snapshot& snapshot) {
@@ -170,9 +188,9 @@ void Record::add(Series& series, const Snapshot& snapshot) {
   series.observables.push_back(session_.observe(snapshot.t, snapshot.states));
   if (!keeps_states_) return;
   std::vector<double> values(session_.workspace().cell_count());
-  const auto is_shown = [&](const std::string& field) { return session_.problem().find_shown(field) != nullptr; };
   std::map<std::string, std::vector<double>> shown;
-  if (std::ranges::any_of(series.fields, is_shown)) shown = session_.shown(snapshot.t, snapshot.states);
+  if (std::ranges::any_of(series.fields, [&](const std::string& field) { return is_shown(field); }))
+    shown = session_.shown(snapshot.t, snapshot.states);
   for (const std::string& field : series.fields) {
     std::vector<double>& all = series.values[field];
     if (is_shown(field)) {

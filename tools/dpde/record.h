@@ -57,6 +57,8 @@ class Record {
   bool restore_series(Series& series, driver::ByteReader& in);
   bool restore_states(std::span<const double> states);
   void add(Series& series, const Snapshot& snapshot);
+  bool is_shown(const std::string& field) const { return session_.problem().find_shown(field) != nullptr; }
+  void renew_shown(int series, int step, const std::vector<void*>& states);
 
   driver::Session& session_;
   bool keeps_states_;

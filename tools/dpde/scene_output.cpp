@@ -101,6 +101,7 @@ Curve curve_of(const driver::Session& session, const NamedState& state) {
 }
 
 model::Placement placement_of(const driver::Session& session, const std::string& field) {
+  if (const model::Shown* shown = session.problem().find_shown(field)) return shown->placement;
   return model::Placements(session.problem()).of(field);
 }
 

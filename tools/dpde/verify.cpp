@@ -114,7 +114,9 @@ void show(Job& job, const std::string& target, const analysis::Certificate& cert
         "most {:.2e}\n",
         certificate.single->cases.size(), certificate.single->worst());
   }
-  text += fmt::format("{}: {}\n", certificate.passed() ? "certified" : "NOT certified", reason_of(certificate));
+  const bool is_empty = certificate.passed() && certificate.is_all_zero();
+  const char* verdict = is_empty ? "nothing to certify" : certificate.passed() ? "certified" : "NOT certified";
+  text += fmt::format("{}: {}\n", verdict, reason_of(certificate));
   job.say(text);
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/chessboard.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "dpde/runtime/field.h"
+#include "model/build.h"
 
 namespace dpde::driver {
 
@@ -65,6 +67,15 @@ class StoredValues {
   double mean_ = 0, variance_ = 0;
 };
 
+/// What no derivative joins is an ensemble; what noise drives is as rough as that.
+bool is_of_neighbours(const model::Problem& problem, const model::State& state) {
+  const auto is_driven = [&](const model::Coefficient& c) { return c.is_control() && reads(*state.rhs, c.name); };
+  return state.rhs && std::ranges::none_of(problem.coefficients, is_driven) &&
+         model::any_part(*state.rhs, [](const model::Expr& e) {
+           return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind);
+         });
+}
+
 }  // namespace
 
 void report_chessboards(Session& session, DiagnosticSink& sink) {
@@ -83,7 +94,7 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
       const double at_end = last.neighbour_correlation(axis), at_start = first.neighbour_correlation(axis);
       const bool is_chessboard = at_end < limit && at_start >= limit;
       const bool is_new = at_start > smooth || last.variance() > has_grown * first.variance();
-      const bool is_noise = at_end < noise && is_new && first.variance() > 0;
+      const bool is_noise = at_end < noise && is_new && first.variance() > 0 && is_of_neighbours(problem, *state);
       if (!is_chessboard && !is_noise) continue;
       sink.report("chessboard", state->origin.range,
                   {name, problem.axes[axis].name, is_chessboard ? "most" : "about half"},

@@ -156,10 +156,8 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
 /// Places along the axes and the bounds of cells, as often as fields of some placement need them: numbers of a file.
 double numbers_of_axes(const model::Problem& problem) {
   double numbers = 0;
-  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
-    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
-    numbers += 3.0 * problem.axes[a].cells * (std::ranges::any_of(problem.states, is_staggered) ? 2 : 1);
-  }
+  for (std::size_t a = 0; a < problem.axes.size(); ++a)
+    numbers += 3.0 * problem.axes[a].cells * (problem.has_faces(a) ? 2 : 1);
   return numbers;
 }
 

@@ -45,6 +45,11 @@ const Shown* Problem::find_shown(const std::string& name) const {
   return found == shown.end() ? nullptr : &*found;
 }
 
+bool Problem::has_faces(std::size_t axis) const {
+  const auto is_on_faces = [&](const auto& field) { return field.placement[axis]; };
+  return std::ranges::any_of(states, is_on_faces) || std::ranges::any_of(shown, is_on_faces);
+}
+
 bool radiates(const State& state) {
   return std::ranges::any_of(state.boundary, [](const AxisSides& sides) {
     return condition_of(sides.low.kind).takes_rate() || condition_of(sides.high.kind).takes_rate();

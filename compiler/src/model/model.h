@@ -316,6 +316,8 @@ struct Problem {
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }
   const State* find_state(const std::string& name) const;
   const Shown* find_shown(const std::string& name) const;
+  /// Whether a state, or what is shown, lies on faces along the axis.
+  bool has_faces(std::size_t axis) const;
   /// dt(name) as a state, or nullptr.
   const State* velocity_of(const std::string& name) const;
   /// What the time scheme keeps of the last step of `name`, or nullptr.

@@ -72,7 +72,6 @@ Placements::Placements(const Problem& problem) {
   };
   for (const State& state : problem.states) add(state.name, state.placement);
   for (const Coefficient& coefficient : problem.coefficients) add(coefficient.name, coefficient.placement);
-  for (const Shown& shown : problem.shown) add(shown.name, shown.placement);
   if (!problem.task) return;
   for (const Datum& datum : problem.task->data) {
     add(datum.name, datum.placement);

@@ -251,7 +251,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "at iteration {} the step {} is above {}, the largest stable one with {}"},
     {"E0812", "exact-not-finite", Severity::error, "the exact solution of {} is not finite at t = {}"},
     {"W0815", "chessboard", Severity::warning,
-     "{} goes up and down from cell to cell along {}: waves of fewer than four cells hold {} of it"},
+     "{} is not resolved along {}: waves of fewer than four cells hold {} of it"},
     {"W0816", "nothing-tested", Severity::warning,
      "the derivative of {} is 0 on all grids: tangent and adjoint agree, but nothing was tested"},
     {"W0801", "grown", Severity::warning, "{} has grown from {} to {}: the step may be too large for the scheme"},

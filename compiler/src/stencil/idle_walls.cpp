@@ -33,7 +33,7 @@ class Readers {
     for (const model::Event& event : problem_.events) add_all(event.updates);
     for (const model::Projection& projection : problem_.projections) add_all(projection.updates);
     for (const model::Quantity& observable : problem_.observables) add(observable.value);
-    for (const model::Shown& shown : problem_.shown) add(shown.value);
+    for (const model::Shown& shown : problem_.shown) add(shown);
     if (!problem_.task) return;
     for (const model::Loss& loss : problem_.task->losses) add(loss.value);
     for (const model::Test& test : problem_.task->tests) add(test.quantity.value);
@@ -86,9 +86,19 @@ class Readers {
     note_preparations(at_point, in_step_);
   }
 
+  void add(const model::Shown& shown) {
+    Discretiser at_point = lowering_.discretiser();
+    const Expr value = at_point(shown.value, shown.placement);
+    add_elsewhere(value, at_point);
+  }
+
   void add(const model::Expr& quantity) {
     Discretiser at_point = lowering_.discretiser();
     const Expr value = cell_share(quantity, lowering_.rank(), at_point);
+    add_elsewhere(value, at_point);
+  }
+
+  void add_elsewhere(const Expr& value, const Discretiser& at_point) {
     visit_all(value, at_point, [&](const Expr& part) { note(part, elsewhere_, [](int) { return 0; }); });
     note_preparations(at_point, elsewhere_);
   }

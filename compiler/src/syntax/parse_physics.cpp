@@ -105,12 +105,21 @@ bool begins_no_equation(const Cursor& cursor) {
   return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || is_slash || is_part));
 }
 
-/// Of u_t, du/dt and d(u)/dt, the field; "" of other words.
-std::string_view field_of_rate(std::string_view word, TokenKind behind) {
-  word = word.substr(0, 40);
-  if (word == "d" && behind == TokenKind::left_paren) return "u";
-  if (behind == TokenKind::slash) return word.starts_with('d') ? word.substr(1) : "";
-  return word.size() > 2 && word.ends_with("_t") ? word.substr(0, word.size() - 2) : "";
+/// What is written for du/dt and d(u)/dt; "" where something else begins.
+std::string hint_of_rate(Cursor& cursor) {
+  const std::string_view word = cursor.take().spelling.substr(0, 40);
+  const bool is_quotient = cursor.accept(TokenKind::slash);
+  if (is_quotient && word.starts_with('d') && cursor.at_word("dt"))
+    return fmt::format("write dt({}) = ...", word.substr(1));
+  return word == "d" && cursor.at(TokenKind::left_paren) ? "a rate is written dt(u) = ..." : "";
+}
+
+/// Of a name that is given a value and is none that can be.
+std::string hint_of_value(std::string_view name) {
+  const bool is_rate = name.size() > 2 && name.ends_with("_t");
+  const std::string_view field = is_rate ? name.substr(0, name.size() - 2) : name;
+  return fmt::format("write dt({}) = ... for {}, let {} = ... for a shorthand, or {} = ... inside a mask", field,
+                     is_rate ? fmt::format("the rate of {}", field) : "a field", name, name);
 }
 
 /// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
@@ -122,20 +131,15 @@ ItemKind parse_no_equation(Cursor& cursor) {
     return ItemKind{};
   };
   const TokenKind second = cursor.peek_second().kind;
-  const std::string_view rate = field_of_rate(first.spelling, second);
-  if (!rate.empty()) return refuse(fmt::format("write dt({}) = ...", rate));
-  if (!cursor.at(TokenKind::identifier) || second == TokenKind::left_paren || second == TokenKind::slash)
-    return refuse("");
+  if (!cursor.at(TokenKind::identifier)) return refuse("");
+  if (second == TokenKind::left_paren || second == TokenKind::slash) return refuse(hint_of_rate(cursor));
   HeldItem item;
   item.field = cursor.expect_element("a field");
   const std::string name = item.field.name.substr(0, 40);
   if (!cursor.accept(TokenKind::assign)) return refuse("");
   item.value = parse_expression(cursor);
   if (!cursor.accept_word("inside"))
-    return refuse(
-        fmt::format("write dt({0}) = ... for a field, let {0} = ... for a shorthand, or {0} = ... inside "
-                    "a mask",
-                    name));
+    return refuse(hint_of_value(name));
   item.mask = cursor.expect_name("the name of a mask");
   return item;
 }

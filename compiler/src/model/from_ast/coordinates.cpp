@@ -230,7 +230,7 @@ std::vector<Expr> Coordinates::vector_laplacian(const std::vector<Expr>& f) cons
       // small as its square: near a pole what is left is divided by r^2
       const Expr spacing = param("h" + problem_.axes[static_cast<std::size_t>(axis)].name, origin_);
       const Expr bend = times(over(times(spacing, spacing), 4.0), derivative(own, axis, 2, origin_));
-      const Expr beside = problem_.scheme.laplacian_order > 2 ? own : binary(BinaryOp::add, own, bend, origin_);
+      const Expr beside = problem_.scheme.derivative_order > 2 ? own : binary(BinaryOp::add, own, bend, origin_);
       const Expr turned = times(over(turn, times(h, h)), binary(plus, d(other, axis), times(turn, beside), origin_));
       sum = binary(BinaryOp::add, sum, binary(minus, outflow(flux, axis), turned, origin_), origin_);
     }

@@ -142,7 +142,9 @@ std::string differentiated_below(const Draft& draft, const std::string& name) {
   if (line == std::string::npos || line + 1 == name.size() || !is_state(draft, name.substr(0, line))) return "";
   std::string written = name.substr(0, line);
   const std::string axes = name.substr(line + 1);
-  if (axes.find_first_not_of("xyz") != std::string::npos || axes.size() > 4) return "";
+  const std::string known = std::string("xyz").substr(0, draft.problem.axes.size());
+  if (axes.find_first_not_of(known) != std::string::npos || axes.size() > 4) return "";
+  if (draft.scope.find(written)->is_vector) return axes.size() == 1 ? fmt::format("write {}.{}", written, axes) : "";
   const bool is_one_axis = axes.find_first_not_of(axes[0]) == std::string::npos;
   if (axes.size() > 1 && is_one_axis) return fmt::format("write d({}, {}, {})", written, axes[0], axes.size());
   for (const char axis : axes) written = fmt::format("d{}({})", axis, written);

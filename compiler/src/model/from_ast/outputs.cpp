@@ -24,20 +24,21 @@ std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char*
 
 namespace {
 
-/// What the model has a name for that is no field, each component where it lies: a number, vector or tensor; what is
-/// solved for.
-std::vector<std::string> show(Draft& draft, const ast::Identifier& name, const Typed& let) {
+/// What the model has a name for that is no field, each component where it lies (at the centre where no field is on
+/// faces): a number, vector or tensor; what is solved for. `written`: the name, or that of a component, slope.x.
+std::vector<std::string> show(Draft& draft, const ast::Identifier& written, const std::string& name, const Typed& let) {
   std::vector<std::string> names;
   const std::size_t axes = draft.problem.axes.size();
   const Placements placements(draft.problem);
   for (std::size_t i = 0; i < let.parts.size(); ++i) {
-    std::string component = name.name;
+    std::string component = name;
     if (let.type == Typed::Type::vector) component += fmt::format(".{}", "xyz"[i]);
     if (let.type == Typed::Type::tensor) component += fmt::format(".{}{}", "xyz"[i / axes], "xyz"[i % axes]);
+    if (written.name != name && written.name != component) continue;
     const Expr value = over_one_cell(draft, let.parts[i]);
-    const Placement placement = placements.natural(value).value_or(Placement{});
+    const std::optional<Placement> own = placements.is_staggered() ? placements.natural(value) : std::nullopt;
     if (!draft.problem.find_shown(component))
-      draft.problem.shown.push_back({component, value, placement, {name.range}});
+      draft.problem.shown.push_back({component, value, own.value_or(Placement{}), {written.range}});
     names.push_back(std::move(component));
   }
   return names;
@@ -45,9 +46,16 @@ std::vector<std::string> show(Draft& draft, const ast::Identifier& name, const T
 
 /// The states and what else is written down under that name; none after a diagnostic.
 std::vector<std::string> written_down(Draft& draft, const ast::Identifier& name) {
-  const auto let = draft.lets.find(name.name);
-  if (let != draft.lets.end() && let->second.type != Typed::Type::condition) return show(draft, name, let->second);
+  const std::string whole = name.name.substr(0, name.name.find('.'));
+  const auto let = draft.lets.find(whole);
   std::vector<std::string> names;
+  if (let != draft.lets.end() && let->second.type != Typed::Type::condition)
+    names = show(draft, name, whole, let->second);
+  if (!names.empty()) return names;
+  const Meaning* meaning = draft.scope.find(name.name);
+  const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == draft.lets.end() &&
+                          !draft.scene_lets.contains(name.name);
+  if (has_failed) return {};  // its own line has a diagnostic
   for (const State* state : find_states(draft, name, "an output")) names.push_back(state->name);
   return names;
 }

@@ -90,6 +90,10 @@ class UnitLines {
       for (std::size_t i = 0; list.size() > 1 && i < std::min(list.size(), problem.axes.size()); ++i)
         note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
     }
+    for (const Shown& shown : problem.shown) {
+      const MeasureList list = measures_.of_let(shown.name.substr(0, shown.name.find('.')));
+      if (list.size() == 1 && shown.name.find('.') != std::string::npos) note(shown.name, list.front());
+    }
     for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
     if (!problem.task) return;
     for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));

@@ -39,12 +39,12 @@ bool holds_second(const Draft& draft, const Expr& e, const std::string& state) {
   return found;
 }
 
-void check(Draft& draft, const Expr& value, const Origin& origin) {
+void check(Draft& draft, const Expr& value, const Origin& origin,
+           const char* hint = "where that matters, weight the cells beside the wall by 0") {
   for (const State& state : draft.problem.states) {
     const std::string walls = walls_with_values(draft.problem, state);
     if (walls.empty() || !holds_second(draft, value, state.name)) continue;
-    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls},
-                      "where that matters, weight the cells beside the wall by 0");
+    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls}, hint);
   }
 }
 
@@ -53,7 +53,8 @@ void check(Draft& draft, const Expr& value, const Origin& origin) {
 void check_wall_derivatives(Draft& draft) {
   const Problem& problem = draft.problem;
   for (const Quantity& observable : problem.observables) check(draft, observable.value, observable.origin);
-  for (const Shown& shown : problem.shown) check(draft, shown.value, shown.origin);
+  for (const Shown& shown : problem.shown)
+    check(draft, shown.value, shown.origin, "leave out the cells beside the wall where that matters");
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) check(draft, loss.value, loss.origin);
   for (const Test& test : problem.task->tests) check(draft, test.quantity.value, test.quantity.origin);
