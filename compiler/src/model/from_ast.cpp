@@ -84,6 +84,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_gridless(draft);
   check_units(draft);
   if (sink.has_errors()) return std::nullopt;
+  if (draft.model) check_seams(draft);
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
   drop_unused(draft);
   keep_called_networks(draft);

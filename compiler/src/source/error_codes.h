@@ -210,6 +210,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "{} goes on to {} on the wall {}, where the cell beside it has {}: a straight line changes its sign"},
     {"W0302", "beside-pole", Severity::warning,
      "in the row beside a pole the error of {} does not fall with the cells"},
+    {"W0303", "jump-at-seam", Severity::warning,
+     "this reads over the seam of {}, which is periodic, what is not the same at its two ends"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
     {"E0801", "blow-up", Severity::error,
      "{} is no longer finite after step {} of {} (t = {}), first in cell ({}) at {}"},
