@@ -79,7 +79,7 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
     for (int n = 0; n < program.network_count; ++n) workspace().add_weights(*program.networks[n], nullptr);
   }
   const bool is_ready = load_coefficients(source, sink) && load_data(source, sink) && has_data_for_losses(sink) &&
-                        load_states(source, sink) && starts_finite(sink);
+                        load_states(source, sink) && coefficients_finite(sink) && starts_finite(sink);
   if (is_ready && !options_.made_up && options_.cells.empty()) warn_of_wall_values(*this, sink);
   return is_ready;
 }
@@ -139,6 +139,22 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
     engine_->set_initial(static_cast<std::size_t>(index), *values);
   }
   engine_->update_formulas();
+  return true;
+}
+
+/// Of all intervals of a control field.
+bool Session::coefficients_finite(DiagnosticSink& sink) {
+  for (const model::Coefficient& coefficient : problem().coefficients) {
+    const ControlField* control = workspace().find_control_field(coefficient.name);
+    for (std::size_t i = 0; i < (control == nullptr ? 1 : control->at.size()); ++i) {
+      const Field& values = workspace().field(coefficient.name, i);
+      const std::optional<Cell> bad = find_not_finite(values.layout(), values.base());
+      if (!bad) continue;
+      sink.report("coefficient-not-finite", coefficient.value.origin.range,
+                  {coefficient.name, cell_text(*bad), place_text(*bad)});
+      return false;
+    }
+  }
   return true;
 }
 
