@@ -190,7 +190,8 @@ std::string Session::cell_text(const Cell& cell) const {
 std::string Session::place_text(const Cell& cell) const {
   std::vector<std::string> parts;
   for (std::size_t a = 0; a < axes_.size(); ++a)
-    parts.push_back(fmt::format("{} = {:.6g}", axes_[a].name, axes_[a].centre(coordinate(cell, a))));
+    parts.push_back(
+        fmt::format("{} = {:.6g}", model::name_of_axis(problem(), a), axes_[a].centre(coordinate(cell, a))));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

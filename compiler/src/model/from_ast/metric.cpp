@@ -169,6 +169,8 @@ class Poles {
 
   void check() {
     Problem& problem = draft_.problem;
+    const bool is_refused = !problem.metric && written(draft_);
+    if (is_refused) return;
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
       for (const bool is_low : {true, false}) look_at(axis, is_low);
     }
@@ -190,7 +192,8 @@ class Poles {
     Problem& problem = draft_.problem;
     const bool is_pole = is_pole_at(problem, axis, is_low);
     const std::string place = side_name(problem.axes[axis], is_low);
-    if (is_pole && !runs_around(axis, place)) return;
+    const std::string end = place.substr(place.find('.'));
+    if (is_pole && !runs_around(axis, written_axis(draft_, axis) + end)) return;
     SourceRange line = draft_.scene->name.range;
     for (const auto& [grid, range] : items_of<ast::GridItem>(draft_.scene->items)) {
       if (grid.axis.name == written_axis(draft_, axis)) line = grid.axis.range;
@@ -202,7 +205,7 @@ class Poles {
       const Side& opposite = is_low ? state.boundary[axis].high : state.boundary[axis].low;
       const bool lack_both = is_pole && is_pole_at(problem, axis, !is_low) && lacks_pole(state, side, axis) &&
                              lacks_pole(state, opposite, axis);  // one mistake
-      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : place.substr(place.find('.')));
+      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : end);
       if (state.velocity_of.empty() && (is_low || !lack_both)) check(state, side, axis, written, range, is_pole);
       if (side.kind == SideKind::pole && turns_round(state.name)) side.kind = SideKind::opposite_pole;
     }
@@ -236,10 +239,17 @@ class Poles {
     if (is_pole && !is_asked)
       draft_.sink.report("pole-without-boundary", range, {state.name, place},
                          fmt::format("write {} = pole: what lies beyond it lies half a turn away", place));
-    if (is_asked && !is_pole)
-      draft_.sink.report("no-pole", range, {place},
-                         "a pole is where a unit of another coordinate has no length: r = 0 in coordinates polar, "
-                         "lat = -pi/2 and pi/2 in coordinates sphere(a)");
+    if (is_asked && !is_pole) draft_.sink.report("no-pole", range, {place}, hint_of_side(state, axis, place));
+  }
+
+  std::string hint_of_side(const State& state, std::size_t axis, const std::string& place) const {
+    const std::optional<Metric>& metric = draft_.problem.metric;
+    if (!metric || !depends_on_axis(metric->around, static_cast<int>(axis)))
+      return "a pole is where a unit of another coordinate has no length: r = 0 in coordinates polar, lat = -pi/2 and "
+             "pi/2 in coordinates sphere(a)";
+    const bool is_across = is_component(state.name) && axis_of(state.name.substr(state.name.find('.') + 1)) == 0;
+    return fmt::format("the axis of a cylinder is no pole: write {} = {}, ", place, is_across ? "0" : "zero_gradient") +
+           (is_across ? "as nothing flows through it" : "as all is the same around it");
   }
 
   bool runs_around(std::size_t axis, const std::string& place) {
@@ -247,7 +257,7 @@ class Poles {
     const Axis& other = draft_.problem.axes[around];
     const SourceRange range = items_of<ast::CoordinatesItem>(draft_.scene->items).front().range;
     const auto fail = [&](const std::string& why, const std::string& hint) {
-      draft_.sink.report("not-around-pole", range, {other.name, place, why}, hint);
+      draft_.sink.report("not-around-pole", range, {written_axis(draft_, around), place, why}, hint);
       return false;
     };
     if (axis > 1) return fail("poles are on the axes x and y", "");
