@@ -14,6 +14,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "support/evaluate.h"
 
 namespace dpde::model {
 
@@ -54,7 +55,7 @@ class MetricBinder {
 
   void bind() {
     auto metric = made();
-    if (!metric || !is_positive(*metric)) return;
+    if (!metric || !is_positive(*metric) || !closes(*metric)) return;
     metric->axes = names_of_axes(line_.kind);
     draft_.problem.metric = metric;
   }
@@ -117,18 +118,20 @@ class MetricBinder {
     return metric;
   }
 
-  /// In all cells, and on all faces but those at the ends.
+  /// In all cells, and on all faces but those at the ends; along its own axis there too, as a pole is where a unit of
+  /// another coordinate has no length.
   bool is_positive(const Metric& metric) {
     std::vector<Expr> lengths = metric.scales;
     lengths.push_back(metric.around);
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-      const std::string name = i < metric.scales.size() ? draft_.problem.axes[i].name : "the angle around the axis";
-      if (!is_positive(lengths[i], name)) return false;
+      const std::string name = i < metric.scales.size() ? written_axis(draft_, i) : "the angle around the axis";
+      if (!is_positive(lengths[i], name, static_cast<int>(i))) return false;
     }
     return true;
   }
 
-  bool is_positive(const Expr& length, const std::string& of) {
+  /// `along`: the axis whose unit it is.
+  bool is_positive(const Expr& length, const std::string& of, int along) {
     std::vector<std::array<double, 3>> places{{}};
     for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
       if (!depends_on_axis(length, static_cast<int>(a))) continue;
@@ -142,6 +145,11 @@ class MetricBinder {
           more.push_back(place);
           more.back()[a] = axis.face(i);
         }
+        for (const double end : {axis.low, axis.high}) {
+          if (static_cast<int>(a) != along) continue;
+          more.push_back(place);
+          more.back()[a] = end;
+        }
       }
       places = std::move(more);
     }
@@ -150,10 +158,53 @@ class MetricBinder {
       if (value > 0 && std::isfinite(value)) continue;
       std::vector<std::string> where;
       for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a)
-        where.push_back(fmt::format("{} = {:.6g}", draft_.problem.axes[a].name, place[a]));
-      draft_.sink.report(
-          "metric-vanishes", line_.range, {of, fmt::format("{:.6g}", value), fmt::format("{}", fmt::join(where, ", "))},
-          "lengths are positive and finite inside of the grid; at a side they may be 0, which is a pole");
+        where.push_back(fmt::format("{} = {:.6g}", written_axis(draft_, a), place[a]));
+      draft_.sink.report("metric-vanishes", line_.range,
+                         {of, fmt::format("{:.6g}", dpde::shown(value)), fmt::format("{}", fmt::join(where, ", "))},
+                         hint_of_lengths());
+      return false;
+    }
+    return true;
+  }
+
+  std::string hint_of_lengths() const {
+    constexpr double right_angle = std::numbers::pi / 2;
+    const Axis& last = draft_.problem.axes.back();
+    const bool is_in_degrees = line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > 4;
+    if (is_in_degrees) return "angles are in radians: grid lon = 0 .. 2*pi, grid lat = -pi/2 .. pi/2";
+    if (line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > right_angle)
+      return "the latitude is an angle from -pi/2 to pi/2";
+    return "lengths are positive and finite inside of the grid, and at the sides of their own axes; at a side of "
+           "another axis they may be 0, which is a pole";
+  }
+
+  /// Whether both ends of a periodic axis, which are one place, have the same lengths.
+  bool closes(const Metric& metric) {
+    for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
+      if (draft_.problem.axes[a].topology != Topology::periodic) continue;
+      for (std::size_t i = 0; i < metric.scales.size(); ++i) {
+        if (!closes(metric.scales[i], i, a)) return false;
+      }
+      if (!closes(metric.around, metric.scales.size(), a)) return false;
+    }
+    return true;
+  }
+
+  bool closes(const Expr& length, std::size_t of, std::size_t axis) {
+    constexpr double tolerance = 1e-6;
+    const std::vector<Axis>& axes = draft_.problem.axes;
+    for (const double beside : {0.31, 0.57, 0.83}) {
+      std::array<double, 3> place{};
+      for (std::size_t a = 0; a < axes.size(); ++a) place[a] = axes[a].low + beside * (axes[a].high - axes[a].low);
+      place[axis] = axes[axis].low;
+      const double low = value_at(length, place);
+      place[axis] = axes[axis].high;
+      const double high = value_at(length, place);
+      if (std::abs(low - high) <= tolerance * std::max(std::abs(low), std::abs(high))) continue;
+      const std::string name = of < axes.size() ? written_axis(draft_, of) : "the angle around the axis";
+      draft_.sink.report("metric-not-periodic", line_.range,
+                         {name, fmt::format("{:.6g}", low), written_axis(draft_, axis), fmt::format("{:.6g}", high)},
+                         "take a formula that is periodic, or leave out periodic in the grid line: walls stand there");
       return false;
     }
     return true;
