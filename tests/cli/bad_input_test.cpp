@@ -255,6 +255,17 @@ std::set<int> marked_lines(const std::string& text, const std::string& marker) {
   return marked;
 }
 
+TEST_F(BadInput, NothingBeginsWithCoefficientsThatAreNotFinite) {
+  write("k.dpde", content(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics/runs/coefficient-not-finite.dpde"));
+  for (const std::string command : {"run k.dpde s", "gradient k.dpde", "optimize k.dpde", "check k.dpde s"}) {
+    const Outcome outcome = dpde(command);
+    EXPECT_NE(outcome.status, 0) << command;
+    EXPECT_NE(outcome.err.find("E0813]: the coefficient k is not finite in cell (0) at x = 1.0625"), std::string::npos)
+        << command << "\n"
+        << outcome.err;
+  }
+}
+
 /// Each example of a run has its code, at the lines that say so, by the last of the commands in front of it.
 TEST_F(BadInput, ExamplesOfRunsHaveTheirCodes) {
   std::vector<fs::path> examples;

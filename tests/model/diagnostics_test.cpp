@@ -263,7 +263,7 @@ TEST(Diagnostics, OfSubcycles) {
   }
   EXPECT_EQ(with("time = rk4", "subcycle u, v in 2; subcycle u in 4"), "E0303 ");
   EXPECT_EQ(with("time = rk4", "subcycle w in 4").substr(0, 5), "E0301");
-  EXPECT_EQ(with("time = ab2", "subcycle v in 4"), "E0555 take time = rk2 or verlet");
+  EXPECT_EQ(with("time = ab2", "subcycle v in 4"), "E0555 take time = rk2 or rk4");
   EXPECT_EQ(with("time = rk4; advect = semi_lagrangian", "subcycle v in 4"),
             "E0311 take advect = upwind(3) or central(4)");
 }

@@ -76,7 +76,7 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
       "split out");
   EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
             "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
-            "verlet");
+            "rk4");
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ TEST(WallFormulas, ThatCannotBeHadAreRefused) {
       "a formula of fields cannot appear in the boundary at x.high, where the arrays of r hold no value | let the "
       "axis end there: grid x = 0 .. 1");
   EXPECT_EQ(message(walled("gradient(-q)", "0", "time = ars222")),
-            "time = ars222 does not go with a formula of fields at a wall | take time = rk4, ssp_rk3 or verlet");
+            "time = ars222 does not go with a formula of fields at a wall | take time = rk4 or ssp_rk3");
   EXPECT_EQ(message(walled("gradient(-q)", "0", "time = euler; split = lie(diffusion)")),
             "a formula of fields cannot appear in the boundary of a scene whose steps are split | leave out split");
   EXPECT_EQ(message(walled("mixed(q, 1, 0)")),

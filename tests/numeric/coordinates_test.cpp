@@ -70,8 +70,12 @@ TEST(Coordinates, HarmonicsOfASphereDecay) {
 
 /// A vector field that is the same everywhere has other components at each place: they stay in polar coordinates, also
 /// where it carries itself across the pole.
-TEST(Coordinates, ConstantVectorsStay) {
-  const std::string text = "model m { vector u; dt(u) = lap(u) - advect(u, u) }\n" + scheme + R"(
+class ConstantVectors : public ::testing::TestWithParam<std::pair<int, int>> {};
+TEST_P(ConstantVectors, Stay) {
+  const auto [of_dx, of_lap] = GetParam();
+  const std::string text = "model m { vector u; dt(u) = lap(u) - advect(u, u) }\n" +
+                           fmt::format("scheme s {{ advect = central(2); dx = central({}); lap = central({}); "
+                                       "time = rk4 }}\n", of_dx, of_lap) + R"(
 scene s : m with s {
   coordinates polar
   grid x = 0 .. 1, cells 8
@@ -83,9 +87,11 @@ scene s : m with s {
 }
 )";
   const Overrides coarse{{"cells", "8"}}, fine{{"cells", "16"}};
-  EXPECT_NEAR(order(text, "u.x", coarse, fine), 2, 0.3);
-  EXPECT_NEAR(order(text, "u.y", coarse, fine), 2, 0.3);
+  EXPECT_GT(order(text, "u.x", coarse, fine), 1.7);
+  EXPECT_GT(order(text, "u.y", coarse, fine), 1.7);
 }
+INSTANTIATE_TEST_SUITE_P(OfOrders, ConstantVectors,
+                         ::testing::Values(std::pair(2, 2), std::pair(2, 4), std::pair(4, 2), std::pair(4, 4)));
 
 /// Of (sin(Y), sin(X)), X = r*cos(theta), Y = r*sin(theta), the vector Laplacian is its negative; away from walls it is
 /// as exact as the scheme says, and beside a pole of order 2.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/metric.h"
 #include "stability/local_character.h"
 
 namespace dpde::tools {
@@ -23,7 +24,8 @@ void warn(Job& job, const driver::Session& session, const CellNumber& cell) {
   const double cells = std::ceil(1.01 * axis.cells * cell.number / 2);  // finer grids come closer to extrema
   job.sink().report(
       "cell-number", state == nullptr ? SourceRange{} : state->origin.range,
-      {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number), axis.name},
+      {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number),
+       model::name_of_axis(problem, static_cast<std::size_t>(cell.axis))},
       fmt::format("--set cells.{}={:.0f} brings it below 2; --set advect=upwind3 damps what rings", axis.name, cells));
 }
 

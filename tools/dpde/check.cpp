@@ -282,7 +282,9 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
   DiagnosticSink silent;
   std::unique_ptr<driver::Session> session = open_scene(job, silent);
   for (const Diagnostic& diagnostic : silent.all()) {
-    if (diagnostic.kind == KindRef("start-not-finite").kind) job.sink().add(diagnostic);
+    const bool is_told = diagnostic.kind == KindRef("start-not-finite").kind ||
+                         diagnostic.kind == KindRef("coefficient-not-finite").kind;
+    if (is_told) job.sink().add(diagnostic);
   }
   if (session != nullptr) has_finite_exact(*session, job.sink());
   return session;

@@ -71,15 +71,26 @@ Method method_of(const model::Optimiser& optimiser) {
   return {Method::Kind::lbfgs};
 }
 
-OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
+/// No sum of squares has one: whether v'*H*v is below 0, but for rounding.
+bool is_downwards(const Eigen::VectorXd& v, const Eigen::VectorXd& product) {
+  constexpr double rounding = 1e-9;
+  return v.dot(product) < -rounding * v.norm() * product.norm();
+}
+
+OptimiseResult minimise_with(Job& job, TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
                              const IterationObserver& observer) {
   const Method method = method_of(optimiser);
   const Curvature curvature = optimiser.gauss_newton ? Curvature::gauss_newton : Curvature::full;
   if (const std::string why = run.session->engine().why_no_products(curvature);
       method.kind == Method::Kind::newton_cg && !why.empty())
     throw Error(ErrorKind::run, why);
+  bool is_told = false;
   const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
     run.inverse->product(x, v, result, curvature);
+    if (is_told || curvature == Curvature::full || !is_downwards(v, result)) return;
+    is_told = true;
+    job.sink().report("negative-weight", run.task().losses.front().origin.range, {},
+                      "weights of squares are 0 or positive; newton_cg(hessian = full) takes the loss as it is");
   };
   return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer,
                   run.inverse->bounds());
@@ -139,7 +150,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     }
     return !interrupt_flag().load();
   };
-  outcome.result = minimise_with(run, method, objective, observer);
+  outcome.result = minimise_with(job, run, method, objective, observer);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (limit && !interrupt_flag().load()) limit->look(outcome.result.iterations, outcome.result.x, true);
   job.say(lines);

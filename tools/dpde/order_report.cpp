@@ -8,6 +8,7 @@
 
 #include "model/build.h"
 #include "model/implicit_part.h"
+#include "model/metric.h"
 #include "model/wall_coefficient.h"
 #include "stencil/operator_order.h"
 #include "stencil/waves.h"
@@ -82,7 +83,7 @@ std::string mirrored_in(const model::Problem& problem, const model::Expr& operan
       const bool is_at_pole = is_low == problem.axes[a].runs_down() ? poles.high : poles.low;
       if (is_at_pole || model::goes_on_beyond(problem, c, a, is_low) || (is_flux && !has_slope(problem, a, is_low)))
         continue;
-      return fmt::format("{} is mirrored beyond {}", c.name, model::side_name(problem.axes[a], is_low));
+      return fmt::format("{} is mirrored beyond {}", c.name, model::name_of_side(problem, a, is_low));
     }
   }
   return "";

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 
@@ -57,6 +59,7 @@ class Run {
   void report_solves(Json& result);
   void report_errors(Json& result);
   void report_drifts(Json& result);
+  void warn_of_number(const std::string& name, double value);
   void write_files();
   void write_series(const Series& series);
   void draw_observables(const Series& series);
@@ -221,6 +224,7 @@ void Run::report(Json& result) {
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
+    warn_of_number(name, value);
     job_.say(fmt::format("{} = {:.12g}{}\n", name, shown(value), behind_number(problem.unit_of(name))));
   }
   for (auto& [name, value] : observables.items()) {
@@ -238,6 +242,14 @@ void Run::report(Json& result) {
   report_solves(result);
   report_errors(result);
   report_drifts(result);
+}
+
+void Run::warn_of_number(const std::string& name, double value) {
+  if (std::isfinite(value) || outcome_.blow_up) return;
+  const auto& observables = session_->problem().observables;
+  const auto found = std::ranges::find(observables, name, &model::Quantity::name);
+  job_.sink().report("observable-not-finite", found->origin.range, {name, fmt::format("{}", shown(value))},
+                     "the states are finite: in it something is divided by 0, or a root or log taken of what has none");
 }
 
 /// Of sums that single steps leave as they are; not what an event or a control changes later.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/metric.h"
 #include "support/side_conditions.h"
 
 namespace dpde::driver {
@@ -63,7 +64,7 @@ void BackFlowWatch::report(DiagnosticSink& sink) const {
     const auto& [name, axis] = side;
     sink.report(
         "back-flow", problem.find_state(name)->origin.range,
-        {side_name(problem.axes[axis], false), fmt::format("{:.6g}", worst.t), fmt::format("{:.3g}", worst.inwards),
+        {name_of_side(problem, axis, false), fmt::format("{:.6g}", worst.t), fmt::format("{:.3g}", worst.inwards),
          fmt::format("{}", worst.faces), fmt::format("{}", worst.of), fmt::format("{:.3g}", worst.largest)},
         "nothing says what it brings, so that it may be wrong there and grow: put the open end farther away");
   }

@@ -7,6 +7,7 @@
 
 #include "dpde/runtime/field.h"
 #include "model/build.h"
+#include "model/metric.h"
 
 namespace dpde::driver {
 
@@ -97,7 +98,7 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
       const bool is_noise = at_end < noise && is_new && first.variance() > 0 && is_of_neighbours(problem, *state);
       if (!is_chessboard && !is_noise) continue;
       sink.report("chessboard", state->origin.range,
-                  {name, problem.axes[axis].name, is_chessboard ? "most" : "about half"},
+                  {name, model::name_of_axis(problem, axis), is_chessboard ? "most" : "about half"},
                   "no difference knows such waves: take more cells, or damp them, as with nu*lap(" + name +
                       ") or upwind differences; where they come of rounding, a smaller step");
     }

@@ -79,7 +79,7 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
     for (int n = 0; n < program.network_count; ++n) workspace().add_weights(*program.networks[n], nullptr);
   }
   const bool is_ready = load_coefficients(source, sink) && load_data(source, sink) && has_data_for_losses(sink) &&
-                        load_states(source, sink) && starts_finite(sink);
+                        load_states(source, sink) && coefficients_finite(sink) && starts_finite(sink);
   if (is_ready && !options_.made_up && options_.cells.empty()) warn_of_wall_values(*this, sink);
   return is_ready;
 }
@@ -142,6 +142,22 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
+/// Of all intervals of a control field.
+bool Session::coefficients_finite(DiagnosticSink& sink) {
+  for (const model::Coefficient& coefficient : problem().coefficients) {
+    const ControlField* control = workspace().find_control_field(coefficient.name);
+    for (std::size_t i = 0; i < (control == nullptr ? 1 : control->at.size()); ++i) {
+      const Field& values = workspace().field(coefficient.name, i);
+      const std::optional<Cell> bad = find_not_finite(values.layout(), values.base());
+      if (!bad) continue;
+      sink.report("coefficient-not-finite", coefficient.value.origin.range,
+                  {coefficient.name, cell_text(*bad), place_text(*bad)});
+      return false;
+    }
+  }
+  return true;
+}
+
 bool Session::starts_finite(DiagnosticSink& sink) {
   for (int s = 0; s < rollout().state_count(); ++s) {
     const Field& start = rollout().initial(s);
@@ -174,7 +190,8 @@ std::string Session::cell_text(const Cell& cell) const {
 std::string Session::place_text(const Cell& cell) const {
   std::vector<std::string> parts;
   for (std::size_t a = 0; a < axes_.size(); ++a)
-    parts.push_back(fmt::format("{} = {:.6g}", axes_[a].name, axes_[a].centre(coordinate(cell, a))));
+    parts.push_back(
+        fmt::format("{} = {:.6g}", model::name_of_axis(problem(), a), axes_[a].centre(coordinate(cell, a))));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -267,14 +284,19 @@ double root_mean_square(const std::vector<double>& values, const std::vector<dou
   return unit * std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Each cell counts once, or where coordinates are no lengths by its volume.
+constexpr double size_on_pole = 1e-12;  // over the mean: of faces on a pole, where the boundary says what they hold
+
+/// Each cell counts once, or where coordinates are no lengths by its volume; not at all where it has none.
 std::vector<double> weights_of_errors(const Session& session, const model::State& state) {
   const std::size_t cells = session.workspace().cell_count();
   if (!session.problem().metric) return std::vector<double>(cells, 1.0);
   std::vector<double> weights = model::cell_volumes(session.axes(), session.problem().metric, state.placement);
   double sum = 0;
   for (const double weight : weights) sum += weight;
-  for (double& weight : weights) weight *= static_cast<double>(cells) / sum;
+  for (double& weight : weights) {
+    weight *= static_cast<double>(cells) / sum;
+    if (weight < size_on_pole) weight = 0;
+  }
   return weights;
 }
 
@@ -300,7 +322,8 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
     for (std::size_t i = 0; i < computed.size(); ++i) {
       computed[i] = std::abs(computed[i] - exact[i]);
       norm.l1 += weights[i] * computed[i] / static_cast<double>(computed.size());
-      norm.linf = computed[i] > norm.linf || std::isnan(computed[i]) ? computed[i] : norm.linf;
+      const bool is_larger = computed[i] > norm.linf || std::isnan(computed[i]);
+      if (is_larger && weights[i] > 0) norm.linf = computed[i];
     }
     norm.l2 = root_mean_square(computed, weights);
     norms.push_back(norm);

@@ -113,6 +113,7 @@ class Session {
   bool has_data_for_losses(DiagnosticSink& sink);
   bool load_coefficients(const SourceFile& source, DiagnosticSink& sink);
   bool load_states(const SourceFile& source, DiagnosticSink& sink);
+  bool coefficients_finite(DiagnosticSink& sink);
   bool starts_finite(DiagnosticSink& sink);
   Workspace::Bound bind_states(const std::vector<void*>& states);
 

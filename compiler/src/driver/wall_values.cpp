@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "model/build.h"
+#include "model/metric.h"
 #include "model/wall_coefficient.h"
 #include "stencil/effects.h"
 
@@ -37,8 +38,8 @@ void look_at(const Session& session, const model::Coefficient& coefficient, cons
     if (!(beside * on_wall < 0)) continue;
     sink.report(
         "sign-at-wall", coefficient.value.origin.range,
-        {coefficient.name, fmt::format("{:.4g}", on_wall), model::side_name(axes[wall.axis], wall.is_low),
-         fmt::format("{:.4g}", beside)},
+        {coefficient.name, fmt::format("{:.4g}", on_wall),
+         model::name_of_side(session.problem(), wall.axis, wall.is_low), fmt::format("{:.4g}", beside)},
         "more cells, a smoother coefficient, or its formula in the equation, which is taken on the wall itself");
     return;
   }

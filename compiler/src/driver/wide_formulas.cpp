@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "model/metric.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/match.h"
@@ -70,7 +71,7 @@ void tell_wide_formulas(const Module& module, const Program& program, const mode
     if (points <= 3 || points <= axis.cells || (is_periodic && axis.cells == 1)) continue;
     sink.report(
         "formula-wider-than-grid", farthest[a].where,
-        {fmt::format("{}", points), axis.name, fmt::format("{}", axis.cells)},
+        {fmt::format("{}", points), model::name_of_axis(problem, a), fmt::format("{}", axis.cells)},
         fmt::format("--set cells.{}={} has room for it; schemes of lower order reach less far", axis.name, points));
   }
 }

@@ -27,6 +27,30 @@ std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& s
   return file;
 }
 
+/// What needs all of the problem.
+void check(Draft& draft) {
+  check_projected_starts(draft);
+  check_steady(draft);
+  check_wall_weights(draft);
+  check_boundary_values(draft);
+  check_radiating(draft);
+  if (draft.model) check_wall_formulas(draft);
+  check_open_places(draft);
+  check_data_times(draft);
+  check_wall_derivatives(draft);
+  check_settings(draft);
+  check_histories(draft);
+  check_waves(draft);
+  if (draft.model) check_split(draft);
+  check_implicit(draft);
+  if (draft.model) check_guess(draft);
+  if (draft.model) check_smoother(draft);
+  check_placements(draft);
+  check_scene_lets(draft);
+  check_gridless(draft);
+  check_units(draft);
+}
+
 }  // namespace
 
 std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
@@ -64,26 +88,9 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
-  check_projected_starts(draft);
-  check_steady(draft);
-  check_wall_weights(draft);
-  check_radiating(draft);
-  if (draft.model) check_wall_formulas(draft);
-  check_open_places(draft);
-  check_data_times(draft);
-  check_wall_derivatives(draft);
-  check_settings(draft);
-  check_histories(draft);
-  check_waves(draft);
-  if (draft.model) check_split(draft);
-  check_implicit(draft);
-  if (draft.model) check_guess(draft);
-  if (draft.model) check_smoother(draft);
-  check_placements(draft);
-  check_scene_lets(draft);
-  check_gridless(draft);
-  check_units(draft);
+  check(draft);
   if (sink.has_errors()) return std::nullopt;
+  if (draft.model) check_seams(draft);
   draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
   drop_unused(draft);
   keep_called_networks(draft);

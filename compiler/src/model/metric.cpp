@@ -120,6 +120,16 @@ bool has_pole(const Problem& problem) {
   return false;
 }
 
+std::string name_of_axis(const Problem& problem, std::size_t axis) {
+  const bool has_name = problem.metric && axis < problem.metric->axes.size();
+  return has_name ? problem.metric->axes[axis] : problem.axes[axis].name;
+}
+
+std::string name_of_side(const Problem& problem, std::size_t axis, bool is_low) {
+  const std::string written = side_name(problem.axes[axis], is_low);
+  return name_of_axis(problem, axis) + written.substr(written.find('.'));
+}
+
 bool falls_towards_poles(const Problem& problem, const Expr& factor) {
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     for (const bool is_low : {true, false}) {

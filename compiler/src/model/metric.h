@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "model/model.h"
@@ -19,6 +20,11 @@ Expr size_of(const Metric& metric, const std::array<bool, 3>& over, std::size_t 
 bool is_pole_at(const Problem& problem, std::size_t axis, bool is_low);
 
 bool has_pole(const Problem& problem);
+
+/// As the scene's coordinates call it: lat; else x, y, z.
+std::string name_of_axis(const Problem& problem, std::size_t axis);
+/// "lat.low": as side_name has it.
+std::string name_of_side(const Problem& problem, std::size_t axis, bool is_low);
 
 /// Whether a formula of coordinates, a length or made of lengths, is 0 on that side; false of other expressions.
 bool vanishes_at(const Problem& problem, const Expr& length, std::size_t axis, bool is_low);

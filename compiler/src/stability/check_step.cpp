@@ -5,27 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/metric.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
-
-std::string pole_text(const model::Problem& problem, const Verdict& verdict) {
-  if (verdict.limit.kind != StepLimit::Kind::limit) return "";
-  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
-    const model::Axis& axis = problem.axes[a];
-    for (const bool is_low : {true, false}) {
-      const double h = axis.spacing(), beside = is_low == axis.runs_down() ? axis.high - h / 2 : axis.low + h / 2;
-      const bool is_there = std::abs(verdict.worst.place[a] - beside) < 0.5 * h;
-      if (is_there && model::is_pole_at(problem, a, is_low))
-        return fmt::format(
-            "the narrow cells around the pole at {} set it: fewer cells along {} make them wider, and an "
-            "implicit scheme (time = ars222) has no such limit for lap(u) of a number",
-            model::side_name(axis, is_low), problem.axes[a == 0 ? 1 : 0].name);
-    }
-  }
-  return "";
-}
 
 namespace {
 

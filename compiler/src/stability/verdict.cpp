@@ -9,6 +9,7 @@
 #include <complex>
 #include <numbers>
 
+#include "model/metric.h"
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
@@ -192,10 +193,10 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
     if (angle < 1e-4) continue;
     const bool is_same = std::abs(angle - last) < 1e-3;
     const double length = 2 * std::numbers::pi / angle;
-    parts.push_back(is_same ? problem.axes[a].name
-                    : length > 2 * problem.axes[a].cells
-                        ? "longer than the grid along " + problem.axes[a].name
-                        : fmt::format("of {:.3g} cells along {}", length, problem.axes[a].name));
+    const std::string name = model::name_of_axis(problem, a);
+    parts.push_back(is_same                              ? name
+                    : length > 2 * problem.axes[a].cells ? "longer than the grid along " + name
+                                                         : fmt::format("of {:.3g} cells along {}", length, name));
     last = angle;
   }
   const bool is_one_cell = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.cells == 1; });

@@ -121,7 +121,7 @@ void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const Place
   bool any_bounded = false;
   for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
     if (place.axis >= 0 && place.axis != axis) continue;
-    if (is_periodic(draft.problem.axes[axis])) periodic.push_back(draft.problem.axes[axis].name);
+    if (is_periodic(draft.problem.axes[axis])) periodic.push_back(written_axis(draft, axis));
     any_bounded = any_bounded || !is_periodic(draft.problem.axes[axis]);
   }
   if (any_bounded) return;

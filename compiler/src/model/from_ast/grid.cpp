@@ -118,13 +118,23 @@ void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
   check_falling(draft, item);
 }
 
+/// Of a name that is none: of coordinates it may be one.
+std::string hint_of_axis(const std::string& name) {
+  constexpr std::pair<std::string_view, std::string_view> lines[] = {
+      {"r", "polar, or coordinates cylinder,"}, {"theta", "polar"}, {"lon", "sphere(1)"}, {"lat", "sphere(1)"}};
+  for (const auto& [axis, coordinates] : lines) {
+    if (axis == name) return fmt::format("it is one with coordinates {} in the scene", coordinates);
+  }
+  return "the axes are x; x and y; or x, y and z";
+}
+
 /// The axes that are given, an empty place for each that is not.
 std::vector<const ast::GridItem*> grid_lines(Draft& draft) {
   std::vector<const ast::GridItem*> lines;
   for (const auto& [item, range] : items_of<ast::GridItem>(draft.scene->items)) {
     const int axis = axis_of(draft, item.axis.name);
     if (axis < 0) {
-      draft.sink.report("unknown-axis", item.axis.range, {item.axis.name}, "the axes are x; x and y; or x, y and z");
+      draft.sink.report("unknown-axis", item.axis.range, {item.axis.name}, hint_of_axis(item.axis.name));
       continue;
     }
     if (axis >= static_cast<int>(lines.size())) lines.resize(axis + 1, nullptr);

@@ -98,7 +98,7 @@ void check_histories(Draft& draft) {
   }
   if (!problem.events.empty()) {  // what they remember would still be that of before
     draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
-                      {time, "values that change after steps"}, "take time = rk2 or verlet");
+                      {time, "values that change after steps"}, "take time = rk2 or rk4");
   }
   if (!is_leapfrog(draft)) return;
   for (const State& state : problem.states) {

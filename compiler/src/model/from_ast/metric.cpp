@@ -14,6 +14,7 @@
 #include "model/from_ast/coordinates.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "support/evaluate.h"
 
 namespace dpde::model {
 
@@ -54,7 +55,7 @@ class MetricBinder {
 
   void bind() {
     auto metric = made();
-    if (!metric || !is_positive(*metric)) return;
+    if (!metric || !is_positive(*metric) || !closes(*metric)) return;
     metric->axes = names_of_axes(line_.kind);
     draft_.problem.metric = metric;
   }
@@ -117,18 +118,20 @@ class MetricBinder {
     return metric;
   }
 
-  /// In all cells, and on all faces but those at the ends.
+  /// In all cells, and on all faces but those at the ends; along its own axis there too, as a pole is where a unit of
+  /// another coordinate has no length.
   bool is_positive(const Metric& metric) {
     std::vector<Expr> lengths = metric.scales;
     lengths.push_back(metric.around);
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-      const std::string name = i < metric.scales.size() ? draft_.problem.axes[i].name : "the angle around the axis";
-      if (!is_positive(lengths[i], name)) return false;
+      const std::string name = i < metric.scales.size() ? written_axis(draft_, i) : "the angle around the axis";
+      if (!is_positive(lengths[i], name, static_cast<int>(i))) return false;
     }
     return true;
   }
 
-  bool is_positive(const Expr& length, const std::string& of) {
+  /// `along`: the axis whose unit it is.
+  bool is_positive(const Expr& length, const std::string& of, int along) {
     std::vector<std::array<double, 3>> places{{}};
     for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
       if (!depends_on_axis(length, static_cast<int>(a))) continue;
@@ -142,6 +145,11 @@ class MetricBinder {
           more.push_back(place);
           more.back()[a] = axis.face(i);
         }
+        for (const double end : {axis.low, axis.high}) {
+          if (static_cast<int>(a) != along) continue;
+          more.push_back(place);
+          more.back()[a] = end;
+        }
       }
       places = std::move(more);
     }
@@ -150,10 +158,53 @@ class MetricBinder {
       if (value > 0 && std::isfinite(value)) continue;
       std::vector<std::string> where;
       for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a)
-        where.push_back(fmt::format("{} = {:.6g}", draft_.problem.axes[a].name, place[a]));
-      draft_.sink.report(
-          "metric-vanishes", line_.range, {of, fmt::format("{:.6g}", value), fmt::format("{}", fmt::join(where, ", "))},
-          "lengths are positive and finite inside of the grid; at a side they may be 0, which is a pole");
+        where.push_back(fmt::format("{} = {:.6g}", written_axis(draft_, a), place[a]));
+      draft_.sink.report("metric-vanishes", line_.range,
+                         {of, fmt::format("{:.6g}", dpde::shown(value)), fmt::format("{}", fmt::join(where, ", "))},
+                         hint_of_lengths());
+      return false;
+    }
+    return true;
+  }
+
+  std::string hint_of_lengths() const {
+    constexpr double right_angle = std::numbers::pi / 2;
+    const Axis& last = draft_.problem.axes.back();
+    const bool is_in_degrees = line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > 4;
+    if (is_in_degrees) return "angles are in radians: grid lon = 0 .. 2*pi, grid lat = -pi/2 .. pi/2";
+    if (line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > right_angle)
+      return "the latitude is an angle from -pi/2 to pi/2";
+    return "lengths are positive and finite inside of the grid, and at the sides of their own axes; at a side of "
+           "another axis they may be 0, which is a pole";
+  }
+
+  /// Whether both ends of a periodic axis, which are one place, have the same lengths.
+  bool closes(const Metric& metric) {
+    for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
+      if (draft_.problem.axes[a].topology != Topology::periodic) continue;
+      for (std::size_t i = 0; i < metric.scales.size(); ++i) {
+        if (!closes(metric.scales[i], i, a)) return false;
+      }
+      if (!closes(metric.around, metric.scales.size(), a)) return false;
+    }
+    return true;
+  }
+
+  bool closes(const Expr& length, std::size_t of, std::size_t axis) {
+    constexpr double tolerance = 1e-6;
+    const std::vector<Axis>& axes = draft_.problem.axes;
+    for (const double beside : {0.31, 0.57, 0.83}) {
+      std::array<double, 3> place{};
+      for (std::size_t a = 0; a < axes.size(); ++a) place[a] = axes[a].low + beside * (axes[a].high - axes[a].low);
+      place[axis] = axes[axis].low;
+      const double low = value_at(length, place);
+      place[axis] = axes[axis].high;
+      const double high = value_at(length, place);
+      if (std::abs(low - high) <= tolerance * std::max(std::abs(low), std::abs(high))) continue;
+      const std::string name = of < axes.size() ? written_axis(draft_, of) : "the angle around the axis";
+      draft_.sink.report("metric-not-periodic", line_.range,
+                         {name, fmt::format("{:.6g}", low), written_axis(draft_, axis), fmt::format("{:.6g}", high)},
+                         "take a formula that is periodic, or leave out periodic in the grid line: walls stand there");
       return false;
     }
     return true;
@@ -169,6 +220,8 @@ class Poles {
 
   void check() {
     Problem& problem = draft_.problem;
+    const bool is_refused = !problem.metric && written(draft_);
+    if (is_refused) return;
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
       for (const bool is_low : {true, false}) look_at(axis, is_low);
     }
@@ -190,7 +243,8 @@ class Poles {
     Problem& problem = draft_.problem;
     const bool is_pole = is_pole_at(problem, axis, is_low);
     const std::string place = side_name(problem.axes[axis], is_low);
-    if (is_pole && !runs_around(axis, place)) return;
+    const std::string end = place.substr(place.find('.'));
+    if (is_pole && !runs_around(axis, written_axis(draft_, axis) + end)) return;
     SourceRange line = draft_.scene->name.range;
     for (const auto& [grid, range] : items_of<ast::GridItem>(draft_.scene->items)) {
       if (grid.axis.name == written_axis(draft_, axis)) line = grid.axis.range;
@@ -202,7 +256,7 @@ class Poles {
       const Side& opposite = is_low ? state.boundary[axis].high : state.boundary[axis].low;
       const bool lack_both = is_pole && is_pole_at(problem, axis, !is_low) && lacks_pole(state, side, axis) &&
                              lacks_pole(state, opposite, axis);  // one mistake
-      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : place.substr(place.find('.')));
+      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : end);
       if (state.velocity_of.empty() && (is_low || !lack_both)) check(state, side, axis, written, range, is_pole);
       if (side.kind == SideKind::pole && turns_round(state.name)) side.kind = SideKind::opposite_pole;
     }
@@ -236,10 +290,17 @@ class Poles {
     if (is_pole && !is_asked)
       draft_.sink.report("pole-without-boundary", range, {state.name, place},
                          fmt::format("write {} = pole: what lies beyond it lies half a turn away", place));
-    if (is_asked && !is_pole)
-      draft_.sink.report("no-pole", range, {place},
-                         "a pole is where a unit of another coordinate has no length: r = 0 in coordinates polar, "
-                         "lat = -pi/2 and pi/2 in coordinates sphere(a)");
+    if (is_asked && !is_pole) draft_.sink.report("no-pole", range, {place}, hint_of_side(state, axis, place));
+  }
+
+  std::string hint_of_side(const State& state, std::size_t axis, const std::string& place) const {
+    const std::optional<Metric>& metric = draft_.problem.metric;
+    if (!metric || !depends_on_axis(metric->around, static_cast<int>(axis)))
+      return "a pole is where a unit of another coordinate has no length: r = 0 in coordinates polar, lat = -pi/2 and "
+             "pi/2 in coordinates sphere(a)";
+    const bool is_across = is_component(state.name) && axis_of(state.name.substr(state.name.find('.') + 1)) == 0;
+    return fmt::format("the axis of a cylinder is no pole: write {} = {}, ", place, is_across ? "0" : "zero_gradient") +
+           (is_across ? "as nothing flows through it" : "as all is the same around it");
   }
 
   bool runs_around(std::size_t axis, const std::string& place) {
@@ -247,7 +308,7 @@ class Poles {
     const Axis& other = draft_.problem.axes[around];
     const SourceRange range = items_of<ast::CoordinatesItem>(draft_.scene->items).front().range;
     const auto fail = [&](const std::string& why, const std::string& hint) {
-      draft_.sink.report("not-around-pole", range, {other.name, place, why}, hint);
+      draft_.sink.report("not-around-pole", range, {written_axis(draft_, around), place, why}, hint);
       return false;
     };
     if (axis > 1) return fail("poles are on the axes x and y", "");

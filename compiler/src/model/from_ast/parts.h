@@ -54,6 +54,10 @@ void check_wall_formulas(Draft& draft);
 void check_pole_places(Draft& draft);
 /// Whether it lies on faces of which some are poles.
 bool is_on_pole(const Problem& problem, const Expr& e);
+// boundary_values.cpp: whether they are finite
+void check_boundary_values(Draft& draft);
+// seams.cpp: warns where a coordinate is read over the seam of a periodic axis
+void check_seams(Draft& draft);
 // wall_derivatives.cpp
 void check_wall_derivatives(Draft& draft);
 

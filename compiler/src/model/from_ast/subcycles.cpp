@@ -30,8 +30,7 @@ bool fits(Draft& draft, SourceRange range) {
   const Scheme& scheme = draft.problem.scheme;
   if (has_memory(scheme.time) || is_implicit(scheme.time)) {
     draft.sink.report("schemes-do-not-fit", range,
-                      {print(scheme.time), "equations that make several steps within each"},
-                      "take time = rk2 or verlet");
+                      {print(scheme.time), "equations that make several steps within each"}, "take time = rk2 or rk4");
   } else if (draft.program) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                       "run the kernels several times in the program");

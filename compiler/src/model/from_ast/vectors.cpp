@@ -172,7 +172,10 @@ bool Expressions::can_take_vector_laplacian(const Typed& operand, SourceRange ra
   if (metric && operand.type == Typed::Type::tensor) return !is_refused_in_curves(draft_, "lap of a tensor", range);
   const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
   if (!metric || (axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
-  draft_.sink.report("in-curved-coordinates", range, {"lap of a vector", metric->name},
+  const std::string what = std::string("lap of a vector") + (axis_count() == 3 ? " on three axes"
+                                                             : is_one_place    ? ""
+                                                                               : " on faces");
+  draft_.sink.report("in-curved-coordinates", range, {what, metric->name},
                      is_one_place ? "write grad(div(v)) - curl(curl(v)), or lap of a number"
                                   : "it needs both components at one place: leave `on faces` out of the vector");
   return false;

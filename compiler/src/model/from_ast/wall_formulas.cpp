@@ -41,7 +41,7 @@ class WallFormula {
     const Scheme& scheme = draft_.problem.scheme;
     if (scheme.time == TimeScheme::leapfrog || is_implicit(scheme.time) || is_exponential(scheme.time))
       draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a formula of fields at a wall"},
-                         "take time = rk4, ssp_rk3 or verlet");
+                         "take time = rk4 or ssp_rk3");
     else if (scheme.is_split())
       refuse("the boundary of a scene whose steps are split", "leave out split");
     else if (scheme.follows_flow())
