@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "model/metric.h"
+#include "stability/folded_products.h"
 #include "stability/wall_spectrum.h"
 
 namespace dpde::tools {
@@ -83,6 +84,9 @@ std::string growth_text(const stability::Verdict& verdict) {
                      std::ceil(verdict.hundredfold()));
 }
 
+/// A line of a verdict; none of no text.
+std::string line_of(const std::string& text) { return text.empty() ? "" : "  " + text + "\n"; }
+
 std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
@@ -111,8 +115,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
       text += fmt::format("  beyond it {} grows first", wave);
       if (term) text += fmt::format(", by {} (line {})", written_text(*term, source), source.locate(term->begin).line);
       text += "\n";
-      const std::string pole = stability::pole_text(problem, verdict);
-      if (!pole.empty()) text += fmt::format("  {}\n", pole);
+      text += line_of(stability::pole_text(problem, verdict));
       break;
     }
   }
@@ -122,7 +125,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);
-  if (verdict.short_waves) text += "  " + stability::short_waves_text(verdict) + "\n";
+  text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)

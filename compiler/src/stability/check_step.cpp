@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stability/folded_products.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -51,9 +52,10 @@ void report_above(driver::Session& session, const Verdict& verdict, const Verdic
                   DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   const Verdict& limited = lowest.limit.kind == StepLimit::Kind::limit ? lowest : verdict;
-  const std::string hint = limited.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
-                                             : fmt::format("--set step={} is stable", limited.largest_step);
-  const std::string pole = pole_text(problem, verdict);
+  const std::string plain = limited.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
+                                              : fmt::format("--set step={} is stable", limited.largest_step);
+  const std::string folding = folding_text(problem, limited), pole = pole_text(problem, verdict);
+  const std::string hint = folding.empty() ? plain : folding + (limited.parts > 1 ? "" : "; " + plain + " at first");
   const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
   sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
               {problem.scene, fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", limited.limit.step),
@@ -76,9 +78,12 @@ std::string advice_on_blow_up(driver::Session& session) {
   const double step = session.problem().step;
   if (!verdict.is_analysed() || verdict.limit.kind == StepLimit::Kind::none) return "";
   if (verdict.limit.kind == StepLimit::Kind::never) return "the scheme is unstable at every step (dpde check)";
+  const std::string folding = folding_text(session.problem(), verdict);
   if (verdict.is_above())
-    return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins", step,
-                       verdict.limit.step);
+    return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins{}", step,
+                       verdict.limit.step, folding.empty() ? "" : ": " + folding);
+  if (!folding.empty())
+    return fmt::format("where the run begins steps are stable up to {:.4g}: {}", verdict.limit.step, folding);
   if (verdict.short_waves) return fmt::format("where the run begins {}", short_waves_text(verdict));
   if (session.problem().scheme.has_weights())
     return fmt::format(

@@ -166,7 +166,8 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
   return result;
 }
 
-CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps) const {
+CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps,
+                                                    double enough) const {
   Run run(*code_->find(linear_.program().name), inputs, params);
   std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
   for (std::size_t s = 0; s < linear_.states().size(); ++s) {
@@ -193,6 +194,7 @@ CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const P
     growths.push_back(growth);
     if (!std::isfinite(growth)) break;
     all /= norm;
+    if (growth > enough) break;
   }
   return {std::move(growths), std::move(all)};
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -41,8 +42,9 @@ class CompiledTangent {
     Eigen::MatrixXd last;         // what it has become, of length 1: cells by states that anything depends on
   };
   /// Of a random perturbation; the last growth is infinite where it leaves the range of numbers or a solve finds no
-  /// solution.
-  Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps) const;
+  /// solution. It ends early where ln of the growth is above `enough`.
+  Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps,
+                    double enough = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Run;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "stability/folded_products.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/contains.h"
@@ -20,7 +21,7 @@ namespace {
 
 constexpr double ln_hundred = 4.605170185988092;
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
-constexpr int fewest_of_run = 60, most_of_run = 400, parts_of_run = 8;
+constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
 /// Whether a kernel that makes the field reads anything but perturbations.
 bool is_weighted(const Module& module, const Program& program, const std::string& field,
@@ -61,7 +62,9 @@ Module without_coupled_means(Module module, const std::set<std::string>& rates) 
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
                                                const FrozenPoint& point, bool has_events) {
-  if (!linear.couples_means() && !session.problem().metric) return nullptr;
+  const model::Problem& problem = session.problem();
+  const bool folds = folds_products(problem, linear.group());
+  if (!linear.couples_means() && !problem.metric && !folds) return nullptr;
   std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
   if (tangent == nullptr) return nullptr;
   const double steps =
@@ -71,19 +74,28 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
                       static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
+  if (folds) result->parts_ = parts_where_folded;
   if (has_events) result->by_events_ = std::max(0.0, result->growth(0));
   return result;
 }
 
-CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps) const {
+CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double enough) const {
   Params params = params_;
   params["dt"] = step;
-  return tangent_->repeated(inputs_, params, steps);
+  return tangent_->repeated(inputs_, params, steps, enough);
 }
 
+/// Most steps beyond a limit show it soon, and the equations need not be followed for long.
 bool CoupledRuns::is_stable(double step) const {
-  const double grown = growth_of_run(step) - by_events_ * steps_ - ln_hundred;
-  return grown <= 0 || grown <= 2 * growth_by_equations(step);
+  constexpr double much = 4 * ln_hundred;
+  const auto is_allowed = [&](const std::vector<double>& growths) {
+    const int steps = std::min(steps_, CompiledTangent::steps_between_growths * static_cast<int>(growths.size()));
+    const double grown = growths.back() - by_events_ * steps - ln_hundred;
+    return grown <= 0 || grown <= 2 * growth_by_equations(step, steps * step);
+  };
+  const std::vector<double> first = repeated(step, steps_, much + by_events_ * steps_).growths;
+  const bool is_whole = std::ssize(first) * CompiledTangent::steps_between_growths >= steps_;
+  return is_allowed(first) && (is_whole || is_allowed(growths_of_run(step, steps_)));
 }
 
 double CoupledRuns::Reference::up_to(double time) const {
@@ -103,34 +115,38 @@ CoupledRuns::Reference CoupledRuns::reference(double step, double length) const 
   return result;
 }
 
-/// Steps of an eighth, and still shorter ones where these grow less: then it is not the equations that grow.
-double CoupledRuns::growth_by_equations(double step) const {
+/// Steps of a part, and still shorter ones where a half and a quarter of these grow otherwise: then it is not the
+/// equations that grow. One alone may agree by chance where all are far too long.
+double CoupledRuns::growth_by_equations(double step, double length) const {
   constexpr int most_halvings = 4;
-  constexpr double as_much = 0.7, told = 2 * ln_hundred;
-  const double length = steps_ * step;
+  constexpr double alike = 0.3, told = 2 * ln_hundred, more = 1.5;
   if (reference_.length() >= length * (1 - 1e-9)) return reference_.up_to(length);
-  double part = step / parts_of_run;
-  reference_ = reference(part, length);
+  const double longer = std::max(length, more * reference_.length());  // the next to be asked is a little longer
+  double part = step / parts_;
+  reference_ = reference(part, longer);
   for (int i = 0; i < most_halvings; ++i) {
     const auto passed = std::ranges::find_if(reference_.growths, [](double growth) { return !(growth < told); });
     if (passed == reference_.growths.end()) break;
     const double time = reference_.step * static_cast<double>(passed - reference_.growths.begin() + 1);
-    if (reference(part / 2, time).growths.back() > as_much * *passed) break;
+    const auto grows_alike = [&](double shorter) {
+      return std::abs(reference(shorter, time).growths.back() / *passed - 1) < alike;
+    };
+    if (grows_alike(part / 2) && grows_alike(part / 4)) break;
     part /= 2;
-    reference_ = reference(part, length);
+    reference_ = reference(part, longer);
   }
   return reference_.up_to(length);
 }
 
 double CoupledRuns::growth_rate(double step) const {
-  const double by_right = growth_by_equations(step);
+  const double by_right = growth_by_equations(step, steps_ * step);
   return by_right > ln_hundred ? by_right / (steps_ * step) : 0;
 }
 
 double CoupledRuns::late_growth_rate(double step) const {
   constexpr double told = 0.02;  // ln: less is what a mixture of waves makes
-  growth_by_equations(step);     // finds the reference
   const double length = steps_ * step;
+  growth_by_equations(step, length);  // finds the reference
   const auto at = [&](double time) {
     const double index = std::ceil(time / reference_.step * (1 - 1e-9)) - 1;
     return reference_.growths[static_cast<std::size_t>(std::max(0.0, index))];

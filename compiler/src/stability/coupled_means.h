@@ -6,6 +6,7 @@
 // towards a pole, and what lies beyond it.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -29,8 +30,8 @@ struct ShortWaves {
 
 class CoupledRuns {
  public:
-  /// Where the step has such means, or the scene curved coordinates. null where it has none, or its tangent cannot be
-  /// compiled.
+  /// Where the step has such means, the scene curved coordinates, or products fold back (folded_products.h). null where
+  /// there is none of these, or the step's tangent cannot be compiled.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events);
 
@@ -60,17 +61,19 @@ class CoupledRuns {
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
   double growth_of_run(double step) const { return growths_of_run(step, steps_).back(); }
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
-  CompiledTangent::Repeated repeated(double step, int steps) const;
+  CompiledTangent::Repeated repeated(double step, int steps,
+                                     double enough = std::numeric_limits<double>::infinity()) const;
   /// Along the axis where they are shortest.
   double cells_of_waves(const Eigen::MatrixXd& perturbation) const;
   Reference reference(double step, double length) const;
-  /// ln of what the equations multiply by in the time of a run.
-  double growth_by_equations(double step) const;
+  /// ln of what the equations multiply by in this time, by parts of the step.
+  double growth_by_equations(double step, double length) const;
 
   std::unique_ptr<CompiledTangent> tangent_;
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
+  int parts_ = 8;                     // of a step: short ones
   std::vector<bool> are_rings_ = {};  // axes
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
   mutable Reference reference_;       // of the longest run so far: a cache

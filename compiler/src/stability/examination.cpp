@@ -8,6 +8,7 @@
 
 #include "stability/coupled_means.h"
 #include "stability/equations.h"
+#include "stability/folded_products.h"
 #include "stability/frozen_points.h"
 #include "stability/own_grid.h"
 #include "stability/wall_spectrum.h"
@@ -21,6 +22,7 @@ constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
 constexpr double shortest = 1e-3, farthest = 4096;  // of the scene's step, that are looked at
 constexpr double precision_of_runs = 5e-3;          // of a limit
+constexpr double precision_with_folding = 2e-2;     // which falls as waves spread
 constexpr double safely = 0.9;                      // below it
 
 /// Into how many equal parts the Courant number splits the first step.
@@ -304,8 +306,10 @@ class Examination {
   }
 
   /// To what `is_stable` allows, where that is less at the limit of waves or in the scene's own, shorter step.
-  bool lower_limit(const std::function<bool(double)>& is_stable, double precision) {
+  /// `unstable`: a step that is not stable; 0: none is known.
+  bool lower_limit(const std::function<bool(double)>& is_stable, double precision, double unstable = 0) {
     double low = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
+    if (unstable > 0) low = unstable;
     const double short_step = shortest * std::min(low, verdict_.step);
     if (is_stable(low)) {
       if (!(verdict_.step < low) || is_stable(verdict_.step)) return false;
@@ -324,24 +328,41 @@ class Examination {
     return true;
   }
 
+  /// A step that is not stable, near the largest one that is: what folds back lowers a limit by about as much as there
+  /// are cells along an axis. 0 where nothing does.
+  double limit_with_folding(const std::function<bool(double)>& is_stable) const {
+    constexpr double usual = 12, factor = 1.5;
+    int cells = 1;
+    for (const model::Axis& axis : session_.problem().axes) cells = std::max(cells, axis.cells);
+    const double most = verdict_.limit.step;
+    for (double step = most * std::min(1.0, usual / cells); step < most; step *= factor) {
+      if (!is_stable(step)) return step;
+    }
+    return 0;
+  }
+
   double length_of_run() const { return static_cast<double>(session_.steps()) * session_.problem().step; }
 
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.is_of_runs = true;
-    if (session_.problem().metric)
-      verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
-    else
-      verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(verdict_.step));
+    const bool is_curved = session_.problem().metric.has_value();
+    if (is_curved) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) { return runs.is_stable(step); };
     double longest = verdict_.step;
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
-    const bool is_lower = lower_limit(is_stable, precision_of_runs);
-    if (session_.problem().metric && verdict_.limit.kind != StepLimit::Kind::never)
+    const bool folds = folds_products(session_.problem(), linear_.group());
+    const double guess = folds ? limit_with_folding(is_stable) : 0;
+    const bool is_lower = lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, guess);
+    if (!is_curved) {
+      const double step = verdict_.limit.step > 0 ? std::min(verdict_.step, verdict_.limit.step) : verdict_.step;
+      verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(step));
+    }
+    if ((is_curved || (folds && verdict_.growth_rate > 0)) && verdict_.limit.kind != StepLimit::Kind::never)
       verdict_.short_waves = runs.short_waves(verdict_.step, safely * verdict_.limit.step, length_of_run());
     if (!is_lower) {
       if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = 0;

@@ -13,6 +13,7 @@
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
+#include "stability/folded_products.h"
 #include "stability/local_character.h"
 #include "stability/own_grid.h"
 #include "stability/verdict_cache.h"
@@ -185,7 +186,9 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
 std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
   if (verdict.is_of_networks) return "a disturbance";
   if (verdict.is_of_walls) return "what walls do";
-  if (verdict.is_of_means) return problem.metric ? "what the cells of the whole grid do" : "what means tie together";
+  if (verdict.is_of_means && problem.metric) return "what the cells of the whole grid do";
+  if (verdict.is_of_means)
+    return folds_products(problem, verdict.group) ? "what products fold back" : "what means tie together";
   std::vector<std::string> parts;
   double last = 0;
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
