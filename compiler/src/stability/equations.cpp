@@ -105,6 +105,16 @@ std::optional<LinearStep> linear_step(const driver::Session& session, std::strin
   return std::nullopt;
 }
 
+std::optional<LinearStep> step_without_clamps(const driver::Session& session, const StateGroup& group) {
+  model::Problem problem = without_rare_events(session.problem());
+  const auto take_out = [](model::Transport& transport) {
+    if (model::corrects(transport.advect)) transport = {model::Advection::semi_lagrangian, 1};
+  };
+  take_out(problem.scheme.transport);
+  for (auto& [state, transport] : problem.scheme.transports) take_out(transport);
+  return linear_step(problem, group);
+}
+
 std::vector<StateGroup> state_groups(const driver::Session& session) {
   const model::Problem& problem = session.problem();
   const bool is_other = have_ways_that_end(problem) || has_rare_events(problem);

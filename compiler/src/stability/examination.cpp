@@ -201,8 +201,10 @@ class Examination {
     return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
   }
 
-  std::unique_ptr<CoupledRuns> coupled_runs() const {
-    return CoupledRuns::make(session_, linear_, worst_.point, has_events_in_each_step(session_.problem()));
+  std::unique_ptr<CoupledRuns> coupled_runs() {
+    if (session_.problem().scheme.has_clamp()) without_clamps_ = step_without_clamps(session_, linear_.group());
+    const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
+    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(session_.problem()));
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
@@ -396,7 +398,8 @@ class Examination {
   Verdict& verdict_;
   int rank_;
   Equations equations_;
-  WallSpectrum walls_, plain_walls_;  // the second without events
+  WallSpectrum walls_, plain_walls_;          // the second without events
+  std::optional<LinearStep> without_clamps_;  // of runs
   ScenePoint worst_;
   bool is_any_ = false;
 };
