@@ -202,9 +202,11 @@ scene s : m {
 /// A field that is looked at only through a let is no field that nobody needs.
 TEST_F(Shown, AreReasonsForFields) {
   const auto unused = [&](const std::string& output) {
-    write("s.dpde", "model m { field u, v; let w = v*v; dt(u) = -u; dt(v) = -v }\nscene s : m {\n"
-                    "  grid x = 0 .. 1, cells 8, periodic\n  initial u = 1\n  initial v = 1\n  time 0 .. 1, step 0.1\n"
-                    "  output " + output + "\n}\n");
+    write("s.dpde",
+          "model m { field u, v; let w = v*v; dt(u) = -u; dt(v) = -v }\nscene s : m {\n"
+          "  grid x = 0 .. 1, cells 8, periodic\n  initial u = 1\n  initial v = 1\n  time 0 .. 1, step 0.1\n"
+          "  output " +
+              output + "\n}\n");
     return dpde("check s.dpde s --json").json()["unused"].size();
   };
   EXPECT_EQ(unused("u"), 1u);

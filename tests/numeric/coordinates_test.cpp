@@ -74,8 +74,11 @@ class ConstantVectors : public ::testing::TestWithParam<std::pair<int, int>> {};
 TEST_P(ConstantVectors, Stay) {
   const auto [of_dx, of_lap] = GetParam();
   const std::string text = "model m { vector u; dt(u) = lap(u) - advect(u, u) }\n" +
-                           fmt::format("scheme s {{ advect = central(2); dx = central({}); lap = central({}); "
-                                       "time = rk4 }}\n", of_dx, of_lap) + R"(
+                           fmt::format(
+                               "scheme s {{ advect = central(2); dx = central({}); lap = central({}); "
+                               "time = rk4 }}\n",
+                               of_dx, of_lap) +
+                           R"(
 scene s : m with s {
   coordinates polar
   grid x = 0 .. 1, cells 8

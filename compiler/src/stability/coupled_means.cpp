@@ -156,9 +156,13 @@ double CoupledRuns::late_growth_rate(double step) const {
 }
 
 /// A wave of L cells differs from one cell to the next by sin(pi/L)^2 of the most that it could.
-double CoupledRuns::cells_of_waves(const Eigen::MatrixXd& perturbation) const {
+double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, const CompiledTangent::Repeated& half) const {
+  const Eigen::MatrixXd& perturbation = run.last;
+  const double growth = run.growths.back() - half.growths.back();
   double largest = 0;
   for (Eigen::Index state = 0; state < perturbation.cols(); ++state) {
+    const double of_state = std::log(perturbation.col(state).norm() / half.last.col(state).norm());
+    if (!(growth + of_state > growth / 2)) continue;  // it keeps what it began with, noise
     const double all = 4 * perturbation.col(state).squaredNorm();
     Eigen::Index stride = 1;
     for (std::size_t axis = 0; axis < are_rings_.size() && all > 0; ++axis) {
@@ -194,7 +198,9 @@ std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longe
   };
   const CompiledTangent::Repeated run = repeated(step, steps);
   if (run.growths.empty() || !std::isfinite(run.growths.back())) return std::nullopt;
-  const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run.last)};
+  const CompiledTangent::Repeated half = repeated(step, steps / 2 / whole * whole);
+  if (half.growths.empty()) return std::nullopt;
+  const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run, half)};
   if (!(found.rate * 0.5 * steps * step > told) || found.cells > few) return std::nullopt;
   const CompiledTangent::Repeated finer = repeated(0.5 * step, 2 * steps);
   return late_rate(finer.growths, 0.5 * step) > as_fast * found.rate ? std::optional(found) : std::nullopt;

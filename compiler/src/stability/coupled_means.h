@@ -63,8 +63,8 @@ class CoupledRuns {
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
   CompiledTangent::Repeated repeated(double step, int steps,
                                      double enough = std::numeric_limits<double>::infinity()) const;
-  /// Along the axis where they are shortest.
-  double cells_of_waves(const Eigen::MatrixXd& perturbation) const;
+  /// Along the axis where they are shortest, of the states that grow from `half` of the run on.
+  double cells_of_waves(const CompiledTangent::Repeated& run, const CompiledTangent::Repeated& half) const;
   Reference reference(double step, double length) const;
   /// ln of what the equations multiply by in this time, by parts of the step.
   double growth_by_equations(double step, double length) const;

@@ -138,8 +138,7 @@ ItemKind parse_no_equation(Cursor& cursor) {
   const std::string name = item.field.name.substr(0, 40);
   if (!cursor.accept(TokenKind::assign)) return refuse("");
   item.value = parse_expression(cursor);
-  if (!cursor.accept_word("inside"))
-    return refuse(hint_of_value(name));
+  if (!cursor.accept_word("inside")) return refuse(hint_of_value(name));
   item.mask = cursor.expect_name("the name of a mask");
   return item;
 }
