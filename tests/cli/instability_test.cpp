@@ -53,6 +53,13 @@ scene s : flow with c {
   EXPECT_EQ(dpde("run flow.dpde s --json --set nu=0.01").codes(), std::vector<std::string>{});
 }
 
+TEST_F(Instability, ObservablesThatAreNoNumbersAreSaid) {
+  write("log.dpde",
+        "model m { field u; dt(u) = -u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = -1\n"
+        "  observe entropy = mean(log(u))\n  time 0 .. 1, step 0.1\n}\n");
+  EXPECT_EQ(dpde("run log.dpde s --json").codes(), std::vector<std::string>{"W0818"});
+}
+
 /// u sees c^3, which overflows before c does.
 TEST_F(Instability, ABlowUpNamesTheFieldThatBlowsUp) {
   write("pair.dpde", R"(

@@ -30,7 +30,7 @@ Outcome outcome_of(const std::string& operators, const std::string& rhs, int axe
   const char* const grids[] = {"grid x = 0 .. 2, cells 8, periodic", "grid y = -1 .. 2, cells 8, periodic",
                                "grid z = 0 .. 1, cells 8, periodic"};
   for (int axis = 0; axis < axes; ++axis) text += std::string("  ") + grids[axis] + (axis == 0 ? more : "") + "\n";
-  text += "  k = 1/3\n  one = 1\n  c = 1 + x\n  initial u = x\n  time 0 .. 1, step 1/4\n}\n";
+  text += "  k = 1/3\n  one = 1\n  c = 2 + sin(pi*x)\n  initial u = x\n  time 0 .. 1, step 1/4\n}\n";
   const SourceFile source("m.dpde", text);
   DiagnosticSink sink;
   const ast::File file = ast::parse(source, sink);

@@ -141,6 +141,11 @@ void bind_datum(Draft& draft, const ast::DataItem& item, SourceRange range) {
   const When when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
   if (!declare(draft, item.name, Role::datum, is_vector)) return;
   const std::vector<std::string> names = declare_components(draft, item.name.name);
+  if (names.size() != std::max<std::size_t>(1, data.size())) {
+    draft.sink.report("bad-data", item.value.range(), {},
+                      fmt::format("{} has {} components here, one for each axis", item.name.name, names.size()));
+    return;
+  }
   for (std::size_t i = 0; i < data.size(); ++i) {
     data[i].name = names[i];
     data[i].when = when;
