@@ -13,7 +13,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr int cells_of_chessboards = 8;
+constexpr int cells_of_chessboards = 8, cells_of_noise = 32;  // fewer have jumps that are none
 constexpr double unlike_neighbours = -0.1;
 constexpr double driven_away = 1e16;       // times the variance at the start: of that W0801 speaks
 constexpr double deviations_of_noise = 3;  // of white noise, whose neighbours have nothing to do with another
@@ -95,7 +95,8 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
       const double at_end = last.neighbour_correlation(axis), at_start = first.neighbour_correlation(axis);
       const bool is_chessboard = at_end < limit && at_start >= limit;
       const bool is_new = at_start > smooth || last.variance() > has_grown * first.variance();
-      const bool is_noise = at_end < noise && is_new && first.variance() > 0 && is_of_neighbours(problem, *state);
+      const bool is_noise = at_end < noise && is_new && first.variance() > 0 && last.cells(axis) >= cells_of_noise &&
+                            is_of_neighbours(problem, *state);
       if (!is_chessboard && !is_noise) continue;
       sink.report("chessboard", state->origin.range,
                   {name, model::name_of_axis(problem, axis), is_chessboard ? "most" : "about half"},
