@@ -92,11 +92,13 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
     const double limit = unlike_neighbours - deviations_of_noise / std::sqrt(static_cast<double>(last.count()));
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
       if (last.cells(axis) < cells_of_chessboards) continue;
-      const double at_end = last.neighbour_correlation(axis), at_start = first.neighbour_correlation(axis);
+      const double at_end = last.neighbour_correlation(axis);
+      if (!(at_end < noise)) continue;
+      const double at_start = first.neighbour_correlation(axis);
       const bool is_chessboard = at_end < limit && at_start >= limit;
       const bool is_new = at_start > smooth || last.variance() > has_grown * first.variance();
-      const bool is_noise = at_end < noise && is_new && first.variance() > 0 && last.cells(axis) >= cells_of_noise &&
-                            is_of_neighbours(problem, *state);
+      const bool is_noise =
+          is_new && first.variance() > 0 && last.cells(axis) >= cells_of_noise && is_of_neighbours(problem, *state);
       if (!is_chessboard && !is_noise) continue;
       sink.report("chessboard", state->origin.range,
                   {name, model::name_of_axis(problem, axis), is_chessboard ? "most" : "about half"},
