@@ -225,6 +225,16 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0813", "coefficient-not-finite", Severity::error, "the coefficient {} is not finite in cell ({}) at {}"},
     {"E0806", "optimiser-interrupted", Severity::error, "stopped after iteration {} of {}"},
     {"E0807", "run-failed", Severity::error, "{}"},
+    {"E0814", "solve-failed", Severity::error, "{}"},
+    {"E0815", "newton-failed", Severity::error, "{}"},
+    {"E0816", "substeps-failed", Severity::error, "{}"},
+    {"E0817", "ill-posed", Severity::error, "the equations are ill-posed: {}"},
+    {"W0819", "ill-posed-waves", Severity::warning, "the equations are ill-posed: {}"},
+    {"W0509", "jump-in-coefficient", Severity::warning, "coefficient {} jumps, and the order falls to 1: {}"},
+    {"W0510", "against-the-wind", Severity::warning, "{} takes differences on the side that the flow goes to: {}"},
+    {"W0511", "advective-form", Severity::warning, "{} is not in flux form: {}"},
+    {"W0903", "cache-not-private", Severity::warning, "{} is not used to keep compiled code: {}"},
+    {"E0917", "file-of-two-scenes", Severity::error, "{} would hold {} of two scenes, {} and {}"},
     {"E0808", "unstable-step", Severity::error,
      "scene {}: the step {} is above {}, the largest stable one: {} grows by a factor of {} a step"},
     {"E0809", "never-stable", Severity::error,
@@ -293,6 +303,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0606", "not-the-transpose", Severity::error,
      "the adjoint that is given for {} of {} is not its transpose: tangent and adjoint differ by {} (dot product)"},
     {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a weight at the boundary of {}"},
+    {"E0607", "switch-without-derivative", Severity::error, "{} only moves a switch: {}"},
+    {"E0608", "branches-do-not-meet", Severity::error, "the branches of this choice do not meet where it switches: {}"},
 };
 
 /// The row called `name`; a name that is not in the table does not compile.
