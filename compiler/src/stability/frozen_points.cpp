@@ -11,6 +11,7 @@
 #include <span>
 
 #include "dpde/runtime/rollout.h"
+#include "stability/equations.h"
 #include "stability/whole_fields.h"
 #include "stencil/build.h"
 #include "support/contains.h"
