@@ -93,6 +93,7 @@ std::optional<driver::CompileOptions> Job::compile_options() {
     result.selection.overrides[parts[0]] = parts[1];
   }
   result.selection.scheme = options_.scheme;
+  result.takes_jumps = options_.force;
   if (options_.backend == "cpp") {
     result.backend = driver::Backend::cpp;
   } else if (options_.backend == "interpreter") {

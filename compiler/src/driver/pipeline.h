@@ -47,6 +47,7 @@ struct CompileOptions {
   bool seeded = false;                        // of a task: seed_the_end()
   bool manufactured = false;                  // of a scene: with a solution that is made up, model/manufactured.h
   bool by_everything = false;                 // derivatives by all coefficients and parameters, sought or not
+  bool takes_jumps = false;                   // what jumps where it switches is differentiated without the jump
   bool verify = false;                        // check every level's invariants after each stage
   StageObserver after;                        // may be empty
   std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew

@@ -43,6 +43,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
                                           DiagnosticSink& sink) {
   CompileOptions options;
   options.seeded = needs.seeded;
+  options.takes_jumps = needs.takes_jumps;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
   DiagnosticSink first_sink;  // the same again comes from the second compilation
