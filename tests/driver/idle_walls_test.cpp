@@ -95,5 +95,26 @@ TEST(IdleWalls, DtOfUHasTheBoundaryOfU) {
   EXPECT_EQ(told(text, "s"), "");
 }
 
+/// The boundary is read where a difference of it is, in each place of a scene that may hold one.
+TEST(IdleWalls, SilentWhereAnyPlaceReadsThem) {
+  const std::string neutral = "0*u";
+  const auto text = [&](const std::string& slot, const std::string& read) {
+    const auto at = [&](const std::string& name) { return name == slot ? read : neutral; };
+    const std::string equation = slot == "operator" ? "phi" : at("equation");
+    return "model m {\n  field u, v\n  mask solid\n  solve div((1 + " + at("operator") +
+           ")*grad(phi)) - phi = " + at("right") + " for phi\n  dt(u) = -u + " + (slot == "right" ? "phi" : equation) +
+           "\n  dt(v) = 0\n  v = " + at("held") + " inside solid\n  let q = u + " + at("output") +
+           "\n}\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  solid = x < 0.5\n  boundary u: x = 3\n" +
+           "  boundary v: x = zero_gradient\n  boundary phi: x = zero_gradient\n  initial u = 1\n  initial v = 0\n" +
+           "  time 0 .. 1, step 1/8, courant 0.5, speed 1 + |" + at("speed") + "|\n  after step: u = u + " +
+           at("event") + "\n  observe o = mean(" + at("observable") + ")\n  output q\n}\n" +
+           "task t : s { unknown initial u; minimise mean(" + at("loss") + "); test e = mean(" + at("test") + ") }\n";
+  };
+  EXPECT_EQ(told(text("none", "0"), "t"), "W0502 3");
+  for (const char* slot :
+       {"equation", "operator", "right", "held", "speed", "event", "observable", "output", "loss", "test"})
+    EXPECT_EQ(told(text(slot, "dx(u)"), "t"), "") << slot;
+}
+
 }  // namespace
 }  // namespace dpde::testing

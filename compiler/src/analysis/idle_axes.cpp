@@ -97,6 +97,16 @@ class Fields {
   driver::Session& session_;
 };
 
+/// Of steps, of all that is told of states, and of the formulas that these are compared with. Fields before the run are
+/// looked at where they are read.
+std::vector<std::string> programs_of_a_run(const driver::Compiled& compiled) {
+  const stencil::ProgramNames& names = compiled.names;
+  std::vector<std::string> programs{compiled.step_name(), names.rate, names.observe, names.shown, names.exact};
+  programs.insert(programs.end(), names.losses.begin(), names.losses.end());
+  for (const auto& [test, program] : names.tests) programs.push_back(program);
+  return programs;
+}
+
 }  // namespace
 
 std::vector<Unused> idle_axes(const driver::Compiled& compiled, driver::Session& session) {
@@ -106,7 +116,7 @@ std::vector<Unused> idle_axes(const driver::Compiled& compiled, driver::Session&
   Fields fields(compiled, session);
   for (std::size_t axis = 0; axis < rank; ++axis) {
     bool is_idle = session.axes()[axis].cells > 1;
-    for (const std::string& program : {compiled.step_name(), compiled.names.rate})
+    for (const std::string& program : programs_of_a_run(compiled))
       is_idle = is_idle && commutes_with_shifts(compiled, program, axis) && fields.are_same_along(program, axis);
     for (std::size_t s = 0; s < session.engine().states().size(); ++s)
       is_idle = is_idle && is_same_along(session.initial(static_cast<int>(s)), session.axes(), axis);

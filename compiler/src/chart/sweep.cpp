@@ -9,6 +9,7 @@
 #include "model/build.h"
 #include "model/from_ast.h"
 #include "model/print_model.h"
+#include "model/uses.h"
 
 namespace dpde::chart {
 
@@ -27,15 +28,15 @@ struct Uses {
 Uses uses_of(const model::Problem& problem) {
   Uses uses;
   uses.dealias = problem.scheme.dealias;
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!model::makes_state(use.kind)) return;  // methods are judged by states
+    model::any_part(use.formula, [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) uses.advect = true;
       if (const auto* d = std::get_if<model::Derivative>(&e->kind))
         (d->order % 2 == 0 ? uses.second : uses.first) = true;
       return false;
     });
-  }
+  });
   return uses;
 }
 

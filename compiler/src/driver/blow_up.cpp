@@ -9,6 +9,7 @@
 #include <set>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "support/evaluate.h"
 
 namespace dpde::driver {
@@ -94,17 +95,19 @@ void report_instabilities(Session& session, DiagnosticSink& sink, const Advice& 
 
 namespace {
 
-/// The states that the equation of `state` reads, and those that theirs read.
+/// The states that a step makes `state` of, and those that these are made of.
 std::set<std::string> read_by(const model::Problem& problem, const std::string& state) {
   std::set<std::string> found;
   std::vector<std::string> open{state};
   while (!open.empty()) {
-    const model::State* reader = problem.find_state(open.back());
+    const std::string reader = open.back();
     open.pop_back();
-    if (reader == nullptr || !reader->rhs) continue;
-    for (const model::State& other : problem.states) {
-      if (model::reads(*reader->rhs, other.name) && found.insert(other.name).second) open.push_back(other.name);
-    }
+    model::for_each_formula(problem, [&](const model::Use& use) {
+      if (!model::makes_state(use.kind) || use.owner != reader) return;
+      for (const model::State& other : problem.states) {
+        if (model::reads(use.formula, other.name) && found.insert(other.name).second) open.push_back(other.name);
+      }
+    });
   }
   return found;
 }

@@ -8,6 +8,7 @@
 #include "dpde/runtime/field.h"
 #include "model/build.h"
 #include "model/metric.h"
+#include "model/uses.h"
 
 namespace dpde::driver {
 
@@ -70,11 +71,18 @@ class StoredValues {
 
 /// What no derivative joins is an ensemble; what noise drives is as rough as that.
 bool is_of_neighbours(const model::Problem& problem, const model::State& state) {
-  const auto is_driven = [&](const model::Coefficient& c) { return c.is_control() && reads(*state.rhs, c.name); };
-  return state.rhs && std::ranges::none_of(problem.coefficients, is_driven) &&
-         model::any_part(*state.rhs, [](const model::Expr& e) {
-           return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind);
-         });
+  bool is_driven = false, is_joined = false;
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!model::makes_state(use.kind) || use.owner != state.name) return;
+    is_driven = is_driven || std::ranges::any_of(problem.coefficients, [&](const model::Coefficient& c) {
+                  return c.is_control() && reads(use.formula, c.name);
+                });
+    is_joined =
+        is_joined || model::any_part(use.formula, [](const model::Expr& e) {
+          return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind);
+        });
+  });
+  return state.rhs && is_joined && !is_driven;
 }
 
 }  // namespace

@@ -175,6 +175,37 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       });
 }
 
+namespace {
+
+using Change = std::function<Expr(const Expr&)>;
+
+void change(Expr& part, const Change& f) { part = f(part); }
+void change(std::vector<Expr>& parts, const Change& f) {
+  for (Expr& part : parts) change(part, f);
+}
+void change(std::vector<AxisSides>& boundary, const Change& f) {
+  for (AxisSides& sides : boundary) {
+    for (Side* side : {&sides.low, &sides.high}) change(side->value, f), change(side->a, f), change(side->b, f);
+  }
+}
+
+}  // namespace
+
+Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
+  Node node = *e.operator->();
+  match(
+      node.kind, [](Number&) {}, [](Param&) {}, [](Field&) {}, [](Coordinate&) {}, [](Noise&) {},
+      [&](Neg& n) { change(n.operand, f); }, [&](Binary& b) { change(b.left, f), change(b.right, f); },
+      [&](Call& c) { change(c.arguments, f); },
+      [&](Select& s) { change(s.condition, f), change(s.yes, f), change(s.no, f); },
+      [&](Derivative& d) { change(d.operand, f); }, [&](Advect& a) { change(a.velocity, f), change(a.operand, f); },
+      [&](Shift& s) { change(s.operand, f); }, [&](Interpolate& i) { change(i.operand, f); },
+      [&](Sample& s) { change(s.place, f); }, [&](Reduce& r) { change(r.operand, f); },
+      [&](Apply& a) { change(a.arguments, f); }, [&](NetworkCall& i) { change(i.arguments, f); },
+      [&](Solve& s) { change(s.operation, f), change(s.right, f), change(s.boundary, f); });
+  return Expr(std::move(node));
+}
+
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {
   if (f(e)) return true;
   bool found = false;

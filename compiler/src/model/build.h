@@ -69,6 +69,8 @@ std::optional<Linear> linear_in(const Expr& e, const std::string& field);
 
 /// Calls `f` on each direct child.
 void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f);
+/// `e` with what `f` makes of each of these in its place.
+Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f);
 /// Whether `f` is true of `e` or of something below it.
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f);
 

@@ -152,7 +152,7 @@ Problem in_rising_coordinates(Problem problem) {
   const std::vector<Axis> axes = problem.axes;
   if (std::ranges::none_of(axes, &Axis::runs_down)) return problem;
   const Rewriter rewriter(axes);
-  rewrite_formulas(problem, [&](const Expr& e, const Placement&) { return rewriter(e); });
+  rewrite_in_coordinates(problem, [&](const Expr& e, const Placement&) { return rewriter(e); });
   for (State& state : problem.states) rewriter.rewrite(state.boundary);
   for (Coefficient& coefficient : problem.coefficients) {
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {

@@ -88,6 +88,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
+  if (draft.model) drop_idle_guesses(draft);
   check(draft);
   if (sink.has_errors()) return std::nullopt;
   if (draft.model) check_seams(draft);

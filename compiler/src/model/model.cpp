@@ -8,6 +8,7 @@
 
 #include "model/build.h"
 #include "model/formula.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -112,16 +113,12 @@ std::string Problem::unit_of(const std::string& name) const {
 
 std::vector<std::uint64_t> Problem::noises() const {
   std::set<std::uint64_t> seeds;
-  const auto look = [&](const Source& source) {
-    if (!source.formula) return;
-    any_part(*source.formula, [&](const Expr& part) {
+  for_each_formula(*this, [&](const Use& use) {
+    any_part(use.formula, [&](const Expr& part) {
       if (const auto* noise = std::get_if<Noise>(&part->kind)) seeds.insert(noise->seed);
       return false;
     });
-  };
-  for (const State& state : states) look(state.initial);
-  for (const Coefficient& coefficient : coefficients) look(coefficient.value);
-  if (task) std::ranges::for_each(task->unknowns, [&](const Unknown& unknown) { look(unknown.from); });
+  });
   return {seeds.begin(), seeds.end()};
 }
 

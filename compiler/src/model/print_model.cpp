@@ -10,6 +10,7 @@
 #include "model/build.h"
 #include "model/placement.h"
 #include "model/solves.h"
+#include "model/uses.h"
 #include "network/print_network.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -390,28 +391,16 @@ std::string text_of(const Operator& function) {
 
 /// Those of a problem, each once.
 std::string operators_text(const Problem& problem) {
-  std::vector<Expr> all;
-  for (const State& state : problem.states) {
-    if (state.rhs) all.push_back(*state.rhs);
-  }
-  for (const Quantity& observable : problem.observables) all.push_back(observable.value);
-  for (const Shown& shown : problem.shown) all.push_back(shown.value);
-  for (const Event& event : problem.events) {
-    for (const Event::Update& update : event.updates) all.push_back(update.value);
-  }
-  for (std::size_t i = 0; problem.task && i < problem.task->losses.size(); ++i)
-    all.push_back(problem.task->losses[i].value);
-  for (std::size_t i = 0; problem.task && i < problem.task->tests.size(); ++i)
-    all.push_back(problem.task->tests[i].quantity.value);
   std::vector<std::string> texts;
-  for (const Expr& e : all) {
-    any_part(e, [&](const Expr& part) {
+  for_each_formula(problem, [&](const Use& use) {
+    if (!is_of_states(use.kind)) return;  // others apply none
+    any_part(use.formula, [&](const Expr& part) {
       const Apply* apply = std::get_if<Apply>(&part->kind);
       const std::string text = apply ? text_of(apply->function) : "";
       if (apply && std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
       return false;
     });
-  }
+  });
   return fmt::format("{}{}", fmt::join(texts, ""), texts.empty() ? "" : "\n");
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "support/assert.h"
 
 namespace dpde::model {
@@ -20,16 +21,9 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
     known.push_back(solve);
     return false;
   };
-  for (const State& state : problem.states) {
-    if (state.rhs) any_part(*state.rhs, look);
-  }
-  for (const Projection& projection : problem.projections)
-    if (projection.potential) any_part(*projection.potential, look);
-  for (const Quantity& observable : problem.observables) any_part(observable.value, look);
-  for (const Shown& shown : problem.shown) any_part(shown.value, look);
-  if (!problem.task) return known;
-  for (const Loss& loss : problem.task->losses) any_part(loss.value, look);
-  for (const Test& test : problem.task->tests) any_part(test.quantity.value, look);
+  for_each_formula(problem, [&](const Use& use) {
+    if (is_of_states(use.kind)) any_part(use.formula, look);  // others hold no solves
+  });
   return known;
 }
 

@@ -309,7 +309,7 @@ Problem in_uniform_coordinates(Problem problem) {
   if (std::ranges::none_of(problem.axes, is_stretched)) return problem;
   const Problem before = problem;
   Rewriter rewriter(before);
-  rewrite_formulas(problem, [&](const Expr& e, const Placement& home) {
+  rewrite_in_coordinates(problem, [&](const Expr& e, const Placement& home) {
     rewriter.begin(home);
     return rewriter(e);
   });

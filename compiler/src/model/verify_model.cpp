@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string_view>
 
 #include "model/build.h"
 #include "model/placement.h"
+#include "model/uses.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -47,15 +49,12 @@ class Verifier {
     check_time();
     collect_names();
     check_states();
-    check_rate();
     check_controls();
     check_events();
     check_projections();
-    for (const Coefficient& c : problem_.coefficients)
-      check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
-    for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
-    for (const Shown& shown : problem_.shown) check(shown.value, "shown " + shown.name, equation);
+    for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name);
     if (problem_.task) check_task(*problem_.task);
+    for_each_formula(problem_, [&](const Use& use) { check(use); });
     check_placements();
     return mistakes_;
   }
@@ -73,7 +72,6 @@ class Verifier {
       demand(axis.cells >= 1, fmt::format("axis {} has {} cells", axis.name, axis.cells));
       demand(std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high,
              fmt::format("axis {} reaches from {} to {}", axis.name, axis.low, axis.high));
-      if (axis.stretch) check(axis.stretch->map, "stretched axis " + axis.name, place);
     }
   }
 
@@ -112,22 +110,10 @@ class Verifier {
     for (const State& state : problem_.states) {
       demand(state.rhs.has_value() == (problem_.program.empty() && state.history_of.empty()),
              fmt::format("state {} has {} equation", state.name, state.rhs ? "an" : "no"));
-      if (state.rhs) check(*state.rhs, "equation of " + state.name, equation);
-      check_source(state.initial, "initial state of " + state.name, formula);
-      if (state.exact) check(*state.exact, "exact solution of " + state.name, exact);
+      check_source(state.initial, "initial state of " + state.name);
       demand(state.boundary.size() == problem_.axes.size(),
              fmt::format("state {} has boundaries on {} axes", state.name, state.boundary.size()));
-      for (const AxisSides& sides : state.boundary) {
-        for (const Side* side : {&sides.low, &sides.high}) {
-          check(side->value, "boundary of " + state.name, at_wall);
-          for (const Expr* part : {&side->a, &side->b}) check(*part, "boundary of " + state.name, weight);
-        }
-      }
     }
-  }
-
-  void check_rate() {
-    if (problem_.rate) check(*problem_.rate, "rate", equation);
   }
 
   void check_controls() {
@@ -139,7 +125,6 @@ class Verifier {
              fmt::format("control {} has {} values", control.name, control.values.size()));
       demand(control.start.empty() || control.start.size() == count,
              fmt::format("control {} has {} starts", control.name, control.start.size()));
-      check(control.formula, "control " + control.name, weight);
     }
   }
 
@@ -149,7 +134,6 @@ class Verifier {
       for (const int step : event.at) demand(step >= 1, fmt::format("an event behind step {}", step));
       for (const Event::Update& update : event.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("an event changes {}", update.state));
-        check(update.value, "event of " + update.state, equation);
       }
     }
   }
@@ -160,19 +144,15 @@ class Verifier {
         demand(problem_.find_state(projection.multiplier) != nullptr,
                fmt::format("a constraint gives {}", projection.multiplier));
         demand(std::holds_alternative<Solve>((*potential)->kind), "a constraint without a solve");
-        check(*potential, "constraint of " + projection.multiplier, equation);
-        check(projection.constraint, "constraint of " + projection.multiplier, equation);
       }
       for (const Event::Update& update : projection.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("a constraint changes {}", update.state));
-        check(update.value, "constraint of " + projection.multiplier, equation);
       }
     }
   }
 
-  void check_source(const Source& source, const std::string& where, Allowed allowed) {
+  void check_source(const Source& source, const std::string& where) {
     demand(source.formula.has_value() == source.file.empty(), where + ": neither a formula nor a file, or both");
-    if (source.formula) check(*source.formula, where, allowed);
   }
 
   void check_task(const Task& task) {
@@ -184,15 +164,10 @@ class Verifier {
     demand(task.unknowns.empty() == task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      if (unknown.kind != Unknown::Kind::network)
-        check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
+      if (unknown.kind != Unknown::Kind::network) check_source(unknown.from, "start of " + unknown.name);
     }
-    for (const Loss& loss : task.losses) {
-      check(loss.value, "loss", quantity);
-      check_when(loss.when, "loss");
-    }
+    for (const Loss& loss : task.losses) check_when(loss.when, "loss");
     for (const Test& test : task.tests) {
-      check(test.quantity.value, "test " + test.quantity.name, quantity);
       if (test.on.empty()) check_when(test.when, "test " + test.quantity.name);
     }
     if (!task.optimiser) return;
@@ -200,13 +175,6 @@ class Verifier {
     const bool needs_rate =
         task.optimiser->kind == Optimiser::Kind::gradient_descent || task.optimiser->kind == Optimiser::Kind::adam;
     demand(!needs_rate || task.optimiser->rate > 0, "the optimiser has no rate");
-  }
-
-  Allowed allowed_at_start(const Unknown& unknown) const {
-    const Coefficient* coefficient =
-        unknown.kind == Unknown::Kind::coefficient ? problem_.find_coefficient(unknown.name) : nullptr;
-    if (coefficient != nullptr && coefficient->is_control()) return formula_of_time;
-    return unknown.is_field() ? formula : unknown.kind == Unknown::Kind::control ? weight : start;
   }
 
   bool exists(const Unknown& unknown) const {
@@ -230,9 +198,91 @@ class Verifier {
     }
   }
 
-  void check(const Expr& e, const std::string& where, Allowed allowed) {
-    demand(!is_condition(e), where + ": a condition stands where a number is needed");
-    check_node(e, where, allowed);
+  void check(const Use& use) {
+    if (use.kind == UseKind::stated_operator) return;  // its arguments have names that nothing else knows
+    const std::string where = description(use);
+    const bool wants_condition = use.kind == UseKind::held_where;
+    demand(is_condition(use.formula) == wants_condition,
+           where + (wants_condition ? ": a number stands where a condition is needed"
+                                    : ": a condition stands where a number is needed"));
+    check_node(use.formula, where, allowed_in(use));
+  }
+
+  Allowed allowed_in(const Use& use) const {
+    switch (use.kind) {
+      case UseKind::equation:
+      case UseKind::potential:
+      case UseKind::constraint:
+      case UseKind::correction:
+      case UseKind::held_where:
+      case UseKind::held_value:
+      case UseKind::event:
+      case UseKind::courant_rate:
+      case UseKind::output:
+      case UseKind::stated_operator: return equation;
+      case UseKind::observable:
+      case UseKind::loss:
+      case UseKind::test:
+      case UseKind::test_field: return quantity;
+      case UseKind::initial: return formula;
+      case UseKind::coefficient: return of_coefficient(use.owner);
+      case UseKind::unknown_start: return at_start(use.owner);
+      case UseKind::exact: return exact;
+      case UseKind::boundary_value: return at_wall;
+      case UseKind::boundary_weight:
+      case UseKind::control:
+      case UseKind::control_start: return weight;
+      case UseKind::stretch_map:
+      case UseKind::metric: return place;
+    }
+    unreachable("kind of use");
+  }
+
+  Allowed of_coefficient(const std::string& name) const {
+    return problem_.find_coefficient(name)->is_control() ? formula_of_time : formula;
+  }
+
+  Allowed at_start(const std::string& unknown) const {
+    const Unknown& sought = *std::ranges::find(problem_.task->unknowns, unknown, &Unknown::name);
+    switch (sought.kind) {
+      case Unknown::Kind::initial: return formula;
+      case Unknown::Kind::coefficient:
+        return problem_.find_coefficient(unknown) != nullptr ? of_coefficient(unknown) : formula;
+      case Unknown::Kind::control: return weight;
+      case Unknown::Kind::parameter:
+      case Unknown::Kind::network: return start;
+    }
+    unreachable("kind of unknown");
+  }
+
+  static std::string description(const Use& use) {
+    switch (use.kind) {
+      case UseKind::equation: return "equation of " + use.owner;
+      case UseKind::potential:
+      case UseKind::constraint:
+      case UseKind::correction: return "constraint of " + use.owner;
+      case UseKind::held_where: return "mask of " + use.owner;
+      case UseKind::held_value: return "held value of " + use.owner;
+      case UseKind::event: return "event of " + use.owner;
+      case UseKind::courant_rate: return "rate";
+      case UseKind::observable: return "observable " + use.owner;
+      case UseKind::output: return "shown " + use.owner;
+      case UseKind::loss: return "loss";
+      case UseKind::test:
+      case UseKind::test_field: return "test " + use.owner;
+      case UseKind::initial: return "initial state of " + use.owner;
+      case UseKind::coefficient: return "coefficient " + use.owner;
+      case UseKind::control:
+      case UseKind::control_start: return "control " + use.owner;
+      case UseKind::unknown_start: return "start of " + use.owner;
+      case UseKind::exact: return "exact solution of " + use.owner;
+      case UseKind::boundary_value:
+      case UseKind::boundary_weight: return "boundary of " + use.owner;
+      case UseKind::stretch_map: return "stretched axis " + use.owner;
+      case UseKind::metric: return "coordinates " + use.owner;
+      case UseKind::stated_operator: return "operator " + use.owner;
+    }
+    unreachable("kind of use");
   }
 
   /// Children of `e` are numbers, except the first of a select and those of and, or.

@@ -5,6 +5,8 @@
 
 #include "model/build.h"
 #include "model/solves.h"
+#include "model/uses.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
@@ -35,12 +37,21 @@ bool is_in_a_boundary(const Problem& problem, const Coefficient& coefficient) {
   });
 }
 
+/// Whether steps take it as a field. What is made of their results changes nothing in them.
+bool is_in_steps(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step: return true;
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::boundary:
+    case UseTime::geometry:
+    case UseTime::never: return false;
+  }
+  unreachable("time of a use");
+}
+
 bool is_in_an_equation(const Problem& problem, const std::string& coefficient) {
-  return std::ranges::any_of(problem.states,
-                             [&](const State& state) { return state.rhs && reads(*state.rhs, coefficient); }) ||
-         std::ranges::any_of(problem.projections, [&](const Projection& projection) {
-           return projection.potential && reads(*projection.potential, coefficient);
-         });
+  return any_formula(problem, [&](const Use& use) { return is_in_steps(use.kind) && reads(use.formula, coefficient); });
 }
 
 }  // namespace

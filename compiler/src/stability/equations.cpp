@@ -8,6 +8,7 @@
 #include "driver/over_time.h"
 #include "model/build.h"
 #include "model/solves.h"
+#include "model/uses.h"
 #include "stencil/from_model.h"
 
 namespace dpde::stability {
@@ -27,10 +28,6 @@ bool have_ways_that_end(const model::Problem& problem) {
 }
 
 constexpr double finer = 16;  // cells of a symbol
-
-bool is_of_each_step(const model::Event& event, const model::Problem& problem) {
-  return event.after_step || (event.every == 1 && !problem.has_parts());
-}
 
 bool has_rare_events(const model::Problem& problem) {
   return !std::ranges::all_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
@@ -129,6 +126,10 @@ std::optional<LinearStep> compiled_step(const driver::Session& session, std::str
   return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints, group);
 }
 
+bool is_of_each_step(const model::Event& event, const model::Problem& problem) {
+  return event.after_step || (event.every == 1 && !problem.has_parts());
+}
+
 bool has_events_in_each_step(const model::Problem& problem) {
   return std::ranges::any_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
 }
@@ -175,10 +176,11 @@ bool Equations::are_spectral() const {
                         std::holds_alternative<model::Advect>(e->kind) || std::holds_alternative<model::Shift>(e->kind);
     return is_any && !model::is_spectral(problem_.scheme, e);
   };
-  const auto has_differences = [&](const model::State& state) {
-    return is_in(group_, state.name) && state.rhs && model::any_part(*state.rhs, is_difference);
+  const auto has_differences = [&](const model::Use& use) {
+    const bool is_of_rates = model::makes_state(use.kind) && use.kind != model::UseKind::event;
+    return is_of_rates && is_in(group_, use.owner) && model::any_part(use.formula, is_difference);
   };
-  return problem_.program.empty() && std::ranges::none_of(problem_.states, has_differences);
+  return problem_.program.empty() && !model::any_formula(problem_, has_differences);
 }
 
 std::optional<Symbol> Equations::about(const FrozenPoint& point) const {

@@ -28,6 +28,8 @@ std::optional<LinearStep> compiled_step(const driver::Session& session, std::str
 /// One a group of states of the problem's step; none where one of them cannot be had.
 std::vector<LinearStep> linear_steps(const model::Problem& problem);
 
+/// Whether each step ends with it.
+bool is_of_each_step(const model::Event& event, const model::Problem& problem);
 /// Whether each step ends with something that the scene does to its states.
 bool has_events_in_each_step(const model::Problem& problem);
 

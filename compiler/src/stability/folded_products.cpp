@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -48,9 +49,10 @@ bool folds(const model::Scheme& scheme, const model::Expr& e) {
 
 bool folds_products(const model::Problem& problem, const StateGroup& group) {
   if (problem.scheme.dealias || !problem.program.empty()) return false;
-  return std::ranges::any_of(problem.states, [&](const model::State& state) {
-    const auto is_folded = [&](const model::Expr& e) { return folds(problem.scheme, e); };
-    return is_in(group, state.name) && state.rhs && model::any_part(*state.rhs, is_folded);
+  const auto is_folded = [&](const model::Expr& e) { return folds(problem.scheme, e); };
+  return model::any_formula(problem, [&](const model::Use& use) {
+    const bool is_cut = model::makes_state(use.kind) && use.kind != model::UseKind::event;  // where waves can be
+    return is_cut && is_in(group, use.owner) && model::any_part(use.formula, is_folded);
   });
 }
 

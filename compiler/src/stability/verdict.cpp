@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "model/metric.h"
+#include "stability/consistent_start.h"
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
@@ -111,6 +112,7 @@ Verdict merged(const Verdict& a, const Verdict& b) {
 }  // namespace
 
 bool look_for_growth(driver::Session& session) {
+  const ConsistentStart start(session);
   return std::ranges::all_of(steps_of_groups(session), [&](const GroupStep& step) {
     return step.linear ? grows_nothing_in(session, *step.linear) : networks_grow_nothing(session, step.group);
   });
@@ -149,6 +151,7 @@ Verdict examine(driver::Session& session) {
     verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
     return verdict;
   }
+  const ConsistentStart start(session);
   std::optional<Verdict> all, unknown;
   for (const GroupStep& step : steps_of_groups(session)) {
     const Verdict found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit);
@@ -165,6 +168,7 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
   std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why, verdict.group);
   if (!linear || !verdict.is_analysed()) return growths;
+  const ConsistentStart start(session);
   const Equations equations(session.problem(), linear->group());
   if (verdict.is_of_grid) {
     const auto grid = OwnGrid::make(session, *linear, verdict.worst, verdict.step, equations);

@@ -2,10 +2,9 @@
 #include "stability/whole_fields.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "dpde/runtime/error.h"
 #include "model/solves.h"
+#include "stability/zero_step.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -39,21 +38,6 @@ void collect(const std::vector<Statement>& body, const std::vector<const model::
   }
 }
 
-/// While it lives dt is 0, whatever is thrown.
-class WithoutStep {
- public:
-  explicit WithoutStep(Workspace& workspace) : workspace_(workspace), dt_(workspace.params().at("dt")) {
-    workspace_.set_param("dt", 0);
-  }
-  ~WithoutStep() { workspace_.set_param("dt", dt_); }
-  WithoutStep(const WithoutStep&) = delete;
-  WithoutStep& operator=(const WithoutStep&) = delete;
-
- private:
-  Workspace& workspace_;
-  double dt_;
-};
-
 }  // namespace
 
 std::map<std::string, std::vector<double>> whole_fields(driver::Session& session) {
@@ -65,23 +49,13 @@ std::map<std::string, std::vector<double>> whole_fields(driver::Session& session
   Names names;
   collect(compiled.stencil.find_program(compiled.step_name())->body, is_program ? nullptr : &unknowns, names);
   if (names.empty()) return {};
-  Workspace& workspace = session.workspace();
-  const dpde_program& step = *compiled.program(compiled.step_name());
-  Workspace::Bound bound;
-  for (int s = 0; s < session.rollout().state_count(); ++s)
-    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
+  std::vector<std::string> fields;
+  for (const auto& [key, field] : names) fields.push_back(field);
+  const auto found = after_step_of_no_length(session, fields);
   std::map<std::string, std::vector<double>> result;
-  try {
-    const WithoutStep without_step(workspace);
-    workspace.execute(step, problem.t_begin, bound);
-    for (const auto& [key, field] : names) result[key] = workspace.dense(field);
-  } catch (const Error&) {
-    result.clear();  // as of an operator that is divided by dt
+  for (const auto& [key, field] : names) {
+    if (const auto values = found.find(field); values != found.end()) result[key] = values->second;
   }
-  // As of a right side that is divided by dt.
-  const auto is_finite = [](double value) { return std::isfinite(value); };
-  std::erase_if(result, [&](const auto& entry) { return !std::ranges::all_of(entry.second, is_finite); });
-  workspace.release(step);
   return result;
 }
 

@@ -84,10 +84,14 @@ class EventStages {
     return true;
   }
 
-  /// States as they are at the end of the step, or of the event before.
+  /// States as they are at the end of the step, or of the event before. What solves begin with is stored behind all
+  /// events.
   Reading reading() const {
     Reading reading;
     reading.fields = ends_;
+    for (const model::State& state : lowering_.problem().states) {
+      if (state.is_guess) reading.fields.erase(state.name);
+    }
     reading.time = time_at_end();
     return reading;
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/events.h"
@@ -20,6 +21,7 @@
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/step.h"
+#include "support/assert.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -37,19 +39,54 @@ void check_given(const Preparation& made, DiagnosticSink& sink) {
   }
 }
 
-/// Lowers `e` to see whether its differences stay within reason. `is_quantity`: a number made of sums over the grid.
-void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink,
-                bool is_quantity = false) {
+/// What programs are made of: fields, or numbers made of sums over the grid.
+enum class Made { field, sums };
+/// nullopt: nothing that differences are taken of.
+std::optional<Made> made(model::UseKind kind) {
+  using enum model::UseKind;
+  switch (kind) {
+    case equation:
+    case potential:
+    case constraint:
+    case correction:
+    case event:
+    case courant_rate:
+    case output:
+    case test_field:
+    case initial:
+    case coefficient:
+    case unknown_start:
+    case exact: return Made::field;
+    case observable:
+    case loss:
+    case test: return Made::sums;
+    case held_where:
+    case held_value: return std::nullopt;  // as part of a correction
+    case control:
+    case control_start: return std::nullopt;  // of t
+    case boundary_value:
+    case boundary_weight: return std::nullopt;  // of places and values beside the wall
+    case stretch_map:
+    case metric: return std::nullopt;           // of coordinates
+    case stated_operator: return std::nullopt;  // measured, see operator_order.h
+  }
+  unreachable("kind of use");
+}
+
+/// Lowers a formula to see whether its differences stay within reason.
+void check_size(const Lowering& lowering, const model::Use& use, Made as, DiagnosticSink& sink) {
+  const model::Expr& e = use.formula;
   Discretiser at_point = lowering.discretiser();
-  if (is_quantity) {
-    cell_share(e, lowering.rank(), at_point);
-  } else {
-    const model::Placements& placements = at_point.placements();
-    at_point(e, placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{});
+  switch (as) {
+    case Made::sums: cell_share(e, lowering.rank(), at_point); break;
+    case Made::field: {
+      const model::Placements& placements = at_point.placements();
+      at_point(e, placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{});
+    }
   }
   for (const Preparation& made : at_point.preparations()) check_given(made, sink);
   if (!at_point.gave_up()) return;
-  sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : origin.range,
+  sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : use.origin.range,
               {std::to_string(max_parts)}, "nest fewer derivatives, or choose lower orders in the scheme");
 }
 
@@ -64,34 +101,11 @@ void check_time_scheme(const model::Problem& problem, DiagnosticSink& sink) {
 bool check(const Lowering& lowering, DiagnosticSink& sink) {
   const model::Problem& problem = lowering.problem();
   const std::size_t before = sink.all().size();
-  const auto check_source = [&](const model::Source& source) {
-    if (source.formula) check_size(lowering, *source.formula, source.origin, sink);
-  };
-  for (const model::State& state : problem.states) {
-    if (state.rhs) check_size(lowering, *state.rhs, state.origin, sink);
-    if (state.exact) check_size(lowering, *state.exact, state.origin, sink);
-    check_source(state.initial);
-  }
-  if (problem.rate) check_size(lowering, *problem.rate, problem.time_origin, sink);
-  for (const model::Event& event : problem.events) {
-    for (const model::Event::Update& update : event.updates) check_size(lowering, update.value, event.origin, sink);
-  }
-  for (const model::Projection& projection : problem.projections) {
-    for (const model::Event::Update& update : projection.updates)
-      check_size(lowering, update.value, projection.origin, sink);
-  }
   check_time_scheme(problem, sink);
-  for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
-  for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);
-  for (const model::Shown& shown : problem.shown) check_size(lowering, shown.value, shown.origin, sink);
   if (problem.scheme.follows_flow()) check_semi_lagrangian(problem, sink);
-  if (problem.task) {
-    for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
-    for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink, true);
-    for (const model::Test& test : problem.task->tests) {
-      check_size(lowering, test.quantity.value, test.quantity.origin, sink, true);
-    }
-  }
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (const std::optional<Made> as = made(use.kind)) check_size(lowering, use, *as, sink);
+  });
   return sink.all().size() == before;
 }
 
@@ -260,10 +274,10 @@ void add_step(Module& module, Lowering& lowering, const std::string& name, bool 
   std::vector<Stage> stages = with_estimate ? stages_with_estimate(lowering, advances, name, problem.scene)
                                             : step_stages(lowering, advances, name);
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
-  for (const Advance& guess : guesses) keep_solution(lowering, stages, guess, name);
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   add_events(lowering, stages, ends);
+  for (const Advance& guess : guesses) keep_solution(lowering, stages, guess, name);
   Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
   for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
   if (with_estimate) return;

@@ -8,9 +8,11 @@
 #include <map>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "stencil/build.h"
 #include "stencil/quantities.h"
 #include "support/evaluate.h"
+#include "support/match.h"
 
 namespace dpde::stencil {
 
@@ -24,19 +26,7 @@ using OfSides = std::array<std::array<T, 2>, max_rank>;
 class Readers {
  public:
   explicit Readers(const Lowering& lowering) : lowering_(lowering), problem_(lowering.problem()) {
-    for (const model::State& state : problem_.states) {
-      if (state.rhs) add(state, *state.rhs);
-    }
-    const auto add_all = [&](const std::vector<model::Event::Update>& updates) {
-      for (const model::Event::Update& update : updates) add(*problem_.find_state(update.state), update.value);
-    };
-    for (const model::Event& event : problem_.events) add_all(event.updates);
-    for (const model::Projection& projection : problem_.projections) add_all(projection.updates);
-    for (const model::Quantity& observable : problem_.observables) add(observable.value);
-    for (const model::Shown& shown : problem_.shown) add(shown);
-    if (!problem_.task) return;
-    for (const model::Loss& loss : problem_.task->losses) add(loss.value);
-    for (const model::Test& test : problem_.task->tests) add(test.quantity.value);
+    model::for_each_formula(problem_, [&](const model::Use& use) { add(use); });
   }
 
   bool in_step(const std::string& field, int axis, bool is_high) const { return is_in(in_step_, field, axis, is_high); }
@@ -68,8 +58,42 @@ class Readers {
            problem_.axes[static_cast<std::size_t>(axis)].topology == Topology::bounded;
   }
 
+  void add(const model::Use& use) {
+    using enum model::UseKind;
+    switch (use.kind) {
+      case equation:
+      case correction:
+      case event: return add_to_state(*problem_.find_state(use.owner), use.formula);
+      case held_where:
+      case held_value: return;  // as part of a correction
+      case potential:
+      case constraint:
+      case courant_rate: return add_field(use.formula, use.home, in_step_);
+      case output: return add_field(use.formula, use.home, elsewhere_);
+      case test_field: return add_field(use.formula, natural(use.formula), elsewhere_);
+      case observable:
+      case loss:
+      case test: return add_sums(use.formula);
+      case initial:
+      case coefficient:
+      case control:
+      case control_start:
+      case unknown_start:
+      case exact:
+      case boundary_value:
+      case boundary_weight:
+      case stretch_map:
+      case metric: return;           // read no field around them
+      case stated_operator: return;  // is not run
+    }
+  }
+
+  model::Placement natural(const model::Expr& e) const {
+    return model::Placements(problem_).natural(e).value_or(model::Placement{});
+  }
+
   /// The points on walls are not asked.
-  void add(const model::State& state, const model::Expr& e) {
+  void add_to_state(const model::State& state, const model::Expr& e) {
     Discretiser at_point = lowering_.discretiser();
     const Expr value = at_point(e, state.placement);
     visit_all(value, at_point, [&](const Expr& part) {
@@ -86,21 +110,21 @@ class Readers {
     note_preparations(at_point, in_step_);
   }
 
-  void add(const model::Shown& shown) {
+  void add_field(const model::Expr& e, const model::Placement& home, Sides& sides) {
     Discretiser at_point = lowering_.discretiser();
-    const Expr value = at_point(shown.value, shown.placement);
-    add_elsewhere(value, at_point);
+    const Expr value = at_point(e, home);
+    add_all(value, at_point, sides);
   }
 
-  void add(const model::Expr& quantity) {
+  void add_sums(const model::Expr& quantity) {
     Discretiser at_point = lowering_.discretiser();
     const Expr value = cell_share(quantity, lowering_.rank(), at_point);
-    add_elsewhere(value, at_point);
+    add_all(value, at_point, elsewhere_);
   }
 
-  void add_elsewhere(const Expr& value, const Discretiser& at_point) {
-    visit_all(value, at_point, [&](const Expr& part) { note(part, elsewhere_, [](int) { return 0; }); });
-    note_preparations(at_point, elsewhere_);
+  void add_all(const Expr& value, const Discretiser& at_point, Sides& sides) {
+    visit_all(value, at_point, [&](const Expr& part) { note(part, sides, [](int) { return 0; }); });
+    note_preparations(at_point, sides);
   }
 
   /// `last(axis)`: how many cells before the last one the last point is.
@@ -117,10 +141,17 @@ class Readers {
 
   /// What is stored before a kernel may be stored beyond walls too: whatever it is made of counts as read there.
   void note_preparations(const Discretiser& at_point, Sides& sides) {
+    const auto note_reads = [&](const Kernel& kernel) {
+      for (const Signature::Read& read : signature(kernel).reads) note_all(read.field, sides);
+    };
     for (const Preparation& preparation : at_point.preparations()) {
-      const Kernel* kernel = std::get_if<Kernel>(&preparation);
-      if (!kernel) continue;
-      for (const Signature::Read& read : signature(*kernel).reads) note_all(read.field, sides);
+      match(
+          preparation, note_reads, [](const Reduce&) {},  // of points inside
+          [&](const NetworkCall& call) {
+            for (const std::string& input : call.inputs) note_all(input, sides);
+          },
+          [](const Transform&) {},  // of rings
+          [&](const PreparedSolve& solve) { note_reads(solve.kernel); });
     }
   }
 

@@ -7,7 +7,7 @@
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print_model.h"
-#include "model/rewrite.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -30,6 +30,19 @@ bool varies(const Draft& draft, const Expr& e) {
          std::holds_alternative<Noise>(e->kind) || std::holds_alternative<Sample>(e->kind);
 }
 
+/// Whether what varies in space has no place in such a formula.
+bool needs_grid_to_vary(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step:
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::never: return true;
+    case UseTime::boundary:                // a single cell has no sides
+    case UseTime::geometry: return false;  // nor has it places
+  }
+  unreachable("time of a use");
+}
+
 /// What stands at `range` needs a grid.
 class Gridless {
  public:
@@ -43,9 +56,8 @@ class Gridless {
       for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) check_place(item.on);
     }
     if (draft_.problem.rate) refuse("a Courant number", draft_.problem.time_origin.range);
-    rewrite_formulas(draft_.problem, [&](const Expr& e, const Placement&) {
-      check_formula(e);
-      return e;
+    for_each_formula(draft_.problem, [&](const Use& use) {
+      if (needs_grid_to_vary(use.kind)) check_formula(use.formula);
     });
   }
 

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print_model.h"
 #include "model/solves.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -22,6 +24,28 @@ SourceRange place_of(const Draft& draft, const std::string& key) {
     if (row.name.name == key) return range;
   }
   return draft.scene->name.range;
+}
+
+/// Without guesses that are not among `known`.
+Expr with_guesses(const Expr& e, const std::set<std::string>& known) {
+  const auto is_other = [&](const Expr& part) {
+    const auto* solve = std::get_if<Solve>(&part->kind);
+    return solve != nullptr && !solve->guess.empty() && !known.contains(solve->guess);
+  };
+  if (!any_part(e, is_other)) return e;
+  const Expr inside = map_parts(e, [&](const Expr& part) { return with_guesses(part, known); });
+  if (!is_other(inside)) return inside;
+  Solve solve = std::get<Solve>(inside->kind);
+  solve.guess.clear();
+  return model::solve(std::move(solve), e->origin);
+}
+
+/// Why no solve begins with the last solution, which nothing forbids.
+std::string why_nothing_begins(const std::vector<const Solve*>& solves, const Problem& problem) {
+  if (solves.empty()) return "no step of this scene solves an equation";
+  const auto is_of_waves = [&](const Solve* solve) { return model::is_of_waves(*solve, problem.scheme); };
+  if (std::ranges::all_of(solves, is_of_waves)) return "the equations are solved wave by wave, without steps";
+  return "no equation, event or mask solves one, and what others solve for is not kept";
 }
 
 }  // namespace
@@ -38,6 +62,22 @@ std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
   guess.origin = origin;
   draft.guesses.push_back(guess);
   return guess.name;
+}
+
+void drop_idle_guesses(Draft& draft) {
+  Problem& problem = draft.problem;
+  std::set<std::string> found;
+  for_each_formula(problem, [&](const Use& use) {
+    if (!makes_state(use.kind)) return;  // others are made when somebody asks, and store nothing
+    any_part(use.formula, [&](const Expr& part) {
+      if (const auto* solve = std::get_if<Solve>(&part->kind)) found.insert(solve->guess);
+      return false;
+    });
+  });
+  const auto is_idle = [&](const State& state) { return state.is_guess && !found.contains(state.name); };
+  if (std::ranges::none_of(problem.states, is_idle)) return;
+  std::erase_if(problem.states, is_idle);
+  rewrite_formulas(problem, [&](const Use& use) { return with_guesses(use.formula, found); });
 }
 
 void check_guess(Draft& draft) {
@@ -60,9 +100,7 @@ void check_guess(Draft& draft) {
                       "implicit stages solve for what a step adds, which is not like that of the step before: take "
                       "guess = none, or an explicit scheme as time = rk2");
   } else {
-    draft.sink.report("guess-not-used", place_of(draft, "guess"),
-                      {solves.empty() ? "no step of this scene solves an equation"
-                                      : "the equations are solved wave by wave, without steps"},
+    draft.sink.report("guess-not-used", place_of(draft, "guess"), {why_nothing_begins(solves, problem)},
                       "leave it out");
   }
 }

@@ -5,6 +5,7 @@
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print_model.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -27,16 +28,12 @@ void check_velocity(Draft& draft, const State& velocity) {
   };
   const Problem& problem = draft.problem;
   const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
-  for (const State& state : problem.states) {
-    if (!state.rhs || state.name == velocity.velocity_of) continue;
-    const bool own = state.name == velocity.name;
-    check(own ? linear_in(*state.rhs, velocity.name).has_value() : is_free(*state.rhs), state.origin);
-  }
-  for (const Quantity& observable : problem.observables) check(is_free(observable.value), observable.origin);
-  for (const Shown& shown : problem.shown) check(is_free(shown.value), shown.origin);
-  if (!problem.task) return;
-  for (const Loss& loss : problem.task->losses) check(is_free(loss.value), loss.origin);
-  for (const Test& test : problem.task->tests) check(is_free(test.quantity.value), test.quantity.origin);
+  for_each_formula(problem, [&](const Use& use) {
+    const bool is_equation = use.kind == UseKind::equation;
+    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of)) return;  // others read no state
+    const bool is_own = is_equation && use.owner == velocity.name;
+    check(is_own ? linear_in(use.formula, velocity.name).has_value() : is_free(use.formula), use.origin);
+  });
 }
 
 }  // namespace

@@ -236,6 +236,8 @@ void check_histories(Draft& draft);
 // guesses.cpp: where solves begin with the last solution, the name of a state that keeps it, added by add_histories;
 // else ""
 std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin);
+/// Without those that no step finds anew: what results alone solve for is not kept.
+void drop_idle_guesses(Draft& draft);
 void check_guess(Draft& draft);
 void check_smoother(Draft& draft);
 

@@ -9,7 +9,9 @@
 #include "model/from_ast/parts.h"
 #include "model/placement.h"
 #include "model/print_model.h"
+#include "model/uses.h"
 #include "model/words.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
@@ -214,49 +216,61 @@ void check_cubic(Draft& draft, const State& state) {
   }
 }
 
+/// Where a formula is taken by whoever asks for it: at its home, or anywhere where its sums can be.
+enum class Taken { at_home, in_sums, checked_elsewhere };
+Taken taken(UseKind kind) {
+  switch (kind) {
+    case UseKind::equation:
+    case UseKind::correction:
+    case UseKind::event:
+    case UseKind::courant_rate:
+    case UseKind::output: return Taken::at_home;
+    case UseKind::observable:
+    case UseKind::loss:
+    case UseKind::test: return Taken::in_sums;
+    case UseKind::held_where:
+    case UseKind::held_value: return Taken::checked_elsewhere;  // as part of a correction
+    case UseKind::potential:
+    case UseKind::constraint: return Taken::checked_elsewhere;  // where the constraint is bound
+    case UseKind::test_field: return Taken::checked_elsewhere;  // wherever it is natural
+    case UseKind::initial:
+    case UseKind::coefficient:
+    case UseKind::unknown_start: return Taken::checked_elsewhere;  // by check_formulas: of coordinates, and networks
+    case UseKind::control:
+    case UseKind::control_start:
+    case UseKind::exact:
+    case UseKind::boundary_value:
+    case UseKind::boundary_weight:
+    case UseKind::stretch_map:
+    case UseKind::metric: return Taken::checked_elsewhere;           // of what is known everywhere
+    case UseKind::stated_operator: return Taken::checked_elsewhere;  // where it is used
+  }
+  unreachable("kind of use");
+}
+
+void check_use(Draft& draft, const Placements& placements, const Use& use) {
+  switch (taken(use.kind)) {
+    case Taken::at_home:
+      if (const auto mistake = placements.find_mistake(use.formula, use.home))
+        report_misplaced(draft, *mistake, use.origin.range);
+      break;
+    case Taken::in_sums: check_quantity(draft, placements, use.formula, use.origin.range); break;
+    case Taken::checked_elsewhere: return;
+  }
+  check_no_wall_values(draft, placements, use.formula, false, use.origin.range);
+}
+
 }  // namespace
 
 void check_placements(Draft& draft) {
   const Placements placements(draft.problem);
   if (draft.model) check_pole_places(draft);
   check_formulas(draft, placements);
-  const auto quantity = [&](const Expr& value, const Origin& origin) {
-    check_quantity(draft, placements, value, origin.range);
-    check_no_wall_values(draft, placements, value, false, origin.range);
-  };
   for (const State& state : draft.problem.states) {
-    if (!state.rhs) continue;
-    check_cubic(draft, state);
-    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement))
-      report_misplaced(draft, *mistake, state.origin.range);
-    check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
+    if (state.rhs) check_cubic(draft, state);
   }
-  if (draft.problem.rate) {
-    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{}))
-      report_misplaced(draft, *mistake, draft.problem.time_origin.range);
-    check_no_wall_values(draft, placements, *draft.problem.rate, false, draft.problem.time_origin.range);
-  }
-  const auto update = [&](const Event::Update& changed, const Origin& origin) {
-    if (const auto mistake = placements.find_mistake(changed.value, placements.of(changed.state)))
-      report_misplaced(draft, *mistake, origin.range);
-    check_no_wall_values(draft, placements, changed.value, false, origin.range);
-  };
-  for (const Event& event : draft.problem.events) {
-    for (const Event::Update& changed : event.updates) update(changed, event.origin);
-  }
-  for (const Projection& projection : draft.problem.projections) {
-    for (const Event::Update& changed : projection.updates) update(changed, projection.origin);
-  }
-  for (const Quantity& observable : draft.problem.observables) quantity(observable.value, observable.origin);
-  for (const Shown& shown : draft.problem.shown) {
-    if (const auto mistake = placements.find_mistake(shown.value, shown.placement))
-      report_misplaced(draft, *mistake, shown.origin.range);
-    check_no_wall_values(draft, placements, shown.value, false, shown.origin.range);
-  }
+  for_each_formula(draft.problem, [&](const Use& use) { check_use(draft, placements, use); });
   check_coupling(draft);
-  if (!draft.problem.task) return;
-  for (const Loss& loss : draft.problem.task->losses) quantity(loss.value, loss.origin);
-  for (const Test& test : draft.problem.task->tests) quantity(test.quantity.value, test.quantity.origin);
 }
 
 std::vector<std::string> words_of_placements() {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <set>
+#include <utility>
 
 #include "model/build.h"
 #include "model/formula.h"
@@ -11,6 +13,7 @@
 #include "model/from_ast/parts.h"
 #include "model/metric.h"
 #include "model/placement.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -175,29 +178,20 @@ class PolePlaces {
       : draft_(draft), placements_(draft.problem), divisions_(draft, placements_, axis, is_low), axis_(axis) {}
 
   void check() {
-    const Problem& problem = draft_.problem;
-    for (const State& state : problem.states) {
-      if (state.rhs) look_at(*state.rhs, state.placement[axis_] ? inner_face : beside_it, state.origin);
-    }
-    for (const Event& event : problem.events) {
-      for (const Event::Update& update : event.updates)
-        look_at(update.value, placements_.of(update.state)[axis_] ? inner_face : beside_it, event.origin);
-    }
-    for (const Quantity& observable : problem.observables) look_at(observable.value, beside_it, observable.origin);
-    for (const Shown& shown : problem.shown)
-      look_at(shown.value, shown.placement[axis_] ? inner_face : beside_it, shown.origin);
-    if (!problem.task) return;
-    for (const Loss& loss : problem.task->losses) look_at(loss.value, beside_it, loss.origin);
-    for (const Test& test : problem.task->tests) look_at(test.quantity.value, beside_it, test.quantity.origin);
+    for_each_formula(draft_.problem, [&](const Use& use) {
+      if (!is_of_states(use.kind)) return;  // others hold no differences, of which lengths make divisions
+      look_at(use.formula, use.home[axis_] ? inner_face : beside_it, use.origin);
+    });
   }
 
  private:
   void look_at(const Expr& e, int nearest, const Origin& origin) {
     const Expr* division = divisions_.find(e, nearest);
     if (division == nullptr) return;
-    const SourceRange own = (*division)->origin.range;
+    const SourceRange own = (*division)->origin.range, place = own.is_known() ? own : origin.range;
+    if (!told_.emplace(place.begin, place.end).second) return;  // a held value stands in a correction too
     draft_.sink.report(
-        "on-pole", own.is_known() ? own : origin.range, {},
+        "on-pole", place, {},
         "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let the axis end "
         "before the pole, or leave out all cells that read it by an `if` of the coordinate and numbers");
   }
@@ -206,6 +200,7 @@ class PolePlaces {
   Placements placements_;
   Divisions divisions_;
   std::size_t axis_;
+  std::set<std::pair<int, int>> told_;  // where
 };
 
 }  // namespace

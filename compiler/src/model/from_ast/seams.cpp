@@ -10,6 +10,7 @@
 #include "model/formula.h"
 #include "model/from_ast/known_values.h"
 #include "model/from_ast/parts.h"
+#include "model/uses.h"
 #include "network/network.h"
 
 namespace dpde::model {
@@ -125,31 +126,12 @@ class Seams {
   explicit Seams(Draft& draft) : draft_(draft), stand_ins_(draft) {}
 
   void check() {
-    const Problem& problem = draft_.problem;
-    const Placements placements(problem);
-    const auto look_at = [&](const Expr& e, const Placement& wanted, const Origin& origin) {
-      origin_ = origin;
-      walk(e, {placements, nullptr}, wanted);
-    };
-    const auto look_at_sums = [&](const Quantity& of) { look_at(of.value, {}, of.origin); };
-    const auto update = [&](const Event::Update& changed, const Origin& origin) {
-      look_at(changed.value, placements.of(changed.state), origin);
-    };
-    for (const State& state : problem.states) {
-      if (state.rhs) look_at(*state.rhs, state.placement, state.origin);
-    }
-    for (const Event& event : problem.events) {
-      for (const Event::Update& changed : event.updates) update(changed, event.origin);
-    }
-    for (const Projection& projection : problem.projections) {
-      if (projection.potential) look_at(*projection.potential, {}, projection.origin);
-      for (const Event::Update& changed : projection.updates) update(changed, projection.origin);
-    }
-    for (const Quantity& observable : problem.observables) look_at_sums(observable);
-    for (const Shown& shown : problem.shown) look_at(shown.value, shown.placement, shown.origin);
-    if (!problem.task) return;
-    for (const Loss& loss : problem.task->losses) look_at(loss.value, {}, loss.origin);
-    for (const Test& test : problem.task->tests) look_at_sums(test.quantity);
+    const Placements placements(draft_.problem);
+    for_each_formula(draft_.problem, [&](const Use& use) {
+      if (!is_of_states(use.kind)) return;  // others hold no differences
+      origin_ = use.origin;
+      walk(use.formula, {placements, nullptr}, use.home);
+    });
   }
 
  private:

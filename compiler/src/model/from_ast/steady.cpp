@@ -4,9 +4,13 @@
 // began, and each step has to be the same.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/uses.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
@@ -19,31 +23,27 @@ bool is_of_time(const Expr& e) {
   });
 }
 
-bool is_of_time(const std::vector<Event::Update>& updates) {
-  return std::ranges::any_of(updates, [](const Event::Update& update) { return is_of_time(update.value); });
-}
-
-bool is_of_time(const std::vector<AxisSides>& boundary) {
-  const auto reads = [](const Side& side) {
-    return is_of_time(side.value) || is_of_time(side.a) || is_of_time(side.b);
-  };
-  return std::ranges::any_of(boundary, [&](const AxisSides& axis) { return reads(axis.low) || reads(axis.high); });
+/// Whether steps are made of it.
+bool is_part_of_steps(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step:
+    case UseTime::boundary: return true;
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::geometry:
+    case UseTime::never: return false;
+  }
+  unreachable("time of a use");
 }
 
 /// The first thing that makes steps differ.
 const Origin* change_in_time(const Problem& problem) {
-  for (const State& state : problem.states) {
-    if ((state.rhs && is_of_time(*state.rhs)) || is_of_time(state.boundary)) return &state.origin;
-  }
-  for (const Projection& projection : problem.projections) {
-    const bool reads = is_of_time(projection.updates) || is_of_time(projection.constraint) ||
-                       (projection.potential && is_of_time(*projection.potential));
-    if (reads) return &projection.origin;
-  }
-  for (const Event& event : problem.events) {
-    if (!event.after_step || is_of_time(event.updates)) return &event.origin;
-  }
-  return nullptr;
+  const Origin* found = nullptr;
+  for_each_formula(problem, [&](const Use& use) {
+    if (found == nullptr && is_part_of_steps(use.kind) && is_of_time(use.formula)) found = &use.origin;
+  });
+  const auto rare = std::ranges::find_if(problem.events, [](const Event& event) { return !event.after_step; });
+  return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
 }
 
 void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {

@@ -4,42 +4,33 @@
 
 #include "model/build.h"
 #include "model/from_ast/parts.h"
+#include "model/uses.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
 namespace {
 
-/// Calls `f` on every expression that may read a coefficient.
-template <class F>
-void for_each_reader(const Problem& problem, const F& f) {
-  for (const State& state : problem.states) {
-    if (state.rhs) f(*state.rhs);
-    for (const AxisSides& sides : state.boundary) {
-      f(sides.low.value);
-      f(sides.high.value);
-    }
+bool may_read_coefficients(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step:
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::boundary: return true;
+    case UseTime::geometry: return false;  // of coordinates
+    case UseTime::never: return false;     // its uses are counted where they stand
   }
-  if (problem.rate) f(*problem.rate);
-  for (const Event& event : problem.events) {
-    for (const Event::Update& update : event.updates) f(update.value);
-  }
-  for (const Projection& projection : problem.projections) {
-    for (const Event::Update& update : projection.updates) f(update.value);
-  }
-  for (const Quantity& observable : problem.observables) f(observable.value);
-  for (const Shown& shown : problem.shown) f(shown.value);
-  if (!problem.task) return;
-  for (const Loss& loss : problem.task->losses) f(loss.value);
-  for (const Test& test : problem.task->tests) f(test.quantity.value);
+  unreachable("time of a use");
 }
 
 /// Whether anything reads the coefficient or the task seeks it.
 bool is_needed(const Problem& problem, const std::string& coefficient) {
-  bool found = problem.task && std::ranges::any_of(problem.task->unknowns, [&](const Unknown& unknown) {
-                 return unknown.kind == Unknown::Kind::coefficient && unknown.name == coefficient;
-               });
-  for_each_reader(problem, [&](const Expr& e) { found = found || reads(e, coefficient); });
-  return found;
+  const bool found = problem.task && std::ranges::any_of(problem.task->unknowns, [&](const Unknown& unknown) {
+                       return unknown.kind == Unknown::Kind::coefficient && unknown.name == coefficient;
+                     });
+  return found || any_formula(problem, [&](const Use& use) {
+           return may_read_coefficients(use.kind) && reads(use.formula, coefficient);
+         });
 }
 
 }  // namespace

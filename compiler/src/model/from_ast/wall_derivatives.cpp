@@ -7,6 +7,7 @@
 
 #include "model/build.h"
 #include "model/from_ast/parts.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -39,8 +40,7 @@ bool holds_second(const Draft& draft, const Expr& e, const std::string& state) {
   return found;
 }
 
-void check(Draft& draft, const Expr& value, const Origin& origin,
-           const char* hint = "where that matters, weight the cells beside the wall by 0") {
+void check(Draft& draft, const Expr& value, const Origin& origin, const char* hint) {
   for (const State& state : draft.problem.states) {
     const std::string walls = walls_with_values(draft.problem, state);
     if (walls.empty() || !holds_second(draft, value, state.name)) continue;
@@ -51,13 +51,19 @@ void check(Draft& draft, const Expr& value, const Origin& origin,
 }  // namespace
 
 void check_wall_derivatives(Draft& draft) {
-  const Problem& problem = draft.problem;
-  for (const Quantity& observable : problem.observables) check(draft, observable.value, observable.origin);
-  for (const Shown& shown : problem.shown)
-    check(draft, shown.value, shown.origin, "leave out the cells beside the wall where that matters");
-  if (!problem.task) return;
-  for (const Loss& loss : problem.task->losses) check(draft, loss.value, loss.origin);
-  for (const Test& test : problem.task->tests) check(draft, test.quantity.value, test.quantity.origin);
+  for_each_formula(draft.problem, [&](const Use& use) {
+    switch (time_of(use.kind)) {
+      case UseTime::result:
+        return check(draft, use.formula, use.origin,
+                     use.kind == UseKind::output ? "leave out the cells beside the wall where that matters"
+                                                 : "where that matters, weight the cells beside the wall by 0");
+      case UseTime::step:  // of order 2 as a whole
+      case UseTime::field:
+      case UseTime::boundary:
+      case UseTime::geometry:
+      case UseTime::never: return;
+    }
+  });
 }
 
 }  // namespace dpde::model

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verdicts see what steps read, wherever it stands, and states that steps make, whatever a scene begins with: beside
+// each limit a run goes on and a run blows up.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "stability/verdict.h"
+#include "stability_support.h"
+
+namespace dpde::stability {
+namespace {
+
+/// u' = -v u by rk4, where v becomes 100 in some way.
+struct Way {
+  std::string name, model, scene, start = "1";
+};
+
+const std::string solved = "  solve lap(phi) - phi = -1 for phi\n";
+
+const std::vector<Way> ways{
+    {"an equation that solves", solved + "  dt(u) = -100*phi*u\n  dt(v) = 0\n", ""},
+    {"a held number", "  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  v = 100 inside solid\n", "  solid = x < 0.9\n"},
+    {"a held number that is there from the start",
+     "  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  v = 100 inside solid\n", "  solid = x < 0.9\n", "100"},
+    {"a held number where much more is given",
+     "  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  v = 100 inside solid\n", "  solid = x < 2\n", "1000"},
+    {"a held solution", solved + "  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  v = 100*phi inside solid\n",
+     "  solid = x < 0.9\n"},
+    {"a held formula of time", "  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  v = 100 + t inside solid\n",
+     "  solid = x < 0.9\n"},
+    {"a held formula of a state",
+     "  field w\n  mask solid\n  dt(u) = -v*u\n  dt(v) = 0\n  dt(w) = 0\n  v = 100*w inside solid\n",
+     "  solid = x < 0.9\n  initial w = 1\n"},
+    {"an event", "  dt(u) = -v*u\n  dt(v) = 0\n", "  after step: v = 100\n"},
+    {"an event that solves", solved + "  dt(u) = -v*u\n  dt(v) = 0\n", "  after step: v = 100*phi\n"},
+};
+
+std::string text_of(const Way& way, double step) {
+  return "model m {\n  field u, v\n" + way.model + "}\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n" +
+         way.scene + "  initial u = 1\n  initial v = " + way.start +
+         fmt::format("\n  time 0 .. {}, step {}\n}}\n", 400 * step, step);
+}
+
+double size_after_run(const Way& way, double step) {
+  const auto session = open_scene(text_of(way, step));
+  session->rollout().run();
+  double largest = 0;
+  for (const double value : session->final_state(0)) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+TEST(UsesVerdict, LimitsAreThoseOfRuns) {
+  const double limit = 2.78529356 / 100;  // of rk4 on the negative axis (Hairer, Wanner IV.2)
+  for (const Way& way : ways) {
+    const auto session = open_scene(text_of(way, 0.01));
+    std::vector<double> before = session->initial(1);
+    const Verdict verdict = verdict_of(*session);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << way.name << ": " << verdict.why;
+    EXPECT_NEAR(verdict.limit.step, limit, 1e-3 * limit) << way.name;
+    EXPECT_EQ(session->initial(1), before) << way.name << ": the run begins as the scene says";
+    EXPECT_LT(size_after_run(way, 0.97 * limit), 1) << way.name;
+    EXPECT_GT(size_after_run(way, 1.03 * limit), 1e3) << way.name;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::stability
