@@ -67,14 +67,14 @@ std::string text_with(const Thing& thing, const std::string& slot) {
   const auto at = [&](const std::string& name) { return name == slot ? thing.formula : std::string("0.5"); };
   const bool has_constraint = slot == "constraint";
   return thing.before + "model m {\n  field u, v\n  mask solid\n" + thing.in_model +
-         (has_constraint ? "  vector w on faces\n  field p\n  dt(w) = -w - grad(p)\n  0 = div(w) + " + at("constraint") +
-                               " gives p\n"
+         (has_constraint ? "  vector w on faces\n  field p\n  dt(w) = -w - grad(p)\n  0 = div(w) + " +
+                               at("constraint") + " gives p\n"
                          : "") +
          "  dt(u) = -u*" + at("equation") + "\n  dt(v) = 0\n  v = " + at("held") + " inside solid\n  let q = u*" +
          at("output") + "\n}\nscheme k { " + thing.scheme + " }\nscene s : m with k {\n" + thing.grid + thing.in_scene +
          "  solid = x < 0.5\n  initial u = 1\n  initial v = 0\n" + (has_constraint ? "  initial w = 0\n" : "") +
-         "  time 0 .. 0.1, step 0.05, courant 0.5, speed 1 + |" + at("speed") + "|\n  after step: u = u*" + at("event") +
-         "\n  observe seen = mean(u*" + at("observable") + ")\n  output q\n}\n" +
+         "  time 0 .. 0.1, step 0.05, courant 0.5, speed 1 + |" + at("speed") + "|\n  after step: u = u*" +
+         at("event") + "\n  observe seen = mean(u*" + at("observable") + ")\n  output q\n}\n" +
          "task t : s {\n  unknown initial u\n  minimise mean((u*" + at("loss") + ")^2)\n  test miss = mean(u*" +
          at("test") + ")\n}\n";
 }
@@ -185,12 +185,12 @@ TEST(Uses, SeamsAreSeenInEachPlace) {
 
 /// What is divided by a length of 0 where it is taken.
 TEST(Uses, PolesAreSeenInEachPlace) {
-  const Thing on_pole{
-      .formula = "inner(grad(f), grad(f))",
-      .in_model = "  vector f on faces\n  dt(f) = 0*f\n",
-      .in_scene = "  coordinates sphere(1)\n  boundary f.x: lat = pole\n  boundary f.y: lat = 0\n"
-                  "  boundary u: lat = pole\n  boundary v: lat = pole\n  initial f = (cos(lat), 0)\n",
-      .grid = "  grid lon = 0 .. 2*pi, cells 8, periodic\n  grid lat = -pi/2 .. pi/2, cells 4\n"};
+  const Thing on_pole{.formula = "inner(grad(f), grad(f))",
+                      .in_model = "  vector f on faces\n  dt(f) = 0*f\n",
+                      .in_scene =
+                          "  coordinates sphere(1)\n  boundary f.x: lat = pole\n  boundary f.y: lat = 0\n"
+                          "  boundary u: lat = pole\n  boundary v: lat = pole\n  initial f = (cos(lat), 0)\n",
+                      .grid = "  grid lon = 0 .. 2*pi, cells 8, periodic\n  grid lat = -pi/2 .. pi/2, cells 4\n"};
   for (const auto& [kind, slot] : slots()) {
     if (slot == "constraint") continue;  // a solve for its potential reads across no pole
     std::string text = text_with(on_pole, slot);
@@ -210,8 +210,8 @@ TEST(Uses, SolvesAreSeenInEachPlace) {
   }
 }
 
-/// What a scheme says of solves is told to be idle only where nothing solves. Solutions are kept by steps alone, and are
-/// states only where steps find them.
+/// What a scheme says of solves is told to be idle only where nothing solves. Solutions are kept by steps alone, and
+/// are states only where steps find them.
 TEST(Uses, SolutionsAreKeptWhereStepsFindThem) {
   const Thing kept{.formula = "phi",
                    .in_model = "  solve lap(phi) - phi = u for phi\n",

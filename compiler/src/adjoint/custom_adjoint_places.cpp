@@ -75,8 +75,20 @@ std::optional<Expr> branch_of(const Expr& e) {
     case Fn::fraction: return call(Fn::floor, c->arguments);
     case Fn::min:
     case Fn::max: return select(binary(BinaryOp::less, c->arguments[0], c->arguments[1]), 1.0, 0.0);
-    default: return std::nullopt;
+    case Fn::sin:
+    case Fn::cos:
+    case Fn::tan:
+    case Fn::asin:
+    case Fn::acos:
+    case Fn::atan:
+    case Fn::sinh:
+    case Fn::cosh:
+    case Fn::tanh:
+    case Fn::exp:
+    case Fn::log:
+    case Fn::sqrt: return std::nullopt;
   }
+  unreachable("function");
 }
 
 std::vector<Expr> branches_of(const Kernel& kernel) {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <set>
+#include <type_traits>
 
 #include "support/match.h"
 
@@ -66,29 +66,44 @@ WholeGridCost cost_of(const Compiled& compiled, const loop::Solve& solve) {
   return once;
 }
 
-/// Of all operations; those of a repeat as often as it goes.
-WholeGridCost sum_of(const std::vector<loop::Operation>& operations,
-                     const std::function<WholeGridCost(const loop::Operation&)>& cost) {
-  WholeGridCost sum;
-  for (const loop::Operation& operation : operations) {
-    sum += cost(operation);
-    const loop::Repeat* repeat = std::get_if<loop::Repeat>(&operation);
-    if (repeat == nullptr) continue;
-    WholeGridCost pass = sum_of(repeat->body, cost);
-    pass.flops *= repeat->count;
-    sum += pass;
+/// Of all operations of a kind; those of a repeat as often as it goes.
+template <class Kind>
+class Costs {
+ public:
+  explicit Costs(const Compiled& compiled) : compiled_(compiled) {}
+
+  WholeGridCost of(const std::vector<loop::Operation>& operations) const {
+    WholeGridCost sum;
+    for (const loop::Operation& operation : operations) sum += of(operation);
+    return sum;
   }
-  return sum;
-}
+
+ private:
+  WholeGridCost of(const loop::Operation& operation) const {
+    const auto of_kind = [&](const auto& one) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(one)>, Kind>) return cost_of(compiled_, one);
+      return WholeGridCost{};
+    };
+    return match(
+        operation, [&](const loop::Transform& one) { return of_kind(one); },
+        [&](const loop::Solve& one) { return of_kind(one); },
+        [&](const loop::Repeat& repeat) {
+          WholeGridCost pass = of(repeat.body);
+          pass.flops *= repeat.count;
+          return pass;
+        },
+        [](const loop::Fill&) { return WholeGridCost{}; }, [](const loop::Fold&) { return WholeGridCost{}; },
+        [](const loop::Reduce&) { return WholeGridCost{}; }, [](const loop::NetworkCall&) { return WholeGridCost{}; },
+        [](const loop::Sweep&) { return WholeGridCost{}; });
+  }
+
+  const Compiled& compiled_;
+};
 
 template <class Kind>
 WholeGridCost cost_of_all(const Compiled& compiled, const std::string& name) {
   const auto program = std::ranges::find(compiled.loop.programs, name, &loop::Program::name);
-  if (program == compiled.loop.programs.end()) return {};
-  return sum_of(program->body, [&](const loop::Operation& operation) {
-    const Kind* one = std::get_if<Kind>(&operation);
-    return one == nullptr ? WholeGridCost{} : cost_of(compiled, *one);
-  });
+  return program == compiled.loop.programs.end() ? WholeGridCost{} : Costs<Kind>(compiled).of(program->body);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "model/build.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -77,8 +78,17 @@ class Splitter {
       case BinaryOp::divide:
         if (in_right) return refuse(e);
         return wrapped(b.left, [&](const Expr& x) { return with(x, b.right); });
-      default: return refuse(e);
+      case BinaryOp::power:
+      case BinaryOp::less:
+      case BinaryOp::less_equal:
+      case BinaryOp::greater:
+      case BinaryOp::greater_equal:
+      case BinaryOp::equal:
+      case BinaryOp::not_equal:
+      case BinaryOp::logical_and:
+      case BinaryOp::logical_or: return refuse(e);
     }
+    unreachable("operator");
   }
 
   Parts of_select(const Select& s, const Expr& e) {

@@ -42,8 +42,17 @@ bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme
     case BinaryOp::subtract: return rest(b->left) && rest(b->right);
     case BinaryOp::multiply: return (is_uniform(b->left) && rest(b->right)) || (is_uniform(b->right) && rest(b->left));
     case BinaryOp::divide: return is_uniform(b->right) && rest(b->left);
-    default: return false;
+    case BinaryOp::power:
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return false;
   }
+  unreachable("operator");
 }
 
 }  // namespace

@@ -197,7 +197,9 @@ class Formulas {
 
 void for_each_formula(const Problem& problem, const std::function<void(const Use&)>& f) {
   const auto visit = [&](UseKind kind, const Expr& formula, const Placement& home, const Origin& origin,
-                         const std::string& owner) { f({kind, formula, home, origin, owner}); };
+                         const std::string& owner) {
+    f({kind, formula, home, origin, owner});
+  };
   Formulas(problem, visit).all();
 }
 

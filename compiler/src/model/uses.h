@@ -58,8 +58,8 @@ bool makes_state(UseKind kind);
 struct Use {
   UseKind kind;
   const Expr& formula;
-  Placement home;           // where the formula is taken; of numbers and what belongs to no field the centres
-  const Origin& origin;     // of the line that it stands in
+  Placement home;            // where the formula is taken; of numbers and what belongs to no field the centres
+  const Origin& origin;      // of the line that it stands in
   const std::string& owner;  // the state, coefficient, observable, ... whose it is; of the scene's own its name
 };
 

@@ -188,7 +188,12 @@ class Evaluation {
       case LayerKind::mean_pool:
       case LayerKind::max_pool: return pool_terms(layer, result, visit);
       case LayerKind::activate: unreachable("activations have no list of terms of their own");
-      default: break;
+      case LayerKind::scale:
+      case LayerKind::add:
+      case LayerKind::concat:
+      case LayerKind::upsample:
+      case LayerKind::fix_sum:
+      case LayerKind::reorient: break;
     }
     for (int channel = 0; channel < layer.channels; ++channel) {
       for_each_cell(result.cells, [&](const Cell& cell) { cell_terms(layer, result, channel, cell, visit); });

@@ -6,6 +6,7 @@
 #include "model/build.h"
 #include "model/uses.h"
 #include "stability/verdict.h"
+#include "support/assert.h"
 
 namespace dpde::stability {
 
@@ -25,8 +26,18 @@ bool is_product(const model::Expr& e) {
     case BinaryOp::multiply: return varies(binary->left) && varies(binary->right);
     case BinaryOp::divide: return varies(binary->right);
     case BinaryOp::power: return varies(binary->left) || varies(binary->right);
-    default: return false;
+    case BinaryOp::add:
+    case BinaryOp::subtract:
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return false;
   }
+  unreachable("operator");
 }
 
 /// What is solved for is smooth again, whatever the derivatives in its equation are.

@@ -106,7 +106,14 @@ Value Evaluation::binary(const Binary& b) {
     case BinaryOp::multiply: return left * right;
     case BinaryOp::divide: return {left.number / right.number, left.form.times(1 / right.number)};
     case BinaryOp::power: return {std::pow(left.number, right.number), {}};
-    default: break;
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: break;
   }
   // What depends on a number that is not known is not known either, conditions too.
   if (std::isnan(left.number) || std::isnan(right.number)) return {unknown_value, {}};

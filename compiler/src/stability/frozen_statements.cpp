@@ -9,6 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/symbol.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -120,12 +121,17 @@ Value Evaluation::solved(const std::string& field, const std::string& unknown) c
 
 /// Nothing in it is a stage of the states.
 void Evaluation::run_block(const Solve& solve) {
+  const auto no = [](const auto&) { unreachable("a statement that survey.h refuses in the block of a solve"); };
   for (const Statement& statement : solve.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (run == nullptr) continue;
-    const Kernel& kernel = kernel_of(module_, *run);
-    const std::vector<Value> values = stored_values(kernel);
-    for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
+    match(
+        statement, [](const Fill&) {},
+        [&](const Run& run) {
+          const Kernel& kernel = kernel_of(module_, run);
+          const std::vector<Value> values = stored_values(kernel);
+          for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
+        },
+        [&](const Fold& s) { no(s); }, [&](const Reduce& s) { no(s); }, [&](const NetworkCall& s) { no(s); },
+        [&](const Transform& s) { no(s); }, [&](const Solve& s) { no(s); }, [&](const Repeat& s) { no(s); });
   }
 }
 

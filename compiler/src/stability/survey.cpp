@@ -43,7 +43,11 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
         [&](const Solve& solve) {
           result.solves = true;
           const auto is_run = [](const Statement& s) {
-            return std::holds_alternative<Run>(s) || std::holds_alternative<Fill>(s);
+            return match(
+                s, [](const Run&) { return true; }, [](const Fill&) { return true; }, [](const Fold&) { return false; },
+                [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
+                [](const Transform&) { return false; }, [](const Solve&) { return false; },
+                [](const Repeat&) { return false; });
           };
           if (solve.unknowns.size() > most_coupled) result.why = "a solve for many fields at once is in it";
           if (!std::ranges::all_of(solve.body, is_run)) result.why = "a solve of more than kernels is in it";

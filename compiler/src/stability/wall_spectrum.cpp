@@ -51,18 +51,22 @@ void find_known(const std::vector<stencil::Statement>& body, const LinearStep& l
 /// Without solves for these fields, their means, and what fills their halos: in repeats those of fields from outside,
 /// too.
 void take_out(std::vector<stencil::Statement>& body, const Names& known) {
-  for (stencil::Statement& statement : body)
-    if (auto* repeat = std::get_if<stencil::Repeat>(&statement)) take_out(repeat->body, known);
-  std::erase_if(body, [&](const stencil::Statement& statement) {
-    return match(
+  std::vector<stencil::Statement> others;
+  for (stencil::Statement& statement : body) {
+    const bool is_known = match(
         statement, [&](const stencil::Fill& fill) { return known.contains(fill.field); },
         [](const stencil::Fold&) { return false; },
         [&](const stencil::Reduce& reduce) { return known.contains(reduce.result); },
         [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
         [](const stencil::Run&) { return false; },
         [&](const stencil::Solve& solve) { return known.contains(solve.unknowns.front()); },
-        [](const stencil::Repeat&) { return false; });
-  });
+        [&](stencil::Repeat& repeat) {
+          take_out(repeat.body, known);
+          return false;
+        });
+    if (!is_known) others.push_back(std::move(statement));
+  }
+  body = std::move(others);
 }
 
 class SmallGrid {

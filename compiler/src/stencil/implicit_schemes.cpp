@@ -54,7 +54,19 @@ Tableau tableau_of(model::TimeScheme time) {
     case model::TimeScheme::imex_euler: return {1, ars111};
     case model::TimeScheme::ars222: return {1 - root, ars222};
     case model::TimeScheme::ars443: return {1.L / 2, ars443, &ars443_embedded};
-    default: break;
+    case model::TimeScheme::euler:
+    case model::TimeScheme::rk2:
+    case model::TimeScheme::rk4:
+    case model::TimeScheme::ssp_rk3:
+    case model::TimeScheme::bs32:
+    case model::TimeScheme::dopri5:
+    case model::TimeScheme::verlet:
+    case model::TimeScheme::ab2:
+    case model::TimeScheme::ab3:
+    case model::TimeScheme::leapfrog:
+    case model::TimeScheme::etdrk2:
+    case model::TimeScheme::etdrk4:
+    case model::TimeScheme::crank_nicolson: break;
   }
   unreachable("implicit time scheme");
 }

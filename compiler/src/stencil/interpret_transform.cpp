@@ -73,8 +73,16 @@ Complex value_of(const Expr& e, const Waves& waves, const State& state, const Pa
     case BinaryOp::multiply: return value(b->left) * value(b->right);
     case BinaryOp::divide: return value(b->left) / value(b->right);
     case BinaryOp::power: return std::pow(value(b->left), static_cast<int>(uniform_value(b->right, state, params)));
-    default: unreachable("a polynomial of wave numbers");
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: break;
   }
+  unreachable("a polynomial of wave numbers");
 }
 
 /// By the recursion, as its mean over a circle around z that keeps away from 0, where that loses its digits (A.-K.

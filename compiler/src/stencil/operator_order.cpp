@@ -58,8 +58,16 @@ class Sample {
       case BinaryOp::multiply: return value(b.left) * value(b.right);
       case BinaryOp::divide: return value(b.left) / value(b.right);
       case BinaryOp::power: return power(value(b.left), value(b.right));
-      default: return monomial(compare(b) ? 1 : 0);
+      case BinaryOp::less:
+      case BinaryOp::less_equal:
+      case BinaryOp::greater:
+      case BinaryOp::greater_equal:
+      case BinaryOp::equal:
+      case BinaryOp::not_equal:
+      case BinaryOp::logical_and:
+      case BinaryOp::logical_or: return monomial(compare(b) ? 1 : 0);
     }
+    unreachable("operator");
   }
 
   bool holds(const Expr& e) {
@@ -80,8 +88,15 @@ class Sample {
       case BinaryOp::greater_equal: return sign >= 0;
       case BinaryOp::equal: return sign == 0;
       case BinaryOp::not_equal: return sign != 0;
-      default: unreachable("comparison");
+      case BinaryOp::add:
+      case BinaryOp::subtract:
+      case BinaryOp::multiply:
+      case BinaryOp::divide:
+      case BinaryOp::power:
+      case BinaryOp::logical_and:
+      case BinaryOp::logical_or: break;
     }
+    unreachable("comparison");
   }
 
   /// All spacings become smaller together, in the ratio that they have.

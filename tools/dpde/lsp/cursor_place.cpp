@@ -35,7 +35,30 @@ class Scanner {
       case TokenKind::line_break:
         if (depth_ == 0 && next != TokenKind::left_brace) end_line();
         return;
-      default: break;
+      case TokenKind::end_of_file:
+      case TokenKind::invalid:
+      case TokenKind::identifier:
+      case TokenKind::number:
+      case TokenKind::text:
+      case TokenKind::comma:
+      case TokenKind::colon:
+      case TokenKind::dot:
+      case TokenKind::dot_dot:
+      case TokenKind::assign:
+      case TokenKind::plus_assign:
+      case TokenKind::arrow:
+      case TokenKind::plus:
+      case TokenKind::minus:
+      case TokenKind::star:
+      case TokenKind::slash:
+      case TokenKind::caret:
+      case TokenKind::less:
+      case TokenKind::less_equal:
+      case TokenKind::greater:
+      case TokenKind::greater_equal:
+      case TokenKind::equal:
+      case TokenKind::not_equal:
+      case TokenKind::bar: break;
     }
     place_.before.push_back(token);
   }
