@@ -9,6 +9,7 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "support/assert.h"
 
 namespace dpde::adjoint {
 
