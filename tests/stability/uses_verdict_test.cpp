@@ -64,5 +64,19 @@ TEST(UsesVerdict, LimitsAreThoseOfRuns) {
   }
 }
 
+/// Points on walls are what the boundary says, and nothing reads what else they are given.
+TEST(UsesVerdict, ValuesOnWallsAreThoseOfTheBoundary) {
+  const auto limit_of = [](const std::string& flow) {
+    const auto session = open_scene(
+        "model m { field w on faces.x; field q; dt(w) = 0*w; dt(q) = -dx(w*interpolate(q)) + lap(q)/100 }\n"
+        "scene s : m {\n  grid x = 0 .. 1, cells 32\n  boundary w: x = 0\n  boundary q: x = zero_gradient\n"
+        "  initial w = " +
+        flow + "\n  initial q = 1\n  time 0 .. 1, step 1e-4\n}\n");
+    return verdict_of(*session).limit.step;
+  };
+  const double limit = limit_of("sin(pi*x)");
+  EXPECT_NEAR(limit_of("if(x > 0.99, 1000, sin(pi*x))"), limit, 1e-9 * limit);
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "stability/consistent_start.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
 #include "stability/local_character.h"
@@ -112,6 +113,7 @@ class LargestNumbers {
 }  // namespace
 
 std::vector<CellNumber> cell_numbers(driver::Session& session) {
+  const ConsistentStart start(session);
   const model::Problem problem = by_euler(session.problem());
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem));
   if (!central) return {};

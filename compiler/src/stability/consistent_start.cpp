@@ -10,7 +10,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// The states that a step sets, whatever they were.
+/// The states that a step sets somewhere, whatever they were.
 bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
   return problem.is_projected(state) || std::ranges::any_of(problem.events, [&](const model::Event& event) {
            return is_of_each_step(event, problem) &&

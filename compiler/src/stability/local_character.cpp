@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "stability/amplification.h"
+#include "stability/consistent_start.h"
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
@@ -186,6 +187,7 @@ Positivity positivity_with_limiter(driver::Session& session, double step, const 
 }  // namespace
 
 Positivity positivity_of(driver::Session& session, double step, const StateGroup& group) {
+  const ConsistentStart start(session);
   if (session.problem().scheme.has_limiter()) return positivity_with_limiter(session, step, group);
   Positivity found;
   const std::optional<LinearStep> linear = linear_step(session, found.why, group);
