@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "solve/finite.h"
 
 namespace dpde {
@@ -68,8 +69,11 @@ CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program,
   for (auto* values : {&right_, &solution_, &left_, &correction_}) values->assign(unknowns_.size(), 0.0);
 }
 
-void CoupledSolve::fail(const std::string& why) const {
-  throw NoSolution(fmt::format("solve for {}: {}", names_, why));
+void CoupledSolve::fail(const std::string& why, const char* advice, double residual) const {
+  throw Unsolved({.text = fmt::format("solve for {}: {}", names_, why),
+                  .method = note_->method,
+                  .residual = residual,
+                  .advice = [advice] { return std::string(advice); }});
 }
 
 void CoupledSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
@@ -89,10 +93,10 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
     };
     is_made_ = false;  // should it throw, nothing else is
     is_made_ = matrix_->make(std::ref(image));
-    if (!is_made_) fail("the operator is singular or not finite; take a shorter step, or other first values");
+    if (!is_made_) fail("the operator is singular or not finite", "take a shorter step, or other first values", NAN);
   }
   if (!matrix_->solve(right_, solution_))
-    fail("BiCGStab does not come to the tolerance; take direct, or a shorter step");
+    fail("BiCGStab does not come to the tolerance", "take direct, or a shorter step", NAN);
   refine(fields, apply);
   multiply_all(solution_, 1 / factor);
   unknowns_.write(fields, solution_);
@@ -109,10 +113,9 @@ void CoupledSolve::refine(void* const* fields, const std::function<void()>& appl
   matrix_->solve(left_, correction_);
   const double change = largest_size(correction_), size = largest_size(solution_);
   if (!(change <= near_ * size))
-    fail(
-        fmt::format("what the operator makes of the solution is off by {:.3g} of it: it is not linear, or nearly "
-                    "singular",
-                    change / size));
+    fail(fmt::format("what the operator makes of the solution is off by {:.3g} of it: it is nearly singular",
+                     change / size),
+         "take a shorter step, or other first values", change / size);
   for (std::size_t i = 0; i < solution_.size(); ++i) solution_[i] += correction_[i];
 }
 

@@ -46,12 +46,12 @@ class CoupledSolve {
   CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolveNote& note);
 
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
-  /// \throws dpde::Error where there is no solution to the tolerance: it says why.
+  /// \throws NoSolution where there is none to the tolerance: it says why.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
 
  private:
   void refine(void* const* fields, const std::function<void()>& apply);
-  [[noreturn]] void fail(const std::string& why) const;
+  [[noreturn]] void fail(const std::string& why, const char* advice, double residual) const;
 
   std::string names_;
   SolveInputs inputs_;

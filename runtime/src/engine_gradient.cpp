@@ -11,6 +11,7 @@
 #include "dpde/runtime/engine.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/links.h"
+#include "dpde/runtime/unsolved.h"
 
 namespace dpde {
 
@@ -30,11 +31,16 @@ namespace {
 void refuse_least_squares(const Rollout& rollout) {
   const SolveNote* note = rollout.without_derivative();
   if (note == nullptr) return;
-  NoSolution error(
-      fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out of its "
-                  "reach: what is solved in the sense of least squares has no gradient; take what cannot be reached "
-                  "off the right side, or give {} a value at a wall",
-                  note->unknown, note->of_least_squares, note->unknown));
+  Unsolved error(
+      {.text =
+           fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out "
+                       "of its reach: what is solved in the sense of least squares has no gradient",
+                       note->unknown, note->of_least_squares),
+       .method = note->method,
+       .residual = note->of_least_squares,
+       .advice = [unknown = note->unknown] {
+         return fmt::format("take what cannot be reached off the right side, or give {} a value at a wall", unknown);
+       }});
   error.set_solve_for(note->unknown);
   throw error;
 }
@@ -264,7 +270,9 @@ void Engine::begin_tangent(Rollout& rollout) {
   const RunResult run = from.run();
   if (run.stopped || run.blow_up) return;
   if (!run.steady->is_reached)
-    throw NoSolution(fmt::format("after {} steps (t = {:.6g}) the state is not steady", run.steps_done, run.steady->t));
+    throw Unsolved(
+        {.what = UnsolvedFacts::What::steady,
+         .text = fmt::format("after {} steps (t = {:.6g}) the state is not steady", run.steps_done, run.steady->t)});
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const int to = rollout.state_index(states_[s].name);
     if (to >= 0) copy_all(workspace_->layout(), rollout.initial(to).base(), from.final_states()[s]);

@@ -304,14 +304,13 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
         break;
       case DPDE_REPEAT: {
         Passes& passes = operation.passes;
-        passes.begin(fields);
+        const PassesInFields moved(passes, fields);
         for (int64_t pass = 0; pass < passes.count(); ++pass) {
           passes.before(pass, fields, stacks);
           if (passes.has_counter()) executor.count(passes.counter(), passes.number_of(pass));
           run(operation.block, executor);
           passes.after(fields);
         }
-        passes.end(fields);
         break;
       }
     }

@@ -8,8 +8,10 @@
 #include <cstring>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "solve/finite.h"
 #include "solve/operator_probe.h"
+#include "solve/solve_advice.h"
 
 namespace dpde {
 namespace {
@@ -48,23 +50,6 @@ bool are_equal(const std::vector<double>& values, const char* other) {
   return values.empty() || std::memcmp(values.data(), other, bytes_of(values)) == 0;
 }
 
-/// As far as the iterations that were made tell.
-std::string what_helps(const SolveReport& report, double tolerance) {
-  constexpr double too_many = 20;  // times those that were made
-  const auto made = static_cast<double>(report.iterations);
-  const double enough = report.residual < 1 ? std::ceil(made * std::log(report.bound) / std::log(report.residual)) : 0;
-  if (report.iterations == 0)
-    return "it is nearly singular, as where the right side asks for a mean that no equation gives; take bicgstab";
-  const bool is_multigrid = report.method == SolverMethod::multigrid;
-  const bool stalls = report.residual >= 1 || enough > too_many * made;
-  const char* instead = is_multigrid ? "take cg, which goes around jumps of coefficients and long cells by such cycles"
-                                     : "take direct, or less accuracy";
-  if (stalls) return fmt::format("it comes no nearer: {}", instead);
-  const std::string more = fmt::format("at this rate {} are enough: solve = {}({:g}, {})", enough,
-                                       name_of(report.method), tolerance, std::ceil(1.5 * enough));
-  return is_multigrid && enough > 2 * made ? fmt::format("{}, or {}", more, instead) : more;
-}
-
 }  // namespace
 
 FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
@@ -80,7 +65,6 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
   if (solve_.guess != nullptr) guess_.assign(cells_of(layout_), 0.0);
 }
 
-/// \throws dpde::Error that names the unknown.
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
     write_cells(layout_, fields[solve_.unknowns[0]], values);
@@ -91,7 +75,16 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
       reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   drop_solver();  // what fails leaves none that belongs to other coefficients
-  matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
+  try {
+    matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
+  } catch (const NotFinite& error) {
+    throw Unsolved({.text = error.what(), .advice = [] {
+                      return std::string(
+                          "look at the coefficients of its equation: one is no number, or far too large");
+                    }});
+  } catch (const Error& error) {
+    throw Unsolved({.text = error.what()});
+  }
   options_ = {.method = method_of(solve_.method),
               .tolerance = solve_.tolerance,
               .most_iterations = solve_.most_iterations,
@@ -106,7 +99,20 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
       return;
     }
   }
-  throw Error(ErrorKind::run, fmt::format("solve for {}: {}", name_, why_not_));
+  SolveReport none;
+  none.method = options_.method;
+  none.residual = 1;
+  fail(why_not_, none);
+}
+
+/// The advice is found where somebody asks for it: a search that goes on with a shorter step does not.
+void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
+  throw Unsolved({.text = fmt::format("solve for {}: {}", name_, why),
+                  .method = std::string(name_of(report.method)),
+                  .residual = report.residual,
+                  .advice = [matrix = matrix_, options = options_, right = right_, report] {
+                    return advice_on(matrix, options, right, report);
+                  }});
 }
 
 /// Tapes name solvers by where they are, so that none may outlive its solver.
@@ -194,7 +200,6 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     if (solver_->has_first_guess()) begin();
     SolveReport report = solver_->solve(right_, solution_);
     if (!report.converged) report = solve_again(report);
-    if (!std::isfinite(report.residual)) return give_up();
     note(report);
     check(report);
     keep_on_tape();
@@ -231,20 +236,16 @@ void FieldSolve::note(const SolveReport& report) {
 }
 
 void FieldSolve::check(const SolveReport& report) const {
-  if (report.is_indefinite)
-    throw Error(ErrorKind::run, fmt::format("solve for {}: the operator is not definite, so that cg does not fit: take "
-                                            "bicgstab or direct",
-                                            name_));
+  if (!std::isfinite(report.residual))
+    fail(fmt::format("what {} makes of it is not finite", name_of(report.method)), report);
+  if (report.is_indefinite) fail("the operator is not definite, so that cg does not fit", report);
   if (report.is_singular)
-    throw Error(ErrorKind::run,
-                fmt::format("solve for {}: the operator is singular, and {:.3g} of the right side is out "
-                            "of its reach",
-                            name_, report.residual));
+    fail(fmt::format("the operator is singular, and {:.3g} of the right side is out of its reach", report.residual),
+         report);
   if (!report.converged && solve_.warns == 0)
-    throw Error(ErrorKind::run, fmt::format("solve for {}: after {} iterations of {} the residual is {:.3g} of the "
-                                            "right side, above the tolerance {:.3g}; {}",
-                                            name_, report.iterations, name_of(report.method), report.residual,
-                                            report.bound, what_helps(report, solve_.tolerance)));
+    fail(fmt::format("after {} iterations of {} the residual is {:.3g} of the right side, above the tolerance {:.3g}",
+                     report.iterations, name_of(report.method), report.residual, report.bound),
+         report);
 }
 
 }  // namespace dpde

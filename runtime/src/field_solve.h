@@ -30,7 +30,7 @@ class FieldSolve {
              std::shared_ptr<SolverShelf> shelf);
 
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
-  /// \throws dpde::Error where there is no solution to the tolerance: it says why.
+  /// \throws NoSolution where there is none to the tolerance: it says why.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
 
   const std::string& unknown() const { return name_; }
@@ -51,6 +51,7 @@ class FieldSolve {
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
+  [[noreturn]] void fail(const std::string& why, const SolveReport& report) const;
 
   dpde_solve solve_{};
   dpde_layout layout_{};

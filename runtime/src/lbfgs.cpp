@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <optional>
 
 #include "minimiser.h"
@@ -90,8 +91,12 @@ class LineSearch {
   /// `low` has the smaller loss and a slope that points towards `high`.
   bool zoom(Trial low, Trial high) {
     while (goes_on() && std::abs(high.step - low.step) > 1e-16 * std::max(low.step, high.step)) {
-      const std::optional<Trial> trial = evaluate(interpolate(low, high));
-      if (!trial) break;
+      const double step = interpolate(low, high);
+      const std::optional<Trial> trial = evaluate(step);
+      if (!trial) {  // not finite: what is beyond it lies beyond reach
+        high = {step, std::numeric_limits<double>::infinity(), 0};
+        continue;
+      }
       if (accepted(*trial)) return true;
       if (too_high(*trial) || trial->loss >= low.loss) {
         high = *trial;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "solve/finite.h"
 
 namespace dpde {
@@ -64,9 +65,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   int growing = 0;
   for (int k = 0; k < most_newton_steps; ++k) {
     if (!std::isfinite(left) || growing > most_growing) fail(k, left);
-    step_rights_.write(fields, left_);
-    step_.run(fields, params, apply_step);
-    step_unknowns_.read(fields, change_);
+    solve_step(fields, params, apply_step, k);
     const double change = relative_change();
     if (change > loose_ && change > last) ++growing;
     left = move(fields, apply, left, change > loose_);
@@ -121,12 +120,37 @@ double NewtonSolve::move(void* const* fields, const std::function<void()>& apply
   return left;
 }
 
+void NewtonSolve::fail(const std::string& why, double residual) const {
+  throw Unsolved({.what = UnsolvedFacts::What::newton,
+                  .text = fmt::format("newton for {}: {}", names_, why),
+                  .method = "newton",
+                  .residual = residual,
+                  .advice = [] {
+                    return std::string(
+                        "take a shorter time step, or first values nearer to the "
+                        "solution");
+                  }});
+}
+
+/// Right sides of the size 0 are what is left itself.
 void NewtonSolve::fail(int steps, double left) const {
   const double size = length(right_);
-  throw NoSolution(
-      fmt::format("newton for {}: after {} steps {:.3g} is left of right sides of the size {:.3g}; take a "
-                  "shorter time step, or first values nearer to the solution",
-                  names_, steps, left, size));
+  if (!std::isfinite(left)) fail(fmt::format("after {} steps what is left of right sides is not finite", steps), left);
+  fail(fmt::format("after {} steps {:.3g} is left of right sides of the size {:.3g}", steps, left, size),
+       size > 0 ? left / size : left);
+}
+
+/// The linear system of step k.
+void NewtonSolve::solve_step(void* const* fields, const double* params, const std::function<void()>& apply_step,
+                             int k) {
+  step_rights_.write(fields, left_);
+  try {
+    step_.run(fields, params, apply_step);
+  } catch (const Unsolved& error) {
+    fail(fmt::format("the linear system of step {} has no solution: {}", k + 1, error.facts().text),
+         error.facts().residual);
+  }
+  step_unknowns_.read(fields, change_);
 }
 
 }  // namespace dpde

@@ -18,7 +18,7 @@ class NewtonSolve {
   /// `shelf`: of the program.
   NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolverShelf& shelf);
 
-  /// \throws dpde::Error where it does not converge: what is left, and what to try.
+  /// \throws NoSolution where it does not converge: what is left, and what to try.
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
            const std::function<void()>& apply_step);
 
@@ -27,6 +27,8 @@ class NewtonSolve {
   double relative_change();
   double move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve);
   void note(int steps);
+  void solve_step(void* const* fields, const double* params, const std::function<void()>& apply_step, int k);
+  [[noreturn]] void fail(const std::string& why, double residual) const;
   [[noreturn]] void fail(int steps, double left) const;
 
   std::string names_;

@@ -65,4 +65,17 @@ class Passes {
   std::vector<Loaded> loaded_;
 };
 
+/// Puts the fields back where a pass ends by an exception, too: what is run next works in the same memory.
+class PassesInFields {
+ public:
+  PassesInFields(Passes& passes, void** fields) : passes_(passes), fields_(fields) { passes_.begin(fields_); }
+  ~PassesInFields() { passes_.end(fields_); }
+  PassesInFields(const PassesInFields&) = delete;
+  PassesInFields& operator=(const PassesInFields&) = delete;
+
+ private:
+  Passes& passes_;
+  void** fields_;
+};
+
 }  // namespace dpde

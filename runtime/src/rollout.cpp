@@ -67,10 +67,19 @@ void Rollout::Impl::bind_buffers(BoundStep& step, const StateBuffer& from, const
 void Rollout::Impl::run_in_step(Executor& executor, int n) const {
   try {
     executor.run();
-  } catch (const NoSolution& error) {
-    NoSolution here(fmt::format("step {} of {} (t = {:.6g}): {}", n + 1, setup.steps, time(n), error.what()));
-    here.set_solve_for(error.solve_for());
-    throw here;
+  } catch (Unsolved& error) {
+    error.set_place(n + 1, setup.steps, time(n));
+    throw;
+  }
+}
+
+/// And one of a loss, at which time.
+void Rollout::Impl::run_at_state(Executor& executor, int k) const {
+  try {
+    executor.run();
+  } catch (Unsolved& error) {
+    error.set_place(0, setup.steps, time(k));
+    throw;
   }
 }
 
@@ -103,7 +112,7 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     set_step(program, k);
     program.bind_states(state);
     program.prepare_inputs();
-    program.executor.run();
+    run_at_state(program.executor, k);
     loss_value += term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
   }
 }

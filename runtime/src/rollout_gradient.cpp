@@ -57,14 +57,22 @@ const GradientResult& Rollout::Impl::gradient() {
   return result;
 }
 
+/// While it lives tapes record; not any more where a step has no solution.
+class Rollout::Impl::Recording {
+ public:
+  explicit Recording(Impl& rollout) : rollout_(rollout) { rollout_.record_tapes(true); }
+  ~Recording() { rollout_.record_tapes(false); }
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+ private:
+  Impl& rollout_;
+};
+
 bool Rollout::Impl::run_trajectory_gradient() {
-  record_tapes(true);
+  const Recording recording(*this);
   add_losses(0, buffers.front());
-  const bool complete = !step_frames.empty() ? run_frames()
-                        : keeps_trajectory   ? run_with_checkpoints()
-                                             : run_without_trajectory();
-  record_tapes(false);
-  return complete;
+  return !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
 }
 
 bool Rollout::Impl::go_on(int state, int worked, bool is_back) {
@@ -220,7 +228,7 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
   set_step(program, k);
   program.bind_states(state);
   program.prepare_inputs();
-  program.executor.run();
+  run_at_state(program.executor, k);
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (adjoint.results[i] < 0) continue;
     if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], {&setup.layout, bars[2][i]}, setup.team);
@@ -337,6 +345,12 @@ void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& 
 /// The halos of seeds that the losses have written or changed.
 void Rollout::Impl::prepare_seeds() {
   for (int seed : backward->seeds) backward->program.executor.prepare(seed);
+}
+
+/// Whether the adjoint of a step adds to the gradient: the rollout its sums and fields, the program that of weights.
+void Rollout::Impl::add_to_gradient(bool adds) {
+  adds_bars = adds;
+  bind_weights(backward->program, adds);
 }
 
 void Rollout::Impl::after_reverse(int n) {

@@ -13,6 +13,7 @@
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
+#include "dpde/runtime/unsolved.h"
 #include "field_pool.h"
 #include "reversal.h"
 #include "solve/krylov.h"
@@ -143,7 +144,7 @@ struct Rollout::Impl {
   BoundProgram bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step);
   void bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields);
   void bind_params(BoundProgram& bound);
-  void bind_weights(BoundProgram& bound);
+  void bind_weights(BoundProgram& bound, bool adds = true);
   void place_sought();
   void bind_step();
   void bind_rate();
@@ -217,6 +218,7 @@ struct Rollout::Impl {
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
   void run_in_step(Executor& executor, int n) const;
+  void run_at_state(Executor& executor, int k) const;
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   static void bind_buffers(BoundStep& step, const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state) { add_losses(events_at(k), k, state); }
@@ -251,12 +253,15 @@ struct Rollout::Impl {
   int parts_of(int n, const StateBuffer& state);
   void part_of_step(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
   const StateBuffer& part_buffer(int part);
-  double estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
+  double estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to,
+                       std::optional<Unsolved>& unsolved);
   void step_under_tolerance(int n, const StateBuffer& from, const StateBuffer& to);
-  void check_parts(int n, const PartOfStep& next, size_t made) const;
+  void check_parts(int n, const PartOfStep& next, size_t made, const std::optional<Unsolved>& unsolved) const;
+  [[noreturn]] void fail_in_parts(int n, double t, const std::string& why, const char* advice) const;
 
   // Gradient (rollout_gradient.cpp)
   const GradientResult& gradient();
+  class Recording;
   bool run_trajectory_gradient();
   bool run_without_trajectory();
   bool run_with_checkpoints();
@@ -280,6 +285,8 @@ struct Rollout::Impl {
   void bind_totals(int n);
   void flush_totals(int n);
   void after_reverse(int n);
+  class WithoutSums;
+  void add_to_gradient(bool adds);
   /// Counts steps of a gradient, forward or back, that led to `state`, or of `total`; false when whoever watches wants
   /// no more.
   bool go_on(int state, int worked = 1, bool is_back = false);
@@ -346,7 +353,7 @@ struct Rollout::Impl {
   int single_steps = 0;             // how many
   std::vector<StateBuffer> bars;    // two, and one for seeds to be added
   std::vector<char> is_seeded;      // of each state
-  bool adds_bars = true;            // of parameters and fields, in the adjoint of a step
+  bool adds_bars = true;            // gradients of parameters, fields and weights, in the adjoint of a step
   size_t bar = 0;                   // bars[bar] holds the seeds
   std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;
@@ -355,6 +362,19 @@ struct Rollout::Impl {
   int64_t steps_worked = 0;  // of this gradient, in any direction, or loss
   GradientResult result;
   std::chrono::steady_clock::time_point start;
+};
+
+/// While it lives the adjoint of a step is a product alone: nothing is added to the gradient, by the rollout or by the
+/// program itself.
+class Rollout::Impl::WithoutSums {
+ public:
+  explicit WithoutSums(Impl& rollout) : rollout_(rollout) { rollout_.add_to_gradient(false); }
+  ~WithoutSums() { rollout_.add_to_gradient(true); }
+  WithoutSums(const WithoutSums&) = delete;
+  WithoutSums& operator=(const WithoutSums&) = delete;
+
+ private:
+  Impl& rollout_;
 };
 
 template <class Visit>

@@ -14,6 +14,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/unsolved.h"
 #include "rollout_impl.h"
 
 namespace dpde {
@@ -77,15 +78,15 @@ int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
   set_step(rate->program, n);
   rate->program.bind_states(state);
   rate->program.prepare_inputs();
-  rate->program.executor.run();
+  run_in_step(rate->program.executor, n);
   const double fastest = largest_of(setup.ranks, largest(setup.layout, rate->program.executor.bound(rate->field)));
   const double parts = std::ceil(setup.dt * fastest / setup.courant - 1e-9);
   if (parts <= most_parts) return std::max(1, static_cast<int>(parts));
   if (find_blow_up(n, state)) return 1;
   const std::string why = std::isfinite(parts) ? fmt::format("it would take {} parts, more than {}", parts, most_parts)
                                                : "the speed is not a finite number";
-  throw Error(ErrorKind::run, fmt::format("step {} of {} (t = {:.6g}) cannot be limited by a Courant number: {}", n + 1,
-                                          setup.steps, time(n), why));
+  fail_in_parts(n, time(n), "it cannot be limited by a Courant number: " + why,
+                "look at what speed is there (dpde run --every 1 keeps the states), or take a shorter step");
 }
 
 /// States between the parts of a step, made when they are first needed.
@@ -98,11 +99,14 @@ const StateBuffer& Rollout::Impl::part_buffer(int part) {
   return part_buffers[static_cast<size_t>(part)];
 }
 
-/// Its error over what is tolerated; infinite where it is no number, or a solve in it finds nothing.
-double Rollout::Impl::estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to) {
+/// Its error over what is tolerated; infinite where it is no number, or a solve in it finds nothing: `unsolved`.
+double Rollout::Impl::estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to,
+                                    std::optional<Unsolved>& unsolved) {
+  unsolved.reset();
   try {
     part_of_step(n, part, from, to);
-  } catch (const NoSolution&) {
+  } catch (const Unsolved& error) {
+    unsolved = error;
     return std::numeric_limits<double>::infinity();
   }
   const auto cells = static_cast<double>(global_cell_count(setup.layout));
@@ -110,21 +114,32 @@ double Rollout::Impl::estimate_part(int n, const PartOfStep& part, const StateBu
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }
 
-void Rollout::Impl::check_parts(int n, const PartOfStep& next, size_t made) const {
-  const auto fail = [&](const std::string& why) {
-    throw NoSolution(fmt::format("step {} of {} (t = {:.6g}) cannot keep its tolerance: {}", n + 1, setup.steps,
-                                 time(n) + next.begin, why));
-  };
-  if (next.length < smallest_part * setup.dt)
-    fail(fmt::format("the estimated error is still too large for a part of {:.3g}; does the solution end there?",
-                     next.length));
-  if (made > most_parts) fail(fmt::format("it would take more than {} parts", most_parts));
+/// Where a solve has found nothing in a part as short as that it is what is wrong.
+void Rollout::Impl::check_parts(int n, const PartOfStep& next, size_t made,
+                                const std::optional<Unsolved>& unsolved) const {
+  const bool is_too_short = next.length < smallest_part * setup.dt;
+  if (!is_too_short && made <= most_parts) return;
+  if (is_too_short && unsolved) throw Unsolved(*unsolved);
+  const std::string why = is_too_short
+                              ? fmt::format("the estimated error is still too large for a part of {:.3g}", next.length)
+                              : fmt::format("it would take more than {} parts", most_parts);
+  fail_in_parts(n, time(n) + next.begin, "it cannot keep its tolerance: " + why,
+                "the solution may end there, as one that grows without bounds does: end the run before, or take a "
+                "larger tolerance");
+}
+
+void Rollout::Impl::fail_in_parts(int n, double t, const std::string& why, const char* advice) const {
+  Unsolved error(
+      {.what = UnsolvedFacts::What::substeps, .text = why, .advice = [advice] { return std::string(advice); }});
+  error.set_place(n + 1, setup.steps, t);
+  throw error;
 }
 
 void Rollout::Impl::step_under_tolerance(int n, const StateBuffer& from, const StateBuffer& to) {
   const StateBuffer* now = &from;
   const size_t before = record.parts.size();
   PartOfStep part;
+  std::optional<Unsolved> unsolved;
   while (part.begin < setup.dt) {
     const double rest = setup.dt - part.begin;
     part.length = length_within(controller.length, rest);
@@ -135,9 +150,9 @@ void Rollout::Impl::step_under_tolerance(int n, const StateBuffer& from, const S
       record.parts.push_back(part);
       break;
     }
-    check_parts(n, part, record.parts.size() - before);
+    check_parts(n, part, record.parts.size() - before, unsolved);
     const StateBuffer& next = is_last ? to : part_buffer(now == &part_buffer(0) ? 1 : 0);
-    const double error = estimate_part(n, part, *now, next);
+    const double error = estimate_part(n, part, *now, next, unsolved);
     if (!(error <= 1)) {
       ++parts_refused;
       --parts_made;

@@ -115,7 +115,8 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
   bound.dt_param = bound.executor.param_index("dt");
 }
 
-void Rollout::Impl::bind_weights(BoundProgram& bound) {
+/// `adds`: adjoints add to the gradient by the weights.
+void Rollout::Impl::bind_weights(BoundProgram& bound, bool adds) {
   const dpde_program& program = bound.executor.program();
   for (int i = 0; i < program.network_count; ++i) {
     const dpde_network& network = *program.networks[i];
@@ -126,8 +127,8 @@ void Rollout::Impl::bind_weights(BoundProgram& bound) {
     if (given->learned && bars == weight_bars.end()) {
       bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});
     }
-    bound.executor.bind_weights(
-        i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr, given->host});
+    double* const to = given->learned && adds ? bars->values.data() : nullptr;
+    bound.executor.bind_weights(i, {given->values, given->rates, to, given->host});
   }
 }
 

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "rollout_impl.h"
 #include "solve/gmres.h"
 
@@ -62,10 +63,12 @@ std::optional<Steady> Rollout::Impl::run_to_steady() {
     if ((is_last || n % steps_between_looks == steps_between_looks - 1) && find_blow_up(n + 1, to)) return std::nullopt;
     if (is_last) change = largest_change(from, to);
   }
-  throw NoSolution(
-      fmt::format("after {} steps (t = {:.6g}) the state is not steady: it changes by {:.3g} a unit of time, more than "
-                  "{:.3g}; let it run longer, or take a larger tolerance",
-                  setup.steps, time(setup.steps), change, setup.steady));
+  throw Unsolved(
+      {.what = UnsolvedFacts::What::steady,
+       .text = fmt::format("after {} steps (t = {:.6g}) the state is not steady: it changes by {:.3g} a unit of time, "
+                           "more than {:.3g}",
+                           setup.steps, time(setup.steps), change, setup.steady),
+       .advice = [] { return std::string("let it run longer, or take a larger tolerance"); }});
 }
 
 /// x - step(x) = b for a linear `step`, from the guess x. Neumann's sum b + step(b) + step(step(b)) + ..., cut off, is
@@ -105,11 +108,18 @@ void Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<cons
     stalls += report.residual < 0.1 * before ? 0 : 1;
     before = report.residual;
   }
-  throw NoSolution(
-      fmt::format("the derivative of the steady state is not found: after {} products {:.3g} of the right side is "
-                  "left, more than {:.3g}; where a sum is conserved the steady state depends on where the run begins: "
-                  "then leave until steady out",
-                  report.products, report.residual, report.bound));
+  throw Unsolved(
+      {.what = UnsolvedFacts::What::steady,
+       .text = fmt::format("the derivative of the steady state is not found: after {} products {:.3g} of the right "
+                           "side is left, more than {:.3g}",
+                           report.products, report.residual, report.bound),
+       .method = "gmres",
+       .residual = report.residual,
+       .advice = [] {
+         return std::string(
+             "where a sum is conserved the steady state depends on where the run begins: then leave "
+             "until steady out");
+       }});
 }
 
 /// S(x) - x, all states one behind the other.
@@ -141,14 +151,15 @@ SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<c
   read(x_bar);
   SteadyAdjoint report;
   if (norm(x_bar) == 0) return report;
-  adds_bars = false;
-  const auto step_back = [&](std::span<const double> v, std::span<double> image) {
-    write(v);
-    reverse_step(last_step(), state);
-    read(image);
-  };
-  solve_fixed_point(step_back, x_bar, lambda, report);
-  adds_bars = true;
+  {
+    const WithoutSums products_alone(*this);
+    const auto step_back = [&](std::span<const double> v, std::span<double> image) {
+      write(v);
+      reverse_step(last_step(), state);
+      read(image);
+    };
+    solve_fixed_point(step_back, x_bar, lambda, report);
+  }
   for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
   std::vector<double>& values = x_bar;
   for (size_t s = 0; s < state.size(); ++s)

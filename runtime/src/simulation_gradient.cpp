@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "simulation_impl.h"
 
 namespace dpde {
@@ -28,6 +29,15 @@ Method method_of(const dpde_optimiser& optimiser) {
 }
 
 }  // namespace
+
+/// Of what has no solution: where in a text it stands, and what to write instead.
+void Simulation::Impl::say_more(Error& error) const {
+  const auto* unsolved = dynamic_cast<const Unsolved*>(&error);
+  if (unsolved == nullptr) return;
+  if (engine.options().explain) return engine.options().explain(error);
+  if (const std::string hint = unsolved->hint(); !hint.empty())
+    error.explain(std::string(error.what()) + "; " + hint, error.messages());
+}
 
 void Simulation::Impl::begin_objective() {
   engine.objective();  // or an error: there is no task
@@ -103,7 +113,12 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
   };
   const HessianProduct hessian = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
     engine.set_unknowns(values_in(x));
-    product(values_in(v), {result.data(), static_cast<std::size_t>(result.size())}, curvature);
+    try {
+      product(values_in(v), {result.data(), static_cast<std::size_t>(result.size())}, curvature);
+    } catch (const NoSolution&) {
+      if (x == start) throw;
+      result.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
     was_stopped = was_stopped || engine.was_stopped();
   };
   const IterationObserver observer = [&](const Iteration& now) {

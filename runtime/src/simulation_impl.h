@@ -23,10 +23,10 @@ struct Simulation::Impl {
   auto explained(const Call& call) try {
     return call();
   } catch (Error& error) {
-    const auto& explain = engine.options().explain;
-    if (explain && !error.solve_for().empty()) explain(error);
+    say_more(error);
     throw;
   }
+  void say_more(Error& error) const;
 
   // Names
   void require_param(std::string_view name) const;

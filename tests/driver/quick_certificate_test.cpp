@@ -316,6 +316,40 @@ TEST_F(WholeRuns, SayWhatThereWasNoTimeFor) {
   EXPECT_EQ(none.left_out, std::vector<std::string>{"the whole run: no time"});
 }
 
+/// The derivative of the steady state, by runs that end there: what three steps say of it is another number.
+TEST(SteadyRuns, AreCheckedAtTheSteadyState) {
+  const SourceFile source("rest.dpde", R"(model m { field u; param k, f; dt(u) = k*lap(u) - u^3 + f }
+scene wave : m {
+  grid x = 0 .. 1, cells 9
+  k = 0.05
+  f = 0.7
+  boundary u: x = 0
+  initial u = 0.1
+  time 0 .. 100, step 0.05, until steady 1e-11
+}
+task find : wave { unknown k; unknown f; minimise mean(u^2) }
+)");
+  driver::CompileOptions options;
+  options.selection.name = "find";
+  options.backend = driver::Backend::jit;
+  options.adjoint = true;
+  const auto scene = compiled(source, options);
+  const analysis::RunCheck right = analysis::check_run(source, scene, INFINITY);
+  EXPECT_TRUE(right.is_steady);
+  EXPECT_EQ(right.wrong, "");
+  EXPECT_EQ(right.directions, 2);
+  EXPECT_TRUE(right.left_out.empty()) << right.left_out[0];
+  const auto broken = with_changed(scene, [](stencil::Module& module) {
+    change_kernels(module, "wave_step_adjoint", [](stencil::Kernel& kernel) {
+      for (stencil::Sum& sum : kernel.sums) sum.value = stencil::Expr(1.001) * sum.value;
+    });
+  });
+  const analysis::RunCheck wrong = analysis::check_run(source, broken, INFINITY);
+  EXPECT_NE(wrong.wrong.find("runs until steady on 6 cells"), std::string::npos) << wrong.wrong;
+  const analysis::RunCheck none = analysis::check_run(source, broken, 0);
+  EXPECT_EQ(none.left_out, (std::vector<std::string>{"the steady state: no time", "the whole run: no time"}));
+}
+
 TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
   const auto scene = compile();
   stencil::Module wrong = scene->stencil;

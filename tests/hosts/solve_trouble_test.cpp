@@ -33,7 +33,7 @@ TEST(SolvesOfHosts, SayWhereTheyStand) {
     } catch (const NoSolution& error) {
       ASSERT_EQ(error.messages().size(), 1);
       const Message& message = error.messages().front();
-      EXPECT_EQ(message.code, "E0807");
+      EXPECT_EQ(message.code, "E0815");
       EXPECT_EQ(message.file, "flame.dpde");
       EXPECT_EQ(message.line, 2);
       EXPECT_EQ(message.text.find("step 1 of 1 (t = 0): newton for "), 0) << message.text;

@@ -51,7 +51,7 @@ const std::vector<Ends> all_ends = {
 const std::vector<std::string> schemes = {"euler", "rk4", "verlet", "ab2"};
 
 /// Waves p beside what is carried, u; on faces what carries lies between them.
-std::string text_of(const Ends& ends, const std::string& scheme) {
+std::string text_of(const Ends& ends, const std::string& scheme, const std::string& time = "0 .. 0.06, step 0.01") {
   const bool has_walls = !ends.walls.empty(), is_staggered = !ends.on.empty();
   std::string text = "network n(a) { initial he, seed 3; conv 3, 3; tanh; conv out, 3 }\nmodel m {\n  field u" +
                      ends.on + "\n  field p\n  coefficient c\n  param k, s" + (has_walls ? ", b" : "") +
@@ -63,8 +63,8 @@ std::string text_of(const Ends& ends, const std::string& scheme) {
   text += "}\nscheme q { time = " + scheme + "; networks = f64 }\nscene g : m with q {\n  grid x = 0 .. 1, cells 7" +
           ends.axis + "\n" + ends.walls + "  k = 0.05\n  s = 0.37\n" + (has_walls ? "  b = 0.4\n" : "") +
           "  F = 0.5 + sin(5*t) every 0.02\n  c = 0.3 + 0.1*x\n"
-          "  initial u = 0.7 + 0.2*sin(2*pi*x)\n  initial p = 0.3*cos(2*pi*x)\n  initial dt(p) = 0.1*x\n  time 0 .. "
-          "0.06, step 0.01\n}\ntask t : g {\n";
+          "  initial u = 0.7 + 0.2*sin(2*pi*x)\n  initial p = 0.3*cos(2*pi*x)\n  initial dt(p) = 0.1*x\n  time " +
+          time + "\n}\ntask t : g {\n";
   for (const Unknown& unknown : unknowns) {
     if (unknown.kind != ends.without) text += "  " + unknown.line + "\n";
   }
@@ -118,6 +118,17 @@ double difference(driver::Inverse& inverse, const Eigen::VectorXd& x, const Eige
   return (4 * central(step / 2) - central(step)) / 3;
 }
 
+/// What compiling the task says.
+std::string messages_of(const std::string& text) {
+  const SourceFile source("refused.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  DiagnosticSink sink;
+  driver::compile(source, options, sink);
+  return all_messages(source, sink);
+}
+
 using Row = std::map<std::string, double>;  // the largest error, by kind of unknown
 
 /// Adds to `row` how far each unknown's gradient is from differences.
@@ -129,6 +140,7 @@ void compare(const SourceFile& source, const std::shared_ptr<const driver::Compi
   const Eigen::VectorXd x = inverse.start();
   gradient.resize(inverse.size());
   inverse.value_and_gradient(x, gradient);
+  inverse.hold_steps(true);
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(1, 0.3);
   for (const driver::Inverse::Part& part : inverse.parts()) {
@@ -179,6 +191,101 @@ TEST_P(GradientTableOf, AgreesWithDifferences) {
     }
   }
   write_table(GetParam(), rows);
+}
+
+/// Steps in parts, by a Courant number or under a tolerance; differences are of runs with the same parts.
+TEST(GradientTable, OfSubsteps) {
+  struct Parts {
+    const char *name, *scheme, *time;
+  };
+  for (const Parts& parts : {Parts{"courant", "rk4", "0 .. 0.06, step 0.02, courant 0.6, speed 20"},
+                             Parts{"tolerance", "dopri5", "0 .. 0.06, step 0.02, tolerance 1e-11"}}) {
+    for (const Ends& ends : {all_ends[1], all_ends[3]}) {
+      SCOPED_TRACE(std::string(parts.name) + " " + ends.name);
+      const SourceFile source("parts.dpde", text_of(ends, parts.scheme, parts.time));
+      const auto code = compile(source, false);
+      ASSERT_TRUE(code);
+      Eigen::VectorXd stored, checkpoints;
+      std::map<std::string, Row> rows;
+      compare(source, code, {"stored"}, rows[parts.name], stored);
+      Way few{"checkpoints"};
+      few.options.slots = 1;
+      compare(source, code, few, rows[parts.name], checkpoints);
+      EXPECT_EQ(stored, checkpoints);
+      const Task task = open(source, code, {});
+      ASSERT_TRUE(task.inverse);
+      EXPECT_GT(task.session->rollout().run().parts, 3);
+    }
+  }
+}
+
+/// What is steady does not know where it begins, and has no controls: these are refused below.
+std::string text_of_steady(const Ends& ends, const std::string& scheme, const std::string& time) {
+  const bool has_walls = !ends.walls.empty(), is_staggered = !ends.on.empty();
+  const std::string net = is_staggered ? "interpolate(n(p))" : "n(u)";
+  std::string text = "network n(a) { initial he, seed 3; conv 3, 3; tanh; conv out, 3 }\nmodel m {\n  field u" +
+                     ends.on + "\n  field p\n  coefficient c\n  param k, s, f" + (has_walls ? ", b" : "") +
+                     "\n  dt(u) = k*lap(u) - 0.3*u*dx(u) - u + 0.2 + 0.2*" + net +
+                     " + inject(f, at = s)\n  dt(p) = 0.1*lap(p) - c*p + 0.3*" +
+                     (is_staggered ? "interpolate(u)" : "u") + "^2\n}\nscheme q { time = " + scheme +
+                     "; networks = f64 }\nscene g : m with q {\n  grid x = 0 .. 1, cells 7" + ends.axis + "\n";
+  if (has_walls)
+    text += "  boundary u: x.low = b, x.high = zero_gradient\n  boundary p: x.low = b, x.high = mixed(1, 0.3, 0.2)\n";
+  return text + "  k = 0.05\n  s = 0.37\n  f = 0.5\n" + (has_walls ? "  b = 0.4\n" : "") +
+         "  c = 1.3 + 0.1*x\n  initial u = 0.1\n  initial p = 0.1\n  time " + time + "\n}\ntask t : g {\n";
+}
+
+std::string steady_task(const Ends& ends) {
+  std::string text;
+  for (const Unknown& unknown : unknowns) {
+    const bool is_there = unknown.kind != "initial state" && unknown.kind != "velocity of second order" &&
+                          unknown.kind != "control" && unknown.kind != ends.without;
+    if (is_there) text += "  " + unknown.line + "\n";
+  }
+  return text + "  minimise mean((u - 0.3)^2) + mean(p^3) + 0.1*mean(n(p))\n}\n";
+}
+
+/// The gradient of the steady state: against differences of runs that end there, and against the gradient through all
+/// steps. The network stands in the loss, too.
+TEST(GradientTable, OfSteadyStates) {
+  for (const Ends& ends : all_ends) {
+    std::map<std::string, Row> rows;
+    for (const auto& [scheme, step] : {std::pair<std::string, std::string>{"rk4", "0.04"}, {"imex_euler", "0.1"}}) {
+      SCOPED_TRACE(ends.name + " " + scheme);
+      const std::string until = "0 .. 60, step " + step + ", until steady 1e-13";
+      const SourceFile source("steady.dpde", text_of_steady(ends, scheme, until) + steady_task(ends));
+      const auto code = compile(source, false);
+      ASSERT_TRUE(code);
+      Eigen::VectorXd gradient, of_all;
+      compare(source, code, {"steady"}, rows[scheme], gradient);
+      const SourceFile long_run("long.dpde", text_of_steady(ends, scheme, "0 .. 40, step " + step) + steady_task(ends));
+      const auto all = compile(long_run, false);
+      ASSERT_TRUE(all);
+      Task task = open(long_run, all, {});
+      ASSERT_TRUE(task.inverse);
+      of_all.resize(task.inverse->size());
+      task.inverse->value_and_gradient(task.inverse->start(), of_all);
+      EXPECT_LT((gradient - of_all).norm(), 1e-9 * of_all.norm());
+    }
+    write_table({"steady " + ends.name, "", "", "", ""}, rows);
+  }
+}
+
+TEST(GradientTable, OfSteadyStatesSaysWhatMakesNoSense) {
+  const Ends& ends = all_ends.front();
+  const std::string text = text_of_steady(ends, "euler", "0 .. 60, step 0.02, until steady 1e-13");
+  EXPECT_NE(messages_of(text + "  unknown initial u\n  minimise mean(u^2)\n}\n").find("an unknown initial state"),
+            std::string::npos);
+  EXPECT_NE(messages_of(text + "  unknown k\n  minimise mean(u^2) over time\n}\n").find("a loss at given times"),
+            std::string::npos);
+  std::string controlled = text + "  unknown k\n  minimise mean(u^2)\n}\n";
+  const auto put = [&](const std::string& old, const std::string& now) {
+    controlled.replace(controlled.find(old), old.size(), now);
+  };
+  put("  coefficient c\n", "  coefficient c\n  control F\n");
+  put(" - u + 0.2", " - u + F");
+  put("  k = 0.05\n", "  k = 0.05\n  F = 0.2 every 0.04\n");
+  EXPECT_NE(messages_of(controlled).find("a scene with controls"), std::string::npos) << messages_of(controlled);
 }
 
 /// Where nothing stands between the steps of a large grid, blocks of them are reversed in one pass over memory.

@@ -56,8 +56,6 @@ class Stepper {
     executor_.prepare();
   }
 
-  /// Goes on with what another one of the same program has found out.
-  void take_tuning(const Stepper& other) { executor_.set_tuning(other.executor_.tuning()); }
   bool is_tuning() const { return executor_.is_tuning(); }
 
   void run(int steps) {
@@ -86,46 +84,46 @@ double seconds_of(const std::function<void()>& body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Steps that take about 20 ms, at most the scene's (later ones may blow up).
-int steps_per_sample(Stepper& stepper, int limit) {
+/// Steps that take about 20 ms, at most the scene's (later ones may blow up). The first step sets up what a run sets up
+/// once, as the factors of solves: it is not counted.
+int steps_per_sample(Stepper& stepper, int limit, const std::function<void()>& restart) {
+  stepper.run(1);
+  restart();
   const double once = std::max(seconds_of([&] { stepper.run(1); }), 1e-7);
   return std::clamp(int(0.02 / once), 1, std::max(limit, 1));
 }
 
 /// As runs do, sweeps over large fields first find out how they are done best; at most `longest_tuning` seconds long.
-void tune(Stepper& stepper, int limit, const std::function<void()>& reset) {
+void tune(Stepper& stepper, int limit, const std::function<void()>& restart) {
   double seconds = 0;
   for (int step = 0; stepper.is_tuning() && seconds < longest_tuning && !interrupt_flag().load(); ++step) {
-    if (step % std::max(limit, 1) == 0) {
-      reset();
-      stepper.restart();
-    }
+    if (step % std::max(limit, 1) == 0) restart();
     seconds += seconds_of([&] { stepper.run(1); });
   }
 }
 
-/// Median seconds of one run of the program; the start is put back before each sample.
+/// Median seconds of one run of the program; the start is put back before each sample. Solvers are kept from sample to
+/// sample, as a run keeps them from step to step.
 double seconds_per_step(driver::Session& session, const dpde_program& program, const BenchOptions& options,
                         const std::function<void()>& reset) {
-  const int threads = thread_count(options);
   reset();
-  Stepper probe(session, program, threads);
-  const int steps = steps_per_sample(probe, session.steps());
-  tune(probe, session.steps(), reset);
+  Stepper stepper(session, program, thread_count(options));
+  const auto restart = [&] {
+    reset();
+    stepper.restart();
+  };
+  const int steps = steps_per_sample(stepper, session.steps(), restart);
+  tune(stepper, session.steps(), restart);
+  const auto sample = [&] {
+    restart();
+    return seconds_of([&] { stepper.run(steps); });
+  };
   std::vector<double> samples;
   for (int r = 0; r < options.repeats && !interrupt_flag().load(); ++r) {
-    reset();
-    Stepper stepper(session, program, threads);
-    stepper.take_tuning(probe);
     // Short scenes are run several times so that each sample takes long enough for the clock.
-    const int rounds = std::max(1, int(2e-4 / std::max(1e-9, seconds_of([&] { stepper.run(steps); }))));
+    const int rounds = std::max(1, int(2e-4 / std::max(1e-9, sample())));
     double total = 0;
-    for (int round = 0; round < rounds; ++round) {
-      reset();
-      Stepper fresh(session, program, threads);
-      fresh.take_tuning(probe);
-      total += seconds_of([&] { fresh.run(steps); });
-    }
+    for (int round = 0; round < rounds; ++round) total += sample();
     samples.push_back(total / rounds / steps);
   }
   return samples.empty() ? 0 : median(samples);

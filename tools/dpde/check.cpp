@@ -14,6 +14,7 @@
 #include "character_report.h"
 #include "command.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/machine_speed.h"
@@ -269,6 +270,9 @@ std::string report_solves(driver::Session* session, Json& result) {
   session->engine().begin_other(one);
   try {
     one.run();
+  } catch (const Unsolved& error) {
+    const std::string hint = error.hint();
+    return fmt::format("solves: {}{}\n", error.what(), hint.empty() ? "" : "; " + hint);
   } catch (const Error& error) {
     return fmt::format("solves: {}\n", error.what());
   }

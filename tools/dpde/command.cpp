@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "driver/cache_folder.h"
 #include "driver/declared.h"
 #include "driver/session.h"
@@ -117,10 +118,14 @@ std::shared_ptr<codegen::CodeCache> Job::open_cache() {
 
 SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }
 
+/// Of a solve its equation, of parts that are not short enough the line that asks for them.
 SourceRange Job::place(const std::exception& error) const {
   const auto* known = dynamic_cast<const Error*>(&error);
-  const SourceRange found =
-      known != nullptr && compiled_ ? driver::place_of_solve(*compiled_, known->solve_for()) : SourceRange{};
+  if (known == nullptr || !compiled_) return place();
+  const auto* unsolved = dynamic_cast<const Unsolved*>(known);
+  const bool is_of_parts = unsolved != nullptr && unsolved->facts().what == UnsolvedFacts::What::substeps;
+  const SourceRange found = is_of_parts && compiled_->problem ? compiled_->problem->time_origin.range
+                                                              : driver::place_of_solve(*compiled_, known->solve_for());
   return found.is_known() ? found : place();
 }
 

@@ -97,9 +97,19 @@ void report_solves(Job& job, const TaskRun& run, const std::vector<driver::Solve
   driver::report_solves(run.session->problem(), solves, job.sink());
   const double tolerance = run.session->problem().scheme.solve.tolerance;
   const auto is_by_steps = [](const driver::SolveReport& solve) { return solve.note.most_iterations > 0; };
-  if (tolerance > loose && std::ranges::any_of(solves, is_by_steps))
+  double left = 0;
+  for (const driver::SolveReport& solve : solves) {
+    if (solve.note.missed > 0) left = std::max(left, solve.note.residual);
+  }
+  if (left > loose) {
+    job.say(fmt::format(
+        "solves that were stopped early, with up to {:.3g} of their right sides left, leave an error in the gradient: "
+        "dpde verify measures it\n",
+        left));
+  } else if (tolerance > loose && std::ranges::any_of(solves, is_by_steps)) {
     job.say(fmt::format(
         "solves to {:.0e} of their right sides leave an error in the gradient: dpde verify measures it\n", tolerance));
+  }
 }
 
 Json gradient(Job& job, const TaskOptions& options) {

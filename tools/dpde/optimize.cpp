@@ -171,13 +171,15 @@ void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int itera
     report(misfit, fmt::format(" after {} iterations", result.iterations), range, job.sink());
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
-    job.sink().report("loss-not-finite", task.losses.front().origin.range,
-                      {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)),
-                       fmt::format("{}", result.iterations)},
-                      !outcome.grown.empty() ? outcome.grown
-                      : result.iterations == 0
-                          ? help_at_start(run, std::isfinite(last))
-                          : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
+    job.sink().report(
+        "loss-not-finite", task.losses.front().origin.range,
+        {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)),
+         fmt::format("{}", result.iterations)},
+        !outcome.grown.empty()   ? outcome.grown
+        : result.iterations == 0 ? help_at_start(run, std::isfinite(last))
+        : run.inverse->unsolved().empty()
+            ? "a smaller rate or bounds may help, or lbfgs, which shortens its steps"
+            : run.inverse->unsolved() + "; a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
 }
 

@@ -112,6 +112,7 @@ Json certificate_json(const TaskRun& run) {
   if (whole.directions > 0) {
     checked = {{"cells", whole.grid},
                {"steps", whole.steps},
+               {"until_steady", whole.is_steady},
                {"directions", whole.directions},
                {"unknown", whole.unknown},
                {"quotient_error", json_number(whole.error)},
@@ -132,8 +133,9 @@ std::string certificate_text(const TaskRun& run) {
   if (!run.certificate->program.empty())
     parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
   if (whole.directions > 0) {
-    parts.push_back(fmt::format("the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps,
-                                whole.grid, whole.error, whole.rounding));
+    const std::string of = whole.is_steady ? "the steady state" : fmt::format("{} steps", whole.steps);
+    parts.push_back(fmt::format("the gradient of {} on {} cells to {:.1e} (rounding {:.1e})", of, whole.grid,
+                                whole.error, whole.rounding));
   }
   std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
   for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;

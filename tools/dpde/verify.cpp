@@ -171,6 +171,7 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
   result["solves"] = {{"tolerance", effect->tolerance},
                       {"gradient_error", nullptr},
                       {"gradient_bound", nullptr},
+                      {"stopped_early", effect->left > 0 ? json_number(effect->left) : Json(nullptr)},
                       {"measured_against", reference}};
   if (!effect->is_by_steps) return job.say("solves: by factors or transforms, to rounding\n");
   result["solves"]["gradient_error"] = json_number(effect->error);
@@ -178,9 +179,11 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
   const std::string how = effect->reference > 0 ? fmt::format("{:.1e} (measured against solves to {:.0e})",
                                                               effect->error, effect->reference)
                                                 : fmt::format("about {:.1e} (an estimate)", effect->error);
+  const std::string to = effect->left > 0
+                             ? fmt::format("stopped early, with up to {:.3g} of the right side left", effect->left)
+                             : fmt::format("to {:.0e} of the right side", effect->tolerance);
   job.say(
-      fmt::format("solves: to {:.0e} of the right side, which leaves an error of {} in the gradient, at most {:.1e}\n",
-                  effect->tolerance, how, effect->bound));
+      fmt::format("solves: {}, which leaves an error of {} in the gradient, at most {:.1e}\n", to, how, effect->bound));
 }
 
 Json verify_one(Job& job) {
@@ -215,10 +218,17 @@ Json verify_one(Job& job) {
   show(job, target, *certificate);
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
-  report_tolerance(job, analysis::effect_of_tolerance(job.source(), shared, certify), result);
+  const std::optional<analysis::ToleranceEffect> effect = analysis::effect_of_tolerance(job.source(), shared, certify);
+  report_tolerance(job, effect, result);
   if (certificate->passed() && certificate->is_all_zero())
     job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
-  if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
+  if (!certificate->passed())
+    job.sink().report("verification-failed", {}, {target, reason_of(*certificate)},
+                      effect && effect->left > 0
+                          ? fmt::format("solves were stopped early, as warn says, with up to {:.3g} of the right side "
+                                        "left: allow more iterations, or leave warn out",
+                                        effect->left)
+                          : "");
   return result;
 }
 

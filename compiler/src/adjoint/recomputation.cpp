@@ -2,6 +2,7 @@
 #include "adjoint/recomputation.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "adjoint/regions.h"
@@ -17,22 +18,43 @@ using namespace stencil;
 
 namespace {
 
+struct PlacedFill {
+  const Fill* fill = nullptr;
+  std::size_t index = 0;
+};
+
 /// The fill in the program itself, not in its repeats, that a field has behind it the statements before `end`.
-const Fill* last_fill(const Program& program, const std::string& field, std::size_t end) {
-  const Fill* last = nullptr;
+PlacedFill last_fill(const Program& program, const std::string& field, std::size_t end) {
+  PlacedFill last;
   for (std::size_t i = 0; i < end; ++i) {
     match(
-        program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
+        program.body[i],
+        [&](const Fill& fill) {
+          if (fill.field == field) last = {&fill, i};
+        },
+        [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
         [](const Solve&) {}, [](const Repeat&) {});
   }
   return last;
 }
 
-/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
-bool refills(const Program& program, size_t index, const Fill& fill) {
-  const Fill* other = last_fill(program, fill.field, index);
-  return other != nullptr && (*other != fill || !wall_fields(fill.axes).empty());
+/// Whether a statement from `begin` to before `end` makes one of the fields.
+bool makes_one(const Module& module, const Program& program, std::size_t begin, std::size_t end,
+               const std::set<std::string>& fields) {
+  const auto is_one = [&](const std::string& field) { return fields.contains(field); };
+  for (std::size_t i = begin; i < end; ++i) {
+    const Effects of = effects(module, program.body[i]);
+    if (std::ranges::any_of(of.writes, is_one) || std::ranges::any_of(of.updates, is_one)) return true;
+  }
+  return false;
+}
+
+/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that. The same fill does so
+/// where what it takes for values of walls was made anew between both.
+bool refills(const Module& module, const Program& program, std::size_t index, const Fill& fill) {
+  const PlacedFill before = last_fill(program, fill.field, index);
+  if (before.fill == nullptr) return false;
+  return *before.fill != fill || makes_one(module, program, before.index, index, wall_fields(fill.axes));
 }
 
 /// The last run that adds to each field, and its place in the program.
@@ -48,7 +70,7 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
 
 /// A statement but for a run. Behind a block the adjoint has the fill from before it again. `is_grown`: the field was
 /// computed beyond the interior, where its first fill changes it too.
-bool changes(const Program& program, size_t index, const std::string& field, bool is_grown) {
+bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
   const auto is_filled_anew = [&] {
     bool found = false;
     for_each_fill(std::span(program.body).subspan(index, 1),
@@ -57,7 +79,7 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
   };
   return match(
       program.body[index],
-      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
+      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(module, program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
       [](const Transform&) { return false; }, [](const Run&) { return false; },
@@ -182,7 +204,7 @@ bool check_overwritten(const Module& module, const Program& program, const std::
     const auto update = updates.find(field);
     bool is_changed = update != updates.end() && update->second >= first;
     for (size_t i = first; i < program.body.size() && !is_changed; ++i) {
-      is_changed = changes(program, i, field, grown.contains(field));
+      is_changed = changes(module, program, i, field, grown.contains(field));
     }
     if (!is_changed) continue;
     const std::vector<std::string> kernels = effects(module, program.body[first]).kernels;

@@ -11,6 +11,7 @@
 #include "adjoint/rounding_between.h"
 #include "analysis/generic_point.h"
 #include "analysis/quick_certificate.h"
+#include "dpde/runtime/error.h"
 #include "driver/blow_up.h"
 #include "driver/inverse.h"
 #include "network/symmetrise.h"
@@ -64,10 +65,19 @@ void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
 /// What rounding of values that may be as large as `size` and in differences of high order can amount to.
 double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size; }
 
+/// Whether the run is not finite, or a solve of it has no solution.
+bool blows_up(driver::Session& session) {
+  try {
+    return session.rollout().run().blow_up.has_value();
+  } catch (const NoSolution&) {
+    return true;
+  }
+}
+
 /// Empty where it does not: what each step multiplies, rounding too, no derivative can be compared by.
 std::string why_rounding_grows(driver::Session& session, const char* in) {
   constexpr double suspicious = 1e3;
-  if (session.rollout().run().blow_up) return fmt::format("{} is not finite", in);
+  if (blows_up(session)) return fmt::format("{} is not finite", in);
   const std::vector<driver::Instability> growths = driver::instabilities_of(session, suspicious);
   return growths.empty() ? ""
                          : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state,
@@ -90,7 +100,7 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   result.loss = loss;
   if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
-    result.left_out = fmt::format("{} is not finite", tolerance.in);
+    result.left_out = fmt::format("{} is not finite, or a solve of it has no solution", tolerance.in);
   } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
     result.left_out = why_rounding_grows(*session, tolerance.in);
     const auto nudged = [&](double epsilon) {
@@ -311,7 +321,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   }
   inverse->hold_steps(false);
   inverse->assign(point.x);
-  if (session->rollout().run().blow_up || !driver::instabilities_of(*session).empty()) {
+  if (blows_up(*session) || !driver::instabilities_of(*session).empty()) {
     certificate.only_rounding = false;
     certificate.quotients.reset();
     certificate.note =

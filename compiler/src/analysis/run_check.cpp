@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "analysis/generic_point.h"
@@ -68,16 +70,20 @@ class RunChecker {
         start_(start),
         result_(result) {}
 
-  void check();
+  /// False where the run cannot be made, or there is no time for it.
+  bool check();
 
  private:
   double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double not_at_rest(const SteadyAdjoint& adjoint) const;
   bool begin(std::uint64_t seed);
   double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
   QuotientEvidence evidence_for(const driver::Inverse::Part* part);
   void check_direction(const driver::Inverse::Part* part);
   void leave_out(const std::string& what, const std::string& why) { result_.left_out.push_back(what + ": " + why); }
+  std::string run_text() const;
+  std::optional<SolveNote> stopped_early() const;
 
   driver::Session& session_;
   driver::Inverse& inverse_;
@@ -88,7 +94,15 @@ class RunChecker {
   Point point_;
   Eigen::VectorXd gradient_;
   double seconds_a_loss_ = 0;
+  double moved_at_end_ = 0;  // of a run until steady: what a loss knows of where the state comes to rest
 };
+
+/// How far the loss of a run until steady may be from that of the state at rest, wherever between 0 and the tolerance
+/// its last change lies: what is left of it falls with that change.
+double RunChecker::not_at_rest(const SteadyAdjoint& adjoint) const {
+  const double change = adjoint.state.change, tolerance = session_.problem().steady;
+  return change > 0 ? std::abs(adjoint.unsteady) * std::max(1.0, tolerance / change) : 0;
+}
 
 /// A point with its gradient; false where that is not finite.
 bool RunChecker::begin(std::uint64_t seed) {
@@ -98,9 +112,11 @@ bool RunChecker::begin(std::uint64_t seed) {
   try {
     inverse_.hold_steps(false);
     const double loss = inverse_.value_and_gradient(point_.x, gradient_);
+    if (!std::isfinite(loss)) return false;
     inverse_.hold_steps(true);
+    moved_at_end_ = inverse_.last().steady ? not_at_rest(*inverse_.last().steady) : 0;
     const double before = spent();
-    const bool finite = std::isfinite(loss) && gradient_.allFinite() && std::isfinite(loss_at(point_.x));
+    const bool finite = gradient_.allFinite() && std::isfinite(loss_at(point_.x));
     seconds_a_loss_ = spent() - before;
     return finite;
   } catch (const NoSolution&) {
@@ -139,7 +155,8 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
   // that.
   const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
   const double standstill = (1 + result_.steps) * precisions_.unit * size;
-  const double rounding = std::max(rounding_of(loss, precisions_.spacing, precisions_.unit), standstill);
+  const double rounding =
+      std::max({rounding_of(loss, precisions_.spacing, precisions_.unit), standstill, moved_at_end_});
   const DirectionalDerivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
   return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
 }
@@ -156,12 +173,17 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     }
     found = evidence_for(part);
   }
-  if (found.is_elsewhere) {
-    result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}",
-                                result_.steps, result_.grid, name, found.error.value_or(NAN));
+  if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
+    leave_out(name, fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
+                                "left: the gradient is off by {:.2e}",
+                                note->unknown, note->residual, found.error.value_or(NAN)));
+  } else if (found.is_elsewhere) {
+    result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,
+                                found.error.value_or(NAN));
   } else if (!found.is_resolved(precisions_.largest_error)) {
-    leave_out(name, fmt::format("rounding hides what it does to the loss of {} steps on {} cells", result_.steps,
-                                result_.grid));
+    leave_out(name, moved_at_end_ > 0 ? "the tolerance of until steady hides what it does to the loss; a smaller one "
+                                        "shows it"
+                                      : "rounding hides what it does to the loss of " + run_text());
   } else if (!found.proves(precisions_.largest_error)) {
     leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
   } else {
@@ -173,22 +195,69 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
   }
 }
 
-void RunChecker::check() {
-  if (!begin(first_seed)) return leave_out("the whole run", "on a few cells its loss or its gradient is not finite");
+std::string RunChecker::run_text() const {
+  return result_.is_steady ? fmt::format("runs until steady on {} cells", result_.grid)
+                           : fmt::format("{} steps on {} cells", result_.steps, result_.grid);
+}
+
+/// A solve, there or back, that did not come to its tolerance and was to go on with a warning.
+std::optional<SolveNote> RunChecker::stopped_early() const {
+  std::optional<SolveNote> worst;
+  for (const auto& notes : {session_.rollout().solve_notes(), session_.rollout().adjoint_solve_notes()}) {
+    for (const SolveNote& note : notes) {
+      if (note.missed > 0 && (!worst || note.residual > worst->residual)) worst = note;
+    }
+  }
+  return worst;
+}
+
+bool RunChecker::check() {
+  if (!begin(first_seed)) {
+    leave_out(result_.is_steady ? "the steady state" : "the whole run",
+              result_.is_steady ? "on a few cells it does not become steady, or its gradient is not "
+                                  "finite"
+                                : "on a few cells its loss or its gradient is not finite");
+    return false;
+  }
   const double seconds_a_direction = seconds_a_loss_ * (9.0 + 2.0 * static_cast<double>(precisions_.steps.size()));
   const auto affords = [&](std::size_t directions) {
     return spent() + static_cast<double>(directions) * seconds_a_direction <= seconds_;
   };
   result_.lacked_time = !affords(inverse_.parts().size());
-  if (!affords(1)) return leave_out("the whole run", "no time");
+  if (!affords(1)) {
+    leave_out(result_.is_steady ? "the steady state" : "the whole run", "no time");
+    return false;
+  }
   if (result_.lacked_time) {
     leave_out("each unknown by itself", "no time");
-    return check_direction(nullptr);
+    check_direction(nullptr);
+    return true;
   }
   for (const driver::Inverse::Part& part : inverse_.parts()) {
     check_direction(&part);
-    if (!result_.wrong.empty()) return;
+    if (!result_.wrong.empty()) break;
   }
+  return true;
+}
+
+/// Of so many steps; none: until steady. False where it cannot be made, or there is no time for it.
+bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                 std::optional<int> steps, RunChecker::Clock::time_point start, double seconds, RunCheck& result) {
+  driver::SessionOptions options;
+  options.cells = cells_of_run(*compiled);
+  options.steps = steps;
+  options.made_up = true;
+  DiagnosticSink silent;  // the run that follows reports what is wrong with the input
+  const auto session = driver::Session::open(source, compiled, options, silent);
+  const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
+  if (!inverse) {
+    result.left_out.emplace_back("the whole run: it does not start on a few cells");
+    return false;
+  }
+  result.steps = session->steps();
+  result.is_steady = session->is_until_steady();
+  result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
+  return RunChecker(*session, *inverse, start, seconds, result).check();
 }
 
 }  // namespace
@@ -197,22 +266,12 @@ RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver:
   const RunChecker::Clock::time_point start = RunChecker::Clock::now();
   RunCheck result;
   if (!compiled->problem || !compiled->problem->task) return result;
-  const model::Task& task = *compiled->problem->task;
-  if (task.unknowns.empty() || task.losses.empty()) return result;
-  driver::SessionOptions options;
-  options.cells = cells_of_run(*compiled);
-  options.steps = steps_of_run(*compiled->problem);
-  options.made_up = true;
-  DiagnosticSink silent;  // the run that follows reports what is wrong with the input
-  const auto session = driver::Session::open(source, compiled, options, silent);
-  const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
-  if (!inverse) {
-    result.left_out.emplace_back("the whole run: it does not start on a few cells");
-    return result;
-  }
-  result.steps = session->steps();
-  result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
-  RunChecker(*session, *inverse, start, seconds, result).check();
+  const model::Problem& problem = *compiled->problem;
+  if (problem.task->unknowns.empty() || problem.task->losses.empty()) return result;
+  if (problem.steady > 0 && check_steps(source, compiled, std::nullopt, start, seconds, result)) return result;
+  const bool lacked_time = result.lacked_time;
+  check_steps(source, compiled, steps_of_run(problem), start, seconds, result);
+  result.lacked_time = result.lacked_time || lacked_time;
   return result;
 }
 

@@ -6,6 +6,10 @@
 //
 // Each unknown has a direction of its own, so that none hides behind another; where there is no time for that, one
 // direction is in all of them. No file is read: what files hold is made up.
+//
+// Of runs until steady it is the gradient of the steady state, and losses are of runs that end there: what these know
+// of it, by the tolerance of until steady, counts as rounding. Where such a run comes to no end on a few cells, or
+// takes too long, a short run is checked, and that is said.
 #pragma once
 
 #include <memory>
@@ -19,10 +23,11 @@ namespace dpde::analysis {
 struct RunCheck {
   std::string grid;  // "" where no run was made
   int steps = 0;
-  int directions = 0;                 // that prove the gradient
-  std::string unknown;                // the one with the largest error, or "all unknowns"
-  double error = 0;                   // of the quotients, relative to the derivative
-  double rounding = 0;                // the largest that rounding may make of one of them
+  bool is_steady = false;  // it goes on until the state is steady, and the gradient is that of the steady state
+  int directions = 0;      // that prove the gradient
+  std::string unknown;     // the one with the largest error, or "all unknowns"
+  double error = 0;        // of the quotients, relative to the derivative
+  double rounding = 0;     // the largest that rounding may make of one of them
   std::vector<std::string> left_out;  // what was not checked, and why
   std::string wrong;                  // not empty: the quotients agree on another number
   bool lacked_time = false;

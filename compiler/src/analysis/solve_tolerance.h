@@ -12,6 +12,7 @@ namespace dpde::analysis {
 struct ToleranceEffect {
   double tolerance = 0;
   bool is_by_steps = false;  // a solve comes near step by step; of others all that is left is rounding
+  double left = 0;           // of a right side, where a solve was stopped early by `or warn`; else 0
   double error = 0;          // of the gradient, relative
   double bound = 0;          // of it: with what the other gradient itself is in error by
   double reference = 0;      // the tolerance of the gradient that it was measured against; 0: it is an estimate
@@ -22,7 +23,8 @@ struct ToleranceEffect {
 /// hundred times larger, over a hundred, as its error is linear in what is left of the solves. nullopt where nothing is
 /// solved, or where that compares nothing. By the same line the gradient to 1e-13 is in error by at most a tenth of
 /// what was measured (a hundredth, but for steps that go beyond a tolerance), so that 1.1 of it is a bound; of an
-/// estimate it is the change itself.
+/// estimate it is the change itself. Solves that were stopped early are measured against ones that were not, by the
+/// method that fits best.
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
                                                    const std::shared_ptr<const driver::Compiled>& compiled,
                                                    const CertifyOptions& options);

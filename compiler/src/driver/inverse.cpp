@@ -164,11 +164,13 @@ bool Inverse::has_walls(const Eigen::VectorXd& x) {
 }
 
 /// A search that tries too long a step is to take a shorter one.
-double Inverse::or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) const {
+double Inverse::or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) {
+  unsolved_.clear();
   try {
     return loss();
-  } catch (const NoSolution&) {
+  } catch (const NoSolution& error) {
     if (x == start_) throw;
+    unsolved_ = error.what();
     return NAN;
   }
 }
@@ -185,6 +187,7 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
     return NAN;
   }
   session_.engine().set_unknowns(x);
+  gradient.setConstant(NAN);  // of what has no solution
   return or_none(x, [&] {
     return session_.engine().gradient({gradient.data(), static_cast<std::size_t>(gradient.size())});
   });
@@ -192,13 +195,17 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
 
 double Inverse::rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {
   session_.engine().set_unknowns(x);
-  return session_.engine().rate_along(direction);
+  return or_none(x, [&] { return session_.engine().rate_along(direction); });
 }
 
 void Inverse::product(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result,
                       Curvature curvature) {
   session_.engine().set_unknowns(x);
-  session_.engine().product(v, {result.data(), static_cast<std::size_t>(result.size())}, curvature);
+  result.setConstant(NAN);
+  or_none(x, [&] {
+    session_.engine().product(v, {result.data(), static_cast<std::size_t>(result.size())}, curvature);
+    return 0.0;
+  });
 }
 
 std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd& x) {

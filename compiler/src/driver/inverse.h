@@ -54,6 +54,8 @@ class Inverse {
   void hold_steps(bool hold) { session_.engine().hold_steps(hold); }
   /// The condition at a wall that was none with the last values, if there was one.
   const std::optional<model::WallMisfitAt>& misfit() const { return misfit_; }
+  /// What had no solution with the last values; "" where all had one.
+  const std::string& unsolved() const { return unsolved_; }
   /// Of the last value_and_gradient.
   const GradientResult& last() const { return session_.engine().last_gradient(); }
   /// The rate of the loss at x in a direction, by tangents.
@@ -75,7 +77,7 @@ class Inverse {
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
   bool has_walls(const Eigen::VectorXd& x);
-  double or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) const;
+  double or_none(const Eigen::VectorXd& x, const std::function<double()>& loss);
   std::map<std::string, std::vector<double>> start_by_formulas();
 
   Session& session_;
@@ -83,6 +85,7 @@ class Inverse {
   std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;
   std::optional<model::WallMisfitAt> misfit_;
+  std::string unsolved_;
 };
 
 }  // namespace dpde::driver

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unsolved.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/declared.h"
@@ -332,7 +333,25 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
   return norms;
 }
 
+namespace {
+
+void report_unsolved(const Unsolved& error, DiagnosticSink& sink, SourceRange range) {
+  const std::string what = error.what(), hint = error.hint();
+  switch (error.facts().what) {
+    case UnsolvedFacts::What::solve: sink.report("solve-failed", range, {what}, hint); break;
+    case UnsolvedFacts::What::newton: sink.report("newton-failed", range, {what}, hint); break;
+    case UnsolvedFacts::What::substeps: sink.report("substeps-failed", range, {what}, hint); break;
+    case UnsolvedFacts::What::steady: sink.report("run-failed", range, {what}, hint); break;
+  }
+}
+
+}  // namespace
+
 void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange range) {
+  if (const auto* unsolved = dynamic_cast<const Unsolved*>(&error)) {
+    report_unsolved(*unsolved, sink, range);
+    return;
+  }
   if (const Error* known = dynamic_cast<const Error*>(&error)) {
     switch (known->kind()) {
       case ErrorKind::input: sink.report("bad-option", range, {known->what()}); return;

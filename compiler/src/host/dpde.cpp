@@ -26,13 +26,12 @@ namespace host {
 
 namespace {
 
-/// Points at the solve that finds nothing.
+/// Points at the solve that finds nothing, where there is one.
 std::function<void(Error&)> explaining(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled) {
   return [source, compiled = std::move(compiled)](Error& error) {
     const SourceRange place = driver::place_of_solve(*compiled, error.solve_for());
-    if (!place.is_known()) return;
     DiagnosticSink sink;
-    sink.report("run-failed", place, {error.what()});
+    driver::report_error(error, sink, place);
     Told all = told(source, sink);
     error.explain(std::move(all.text), std::move(all.messages));
   };
@@ -113,9 +112,9 @@ Opened open(const SourceFile& file, const HostOptions& options) {
   const bool seeded = !options.inputs.empty();
   const std::string name = seeded ? append_input_task(source, options, sink) : options.name;
   if (sink.has_errors()) fail(source, sink);
-  std::optional<driver::Compiled> compiled =
-      driver::compile_for_hosts(source, {name, options.set, options.scheme}, backend_of(options.backend),
-                                {.second_order = options.second_order, .seeded = seeded, .takes_jumps = options.force}, sink);
+  std::optional<driver::Compiled> compiled = driver::compile_for_hosts(
+      source, {name, options.set, options.scheme}, backend_of(options.backend),
+      {.second_order = options.second_order, .seeded = seeded, .takes_jumps = options.force}, sink);
   if (!compiled) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   analysis::certify_quickly(source, kept, certifying(options), sink);

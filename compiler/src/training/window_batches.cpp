@@ -98,11 +98,13 @@ void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> w
 
 namespace {
 
-/// A run that blows up has no loss; the training names the window.
+/// A run that blows up, or finds no solution, has no loss; the training names the window.
 double finite_or_nan(const std::function<double()>& loss) {
   try {
     return loss();
   } catch (const NotFinite&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  } catch (const NoSolution&) {
     return std::numeric_limits<double>::quiet_NaN();
   }
 }

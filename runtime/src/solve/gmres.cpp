@@ -12,6 +12,7 @@ void Gmres::resize(std::size_t size) {
   basis_.clear();
   for (std::size_t i = 0; i < count; ++i) basis_.emplace_back(size);
   work_ = Numbers(size);
+  before_ = Numbers(size);
   upper_.assign(count * count, 0.0);
   for (auto* values : {&cosine_, &sine_, &right_}) values->assign(count, 0.0);
 }
@@ -25,19 +26,28 @@ double Gmres::find_residual(std::span<const double> b, std::span<const double> x
 }
 
 IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
-  const double size = norm(b);
+  const double size = norm(b), unit = size == 0 ? 1 : size;
   IterationReport report;
-  double before = INFINITY;
+  double left = find_residual(b, x);
   for (;;) {
-    const double left = find_residual(b, x);
-    report.residual = size == 0 ? left : left / size;
+    report.residual = left / unit;
     report.converged = report.residual <= tolerance_;
-    const bool goes_on = report.residual < 0.5 * before && report.iterations < most_;
-    if (report.converged || !goes_on) return report;
-    before = report.residual;
+    if (report.converged || report.iterations >= most_) return report;
+    std::copy_n(x.data(), x.size(), before_.data());
     const int count = make_basis(left, 0.5 * tolerance_ * size, most_ - report.iterations);
     report.iterations += count;
     correct(count, x);
+    const double now = find_residual(b, x);
+    if (!(now < left)) {
+      std::copy_n(before_.data(), before_.size(), x.data());
+      return report;
+    }
+    const bool goes_on = now < 0.5 * left;
+    left = now;
+    if (goes_on) continue;
+    report.residual = left / unit;
+    report.converged = report.residual <= tolerance_;
+    return report;
   }
 }
 
@@ -68,7 +78,7 @@ bool Gmres::add_direction(std::size_t j) {
     add_multiple(-upper(i, j), basis_[i], next);
   }
   const double left = norm(next);
-  const bool is_new = left > 0x1p-50 * size;
+  const bool is_new = left > nothing_ * size;
   upper(j + 1, j) = is_new ? left : 0;
   if (is_new) {
     for (std::size_t i = 0; i < next.size(); ++i) next[i] /= left;
@@ -98,7 +108,7 @@ void Gmres::correct(int count, std::span<double> x) {
   for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(upper(i, i)));
   for (std::size_t i = n; i-- > 0;) {
     for (std::size_t k = i + 1; k < n; ++k) right_[i] -= upper(i, k) * right_[k];
-    right_[i] = std::abs(upper(i, i)) <= 0x1p-50 * largest ? 0 : right_[i] / upper(i, i);
+    right_[i] = std::abs(upper(i, i)) <= nothing_ * largest ? 0 : right_[i] / upper(i, i);
   }
   Numbers& sum = basis_[n];  // the last one is not read any more
   std::ranges::fill(std::span<double>(sum), 0.0);

@@ -11,17 +11,21 @@ namespace dpde {
 
 class Gmres {
  public:
-  /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once.
-  Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart)
+  /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once. `rounding`: relative
+  /// error of what is multiplied by: a direction of which less is left is none.
+  Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart,
+        double rounding = 0x1p-52)
       : multiply_(std::move(multiply)),
         precondition_(std::move(precondition)),
         tolerance_(tolerance),
         most_(most),
-        restart_(restart) {}
+        restart_(restart),
+        nothing_(4 * rounding) {}
 
   /// All the memory it needs.
   void resize(std::size_t size);
-  /// Begins with what `x` is. It gives up where all the vectors between two restarts do not halve what is left.
+  /// Begins with what `x` is, and leaves nothing that is further from a solution. It gives up where all the vectors
+  /// between two restarts do not halve what is left.
   IterationReport solve(std::span<const double> b, std::span<double> x);
   std::size_t vectors() const { return basis_.size(); }
 
@@ -36,8 +40,9 @@ class Gmres {
   VectorFunction multiply_, precondition_;
   double tolerance_;
   int most_, restart_;
+  double nothing_;
   std::vector<Numbers> basis_;  // orthonormal; restart + 1
-  Numbers work_;
+  Numbers work_, before_;
   std::vector<double> upper_, cosine_, sine_, right_;  // of the least squares, made triangular by rotations
 };
 

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/krylov.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dpde {
+namespace {
+
+constexpr int least_patience = 40;  // iterations that come no nearer: as many as GMRES has vectors
+
+}  // namespace
 
 double dot(std::span<const double> a, std::span<const double> b) {
   double lanes[4] = {};
@@ -22,7 +28,7 @@ void add_multiple(double c, std::span<const double> x, std::span<double> y) {
 double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
 
 void Iterations::resize(std::size_t size) {
-  for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_}) *vector = Numbers(size);
+  for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_, &best_}) *vector = Numbers(size);
 }
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {
@@ -38,7 +44,7 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
   for (;; ++report.iterations) {
     report.residual = size == 0 ? norm(r_) : norm(r_) / size;
     report.converged = report.residual <= tolerance_;
-    if (report.converged || report.iterations == most_ || !std::isfinite(report.residual)) return report;
+    if (report.converged || report.iterations == most_) return report;
     precondition_(r_, z_);
     const double next = dot(r_, z_), weight = product == 0 ? 0 : next / product;
     product = next;
@@ -46,53 +52,78 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     multiply_(p_, q_);
     const double curvature = dot(p_, q_);
     if (sign == 0) sign = curvature < 0 ? -1 : 1;
-    report.is_indefinite = !(curvature * sign > 0);
+    report.is_indefinite = !(curvature * sign > 0) || !std::isfinite(product / curvature);
     if (report.is_indefinite) return report;
     add_multiple(product / curvature, p_, x);
     add_multiple(-product / curvature, q_, r_);
   }
 }
 
-/// Until what is carried along as the residual is small; that drifts away from what it is.
+/// False where it breaks down: x has no part of what is not finite.
+bool Iterations::bicgstab_step(std::span<double> x) {
+  const double next = dot(first_, r_), beta = next / rho_ * (alpha_ / omega_);
+  if (next == 0 || !std::isfinite(beta)) return false;
+  rho_ = next;
+  for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = r_[i] + beta * (p_[i] - omega_ * v_[i]);
+  precondition_(p_, z_);
+  multiply_(z_, v_);
+  alpha_ = rho_ / dot(first_, v_);
+  if (!std::isfinite(alpha_)) return false;
+  for (std::size_t i = 0; i < s_.size(); ++i) s_[i] = r_[i] - alpha_ * v_[i];
+  add_multiple(alpha_, z_, x);
+  precondition_(s_, z_);
+  multiply_(z_, t_);
+  const double length = dot(t_, t_), product = dot(t_, s_);
+  omega_ = length == 0 ? 0 : product / length;
+  if (!std::isfinite(omega_)) return false;
+  add_multiple(omega_, z_, x);
+  for (std::size_t i = 0; i < r_.size(); ++i) r_[i] = s_[i] - omega_ * t_[i];
+  return std::isfinite(norm(r_));
+}
+
+/// Until what is carried along as the residual is small; that drifts away from what it is. x becomes the best one on
+/// the way: residuals rise before a breakdown, and where rounding of a singular operator is all that is left. Given up
+/// where as many iterations as came before come no nearer.
 void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationReport& report) {
   std::copy_n(r_.data(), r_.size(), first_.data());
-  double rho = 1, alpha = 1, omega = 1;
+  std::copy_n(x.data(), x.size(), best_.data());
+  rho_ = alpha_ = omega_ = 1;
   for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = v_[i] = 0;
-  while (report.iterations < most_) {
-    const double next = dot(first_, r_);
-    if (next == 0 || omega == 0) return;
-    const double beta = next / rho * (alpha / omega);
-    rho = next;
-    for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = r_[i] + beta * (p_[i] - omega * v_[i]);
-    precondition_(p_, z_);
-    multiply_(z_, v_);
-    alpha = rho / dot(first_, v_);
-    for (std::size_t i = 0; i < s_.size(); ++i) s_[i] = r_[i] - alpha * v_[i];
-    add_multiple(alpha, z_, x);
-    precondition_(s_, z_);
-    multiply_(z_, t_);
-    const double length = dot(t_, t_);
-    omega = length == 0 ? 0 : dot(t_, s_) / length;
-    add_multiple(omega, z_, x);
-    for (std::size_t i = 0; i < r_.size(); ++i) r_[i] = s_[i] - omega * t_[i];
+  double least = norm(r_);
+  for (int made = 0, best = 0; report.iterations < most_ && made - best < std::max(least_patience, best);) {
+    if (!bicgstab_step(x)) break;
+    ++made;
     ++report.iterations;
     const double residual = norm(r_);
-    if (residual <= 0.5 * tolerance_ * size || !std::isfinite(residual)) return;
+    if (residual >= least) continue;
+    least = residual;
+    best = made;
+    std::copy_n(x.data(), x.size(), best_.data());
+    if (residual <= 0.5 * tolerance_ * size) break;
   }
+  std::copy_n(best_.data(), best_.size(), x.data());
 }
 
 IterationReport Iterations::bicgstab(std::span<const double> b, std::span<double> x) {
   const double size = norm(b);
   IterationReport report;
-  double before = INFINITY;
+  find_residual(b, x);
+  report.residual = size == 0 ? norm(r_) : norm(r_) / size;
   for (;;) {
-    find_residual(b, x);
-    report.residual = size == 0 ? norm(r_) : norm(r_) / size;
     report.converged = report.residual <= tolerance_;
-    const bool goes_on = report.residual < 0.5 * before && report.iterations < most_;
-    if (report.converged || !goes_on) return report;
-    before = report.residual;
+    if (report.converged || report.iterations >= most_) return report;
+    std::copy_n(x.data(), x.size(), q_.data());
+    const double before = report.residual;
     bicgstab_from_here(size, x, report);
+    find_residual(b, x);
+    const double now = size == 0 ? norm(r_) : norm(r_) / size;
+    if (!(now < before)) std::copy_n(q_.data(), q_.size(), x.data());
+    if (!(now < before)) return report;
+    report.residual = now;
+    if (!(now < 0.5 * before)) {
+      report.converged = now <= tolerance_;
+      return report;
+    }
   }
 }
 

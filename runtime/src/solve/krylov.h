@@ -23,7 +23,8 @@ double norm(std::span<const double> a);
 /// y += c*x
 void add_multiple(double c, std::span<const double> x, std::span<double> y);
 
-/// Memory for the vectors of one size.
+/// Memory for the vectors of one size. What is found is never further from a solution than what they begin with, and
+/// never a number that is none.
 class Iterations {
  public:
   Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most)
@@ -35,12 +36,14 @@ class Iterations {
 
  private:
   void find_residual(std::span<const double> b, std::span<const double> x);
+  bool bicgstab_step(std::span<double> x);
   void bicgstab_from_here(double size, std::span<double> x, IterationReport& report);
 
   VectorFunction multiply_, precondition_;
   double tolerance_;
   int most_;
-  Numbers r_, z_, p_, q_, s_, t_, v_, first_;
+  Numbers r_, z_, p_, q_, s_, t_, v_, first_, best_;
+  double rho_ = 1, alpha_ = 1, omega_ = 1;  // of BiCGStab
 };
 
 }  // namespace dpde

@@ -71,8 +71,8 @@ std::string words_on(SmootherKind smoother) {
   return "";
 }
 
-[[noreturn]] void refuse(SolverMethod method, const char* why, const char* instead) {
-  throw Error(ErrorKind::run, fmt::format("the method {} does not fit: {}; {}", name_of(method), why, instead));
+[[noreturn]] void refuse(SolverMethod method, const char* why) {
+  throw Error(ErrorKind::run, fmt::format("the method {} does not fit: {}", name_of(method), why));
 }
 
 }  // namespace
@@ -112,6 +112,8 @@ struct LinearSolver::Impl {
   void make_direct(const StencilMatrix& matrix, const char* why);
   void make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted);
   void precondition_by_multigrid();
+  bool has_incomplete_factors() const;
+  void divide_by_diagonal(std::span<const double> r, std::span<double> z) const;
   void make_iterations(VectorFunction precondition);
   SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
   IterationReport iterate(std::span<double> x);
@@ -181,8 +183,15 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
     vector_of(y).noalias() = rows * vector_of(x);
   };
+  // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
+  if (!null_space.is_empty())
+    precondition = [this, inner = std::move(precondition)](std::span<const double> r, std::span<double> z) {
+      inner(r, z);
+      null_space.remove(z);
+    };
   if (method == SolverMethod::gmres) {
-    gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres);
+    gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres,
+                  options.rounding);
     gmres->resize(right.size());
   } else {
     iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
@@ -235,12 +244,25 @@ IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
   return method == SolverMethod::cg ? iterations->cg(right, x) : iterations->bicgstab(right, x);
 }
 
+/// Pivots of a singular matrix may be 0.
+bool LinearSolver::Impl::has_incomplete_factors() const {
+  if (incomplete.info() != Eigen::Success) return false;
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(rows.rows());
+  return Eigen::VectorXd(incomplete.solve(ones)).allFinite();
+}
+
+void LinearSolver::Impl::divide_by_diagonal(std::span<const double> r, std::span<double> z) const {
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double d = diagonal[static_cast<Eigen::Index>(i)];
+    z[i] = d == 0 ? r[i] : r[i] / d;
+  }
+}
+
 void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted) {
   if (null_space.is_lopsided())
     refuse(wanted,
            "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
-           "round)",
-           "take direct, or write it in the form of fluxes");
+           "round)");
   method = wanted;
   reason = wanted == SolverMethod::gmres ? "GMRES" : "not symmetric: BiCGStab";
   multigrid = Multigrid::of_symmetric_part(matrix, null_space, cycles(false), no_multigrid);
@@ -248,8 +270,10 @@ void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMet
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
   incomplete.compute(Eigen::SparseMatrix<double>(rows));
-  if (incomplete.info() != Eigen::Success)
-    throw Error(ErrorKind::run, "the operator is singular: no incomplete factors of it are found");
+  if (!has_incomplete_factors()) {
+    reason += ", divided by the diagonal, as there are no incomplete factors of it";
+    return make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
+  }
   reason += ", preconditioned by incomplete factors, as cells are coupled with more than their neighbours";
   make_iterations(
       [this](std::span<const double> r, std::span<double> z) { vector_of(z) = incomplete.solve(vector_of(r)); });
@@ -267,28 +291,22 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
     case SolverMethod::direct: return make_direct(matrix, "as the scheme says");
     case SolverMethod::tridiagonal:
       if (!try_tridiagonal(matrix))
-        refuse(options.method, "it is of one axis, three entries a row and a dominant middle one", "take direct");
+        refuse(options.method, "it is of one axis, three entries a row and a dominant middle one");
       return;
     case SolverMethod::fourier:
       if (!try_fourier(matrix))
-        refuse(options.method, "the operator is not the same in all cells, with walls that are mirrors",
-               "take multigrid or direct");
+        refuse(options.method, "the operator is not the same in all cells, with walls that are mirrors");
       return;
     case SolverMethod::multigrid:
     case SolverMethod::cg:
       if (try_multigrid(matrix, options.method)) return;
       if (options.method == SolverMethod::cg && is_symmetric()) {
-        make_iterations([this](std::span<const double> r, std::span<double> z) {
-          for (std::size_t i = 0; i < r.size(); ++i) {
-            const double d = diagonal[static_cast<Eigen::Index>(i)];
-            z[i] = d == 0 ? r[i] : r[i] / d;
-          }
-        });
         method = SolverMethod::cg;
+        make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
         reason = "symmetric: conjugate gradients, divided by the diagonal";
         return;
       }
-      refuse(options.method, no_multigrid.c_str(), "take bicgstab or direct");
+      refuse(options.method, no_multigrid.c_str());
     case SolverMethod::bicgstab:
     case SolverMethod::gmres: return make_unsymmetric(matrix, options.method);
   }
@@ -359,8 +377,8 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   if (own.has_steps()) way = own.iterate(x);
   if (!own.fourier) own.null_space.remove(x);  // whose waves have none of it
   report.iterations = way.iterations;
-  report.is_indefinite = way.is_indefinite;
   own.judge(own.right, x, way.converged, report);
+  report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;
 }
 bool LinearSolver::has_first_guess() const { return impl_->has_steps(); }

@@ -39,7 +39,7 @@ struct SolveReport {
 
 class LinearSolver {
  public:
-  /// \throws dpde::Error where the method does not fit the operator: why, and which one would.
+  /// \throws dpde::Error where the method does not fit the operator: why.
   LinearSolver(const StencilMatrix& matrix, SolveOptions options);
   ~LinearSolver();
 

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/solve_advice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+constexpr std::int64_t most_factored = 100'000;  // cells: factors of more take long
+constexpr double too_many = 20;                  // iterations over those that were made
+
+bool solves(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right) {
+  std::vector<double> x(right.size(), 0.0);
+  try {
+    const SolveReport report = LinearSolver(matrix, options).solve(right, x);
+    return report.converged && !report.is_indefinite && !report.is_singular;
+  } catch (const Error&) {  // it does not fit the operator
+    return false;
+  }
+}
+
+/// How many iterations are enough at the rate of those that were made; 0: nobody knows.
+double enough_iterations(const SolveReport& failed) {
+  if (failed.iterations == 0 || !(failed.residual < 1) || !(failed.bound > 0)) return 0;
+  return std::ceil(failed.iterations * std::log(failed.bound) / std::log(failed.residual));
+}
+
+std::vector<std::string> others_that_solve(const StencilMatrix& matrix, SolveOptions options,
+                                           std::span<const double> right, SolverMethod failed) {
+  std::vector<std::string> found;
+  for (const SolverMethod method :
+       {SolverMethod::cg, SolverMethod::bicgstab, SolverMethod::gmres, SolverMethod::direct}) {
+    if (method == failed || (method == SolverMethod::direct && matrix.size() > most_factored)) continue;
+    options.method = method;
+    if (solves(matrix, options, right)) found.emplace_back(name_of(method));
+  }
+  return found;
+}
+
+/// "cg, gmres or direct"
+std::string one_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  return text;
+}
+
+}  // namespace
+
+std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
+                      const SolveReport& failed) {
+  if (failed.is_singular)
+    return "what no field can make, as the mean of a Laplacian between walls without values, is to be taken off the "
+           "right side; or give the field a value at a wall";
+  const std::vector<std::string> others = others_that_solve(matrix, options, right, failed.method);
+  const std::string instead = others.empty() ? "" : "take " + one_of(others);
+  if (failed.iterations == 0 || failed.is_indefinite)
+    return instead.empty()
+               ? "no method solves it: the operator is singular, or nearly so; look at its coefficients and "
+                 "boundaries, or take a shorter step"
+               : instead;
+  const double enough = enough_iterations(failed);
+  SolveOptions more = options;
+  more.method = failed.method;
+  more.most_iterations = static_cast<int>(std::ceil(1.5 * enough));
+  if (enough > 0 && enough <= too_many * failed.iterations && solves(matrix, more, right)) {
+    const std::string text = fmt::format("at this rate {} are enough: solve = {}({:g}, {})", enough,
+                                         name_of(failed.method), options.tolerance, more.most_iterations);
+    return instead.empty() || enough <= 2 * failed.iterations ? text : fmt::format("{}; or {}", text, instead);
+  }
+  if (!instead.empty()) return "it comes no nearer: " + instead;
+  return failed.residual < 1e-3
+             ? fmt::format("no method comes nearer: take a tolerance of {:.1g}", 2 * failed.residual)
+             : "no method solves it: the operator is singular, or nearly so; look at its coefficients and boundaries, "
+               "or take a shorter step";
+}
+
+}  // namespace dpde

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// What to write where a solve has found nothing. Methods are advised only where they solve the system at hand: they are
+// tried.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "solve/linear_solver.h"
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+/// `failed`: what the method of `options` has met.
+std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
+                      const SolveReport& failed);
+
+}  // namespace dpde
