@@ -59,7 +59,7 @@ TEST_F(Causes, IllPosedEquationsAreTold) {
 }
 
 TEST_F(Causes, ARunThatHasGrownNamesIllPosedEquations) {
-  write("s.dpde", ring("field u; dt(u) = -5*lap(u)", "time = rk4", "initial u = sin(2*pi*x) + 1e-6*noise(1)"));
+  write("s.dpde", ring("field u; dt(u) = -20*lap(u)", "time = rk4", "initial u = sin(2*pi*x) + 1e-6*noise(1)"));
   const Outcome run = dpde("run s.dpde");
   EXPECT_NE(run.err.find("ill-posed: growth of the shortest waves rises as 1/h^2"), std::string::npos) << run.err;
 }
@@ -115,6 +115,38 @@ TEST_F(Causes, HarmonicMeansAreExactBetweenCells) {
               "  observe flux = mean(-k*dx(u), at = x.low)\n}\n");
     const Json found = dpde("run s.dpde --json").json();
     EXPECT_NEAR(found["observables"]["flux"].get<double>(), 2 / (1 + 1e-3), 1e-6) << cells;
+  }
+}
+
+/// Two layers of vorticity, of 1/rho each, that roll up.
+std::string layers(double rho, double nu, const std::string& scheme) {
+  return fmt::format(
+      "model m {{ field w; param rho = {}; solve lap(psi) = -w for psi\n"
+      "  dt(w) = -advect((dy(psi), -dx(psi)), w) + {}*lap(w) }}\nscheme q {{ {}time = rk4 }}\nscene s : m with q {{\n"
+      "  grid x = 0 .. 1, cells 48, periodic\n  grid y = 0 .. 1, cells 48, periodic\n  initial w = 0.3*cos(2*pi*x) +\n"
+      "    if(y < 0.5, -rho*(1 - tanh(rho*(y - 0.25))^2), rho*(1 - tanh(rho*(0.75 - y))^2))\n"
+      "  time 0 .. 0.6, step 1/200\n}}\n",
+      rho, nu, scheme);
+}
+
+/// A spectrum that does not fall to the cut of dealiasing, as that of layers thinner than a cell.
+TEST_F(Causes, WhatDealiasingCutsOffIsTold) {
+  const std::string waves = "dx = spectral; lap = spectral; advect = spectral; dealias = two_thirds; ";
+  const auto is_told = [&](double rho, double nu) {
+    write("s.dpde", layers(rho, nu, waves));
+    return told(dpde("run s.dpde --json"), "W0815");
+  };
+  EXPECT_TRUE(is_told(80, 1e-4));
+  EXPECT_FALSE(is_told(15, 1e-3));
+}
+
+/// Along x, where nothing is steep, no cells are asked for, however fast the flow is.
+TEST_F(Causes, CellNumbersRingWhereItIsSteep) {
+  const Json numbers = checked(layers(80, 1e-4, "")).json()["cell_numbers"];
+  ASSERT_EQ(numbers.size(), 2u);
+  for (const Json& number : numbers) {
+    EXPECT_GT(number["number"].get<double>(), 2);
+    EXPECT_EQ(number["rings"].get<bool>(), number["axis"] == "y") << number.dump();
   }
 }
 

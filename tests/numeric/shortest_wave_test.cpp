@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Waves of two cells, which only even grids have: derivatives of odd order are 0 of them at the centres of cells, and
-// functions of derivatives (exponential steps, solves wave by wave) are those of that.
+// functions of derivatives, as exponential steps have them, are those of that.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -57,17 +57,6 @@ TEST(ShortestWave, IsNotDampedByOddDerivatives) {
       "  time 0 .. 1, step 0.1 }\n";
   const std::vector<double> u = run_scene(text, "s").state.at("u");
   for (std::size_t i = 0; i < u.size(); ++i) EXPECT_NEAR(u[i], i % 2 == 0 ? 1 : -1, 1e-13) << i;
-}
-
-/// What is solved for solves the equation, which differences of the solution say: their wave of two cells has no slope.
-TEST(ShortestWave, SolvesAreThoseOfTheOperator) {
-  const std::string text =
-      "model m { field q; solve phi + 0.3*dx(phi) - 0.01*lap(phi) = q for phi\n"
-      "  dt(q) = phi + 0.3*dx(phi) - 0.01*lap(phi) }\n"
-      "scheme w { dx = spectral; lap = spectral; time = rk4 }\n"
-      "scene s : m with w { grid x = 0 .. 1, cells 8, periodic; initial q = cos(8*pi*(x - 1/16)) + sin(2*pi*x)\n"
-      "  exact q = exp(t)*(cos(8*pi*(x - 1/16)) + sin(2*pi*x)); time 0 .. 0.5, step 1/100 }\n";
-  EXPECT_LT(run_scene(text, "s").l2.at("q"), 1e-9);
 }
 
 /// By each coefficient, of second order too.

@@ -175,8 +175,9 @@ TEST(UpwindSchemes, WenoKnowsNoRange) {
           const std::vector<double> high = end_of(text);
           for (std::size_t i = 0; i < plain.size(); ++i)
             EXPECT_NEAR(high[i] / height, plain[i], tolerance) << advect << real << height << " " << i;
-          // On plateaus rises are rounding, and so are the slopes of weights. Those of tiny values leave f32.
-          if (profile == square || (real == "f32" && height < 1e-18)) continue;
+          // On plateaus rises are rounding, and so are the slopes of weights. Those of tiny and of huge values leave
+          // f32.
+          if (profile == square || (real == "f32" && (height < 1e-18 || height > 1e20))) continue;
           const auto gradient = testing::task_gradient(text, "t").gradient.at("u");
           for (std::size_t i = 0; i < plain.size(); ++i)
             EXPECT_NEAR(50 * gradient[i], 50 * expected[i], 20 * tolerance) << advect << real << height << " " << i;

@@ -224,10 +224,11 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
 std::string report_causes(Job& job, driver::Session& session, const stability::Verdict& verdict, Json& result) {
   result["ill_posed"] = nullptr;
   if (!verdict.is_analysed()) return "";
-  if (verdict.limit.kind == stability::StepLimit::Kind::never) {
+  // What such differences let grow is counted as growth of the equations where coefficients vary.
+  if (verdict.limit.kind == stability::StepLimit::Kind::never || verdict.growth_rate > 0) {
     for (const stability::Downwind& found : stability::downwind_differences(session)) {
       job.sink().report("against-the-wind", found.range,
-                        {"the transport of " + found.field, "waves of two cells grow at every step"},
+                        {"the transport of " + found.field, "short waves grow at every step"},
                         stability::downwind_text(found));
     }
   }

@@ -41,13 +41,8 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
     const auto has_waves = [](const WavePart& right) { return holds_wave_number(right.symbol); };
     if (std::ranges::any_of(rights, has_waves)) rights = {{solve->right, 1.0}};
     for (const WavePart& right : rights) {
-      const Expr& divisor = operation.front().symbol;
-      const Expr factor = right.symbol * part.symbol;
-      const bool is_odd = holds_odd_powers(divisor);
-      const Multiplier by{{WaveFunction::Kind::inverse, 1},
-                          is_odd ? with_slopes(divisor) : divisor,
-                          is_odd ? with_slopes(factor) : factor,
-                          false};
+      const Multiplier by{
+          {WaveFunction::Kind::inverse, 1}, operation.front().symbol, right.symbol * part.symbol, false};
       transform.terms.push_back({stored_operand(right.operand, {}), by});
     }
   }

@@ -71,10 +71,9 @@ struct Towards1 {
                   select(binary(BinaryOp::less, size, std::exp2(below)), std::exp2(by_below), 1.0));
   }
 };
-/// One after the other they bring any size of f32 but the smallest, that of 1e-30 too, between 2^-25 and 2^22. The
-/// fifth power of that is a number, as is the product of both factors; slopes of small rises are multiplied by 2^-88 at
-/// least.
-constexpr Towards1 coarse_steps{48, -80, -48, 88}, fine_steps{22, -44, -25, 36};
+/// One after the other they bring sizes of f32 from 2^-117 on between 2^-6 and 2^5, so that no power of them that
+/// derivatives hold leaves the range; the product of all is a number.
+constexpr Towards1 scale_steps[] = {{48, -80, -48, 80}, {16, -32, -16, 32}, {5, -11, -5, 11}};
 
 /// Rises times a scale, and over the root of the sum of their squares.
 template <std::size_t count>
@@ -103,8 +102,12 @@ ScaledRises<count> scaled_rises(const Rise& rise, const Share& share, Precision 
     std::vector<Expr> sizes;
     for (const Expr& value : result.values) sizes.push_back(call(Fn::abs, {value}));
     size = share("size", sum_of(sizes));
-    const Expr coarse = share("coarse", coarse_steps.of(size));
-    result.scale = share("scale", coarse * fine_steps.of(size * coarse));
+    Expr scale = scale_steps[0].of(size);
+    for (const Towards1& step : {scale_steps[1], scale_steps[2]}) {
+      scale = share("scale", scale);
+      scale = scale * step.of(size * scale);
+    }
+    result.scale = share("scale", scale);
     result.values = times(result.values, *result.scale, "part", share);
   }
   std::vector<Expr> squares;
