@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "dpde/runtime/unknown_scales.h"
 #include "minimiser.h"
 
 namespace dpde {
@@ -118,22 +119,56 @@ class LineSearch {
 
 using Pair = LbfgsState::Pair;
 
+/// Of each unknown; none: all are 1. The method is that of unknowns divided by these: L-BFGS begins with a multiple of
+/// the unit matrix, which is far from any Hessian where unknowns have units of different sizes.
+using Scale = Eigen::VectorXd;
+
+Eigen::VectorXd scaled(const Eigen::VectorXd& gradient, const Scale& scale) {
+  return scale.size() == 0 ? gradient : Eigen::VectorXd(gradient.cwiseProduct(scale));
+}
+Eigen::VectorXd steepest(const Eigen::VectorXd& gradient, const Scale& scale) {
+  return -scaled(scaled(gradient, scale), scale);
+}
+
+/// Those that are not known, from a gradient: the first-order change of the loss is that of the largest known one.
+std::vector<double> sizes_of(const std::vector<UnknownScale>& scales, const Eigen::VectorXd& gradient) {
+  const auto slope_of = [&](const UnknownScale& part) { return gradient.segment(part.first, part.count).stableNorm(); };
+  double most = 0;
+  for (const UnknownScale& part : scales) most = std::max(most, part.size * slope_of(part));
+  std::vector<double> sizes;
+  for (const UnknownScale& part : scales) {
+    const double own = most / slope_of(part);
+    sizes.push_back(part.size > 0 ? part.size : most > 0 && std::isfinite(own) ? own : 1);
+  }
+  return sizes;
+}
+
+Scale scale_of(const std::vector<UnknownScale>& scales, const std::vector<double>& sizes, Eigen::Index count) {
+  if (scales.empty()) return {};
+  Scale scale = Scale::Ones(count);
+  for (size_t i = 0; i < scales.size(); ++i) scale.segment(scales[i].first, scales[i].count).setConstant(sizes[i]);
+  return scale;
+}
+
 /// The two-loop recursion: minus the approximate inverse Hessian times the gradient.
-Eigen::VectorXd direction_of(const std::deque<Pair>& pairs, const Eigen::VectorXd& gradient) {
+Eigen::VectorXd direction_of(const std::deque<Pair>& pairs, const Eigen::VectorXd& gradient, const Scale& scale) {
   Eigen::VectorXd q = -gradient;
   std::vector<double> alphas(pairs.size());
   for (size_t i = pairs.size(); i-- > 0;) {
     alphas[i] = pairs[i].rho * pairs[i].step.dot(q);
     q -= alphas[i] * pairs[i].change;
   }
-  if (!pairs.empty()) q *= 1 / (pairs.back().rho * pairs.back().change.squaredNorm());
+  q = scaled(scaled(q, scale), scale);
+  if (!pairs.empty()) q *= 1 / (pairs.back().rho * scaled(pairs.back().change, scale).squaredNorm());
   for (size_t i = 0; i < pairs.size(); ++i) q += (alphas[i] - pairs[i].rho * pairs[i].change.dot(q)) * pairs[i].step;
   return q;
 }
 
-void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eigen::VectorXd change) {
+void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eigen::VectorXd change,
+              const Scale& scale) {
   const double product = step.dot(change);
-  if (!(product > 1e-14 * step.norm() * change.norm())) return;  // keeps the approximation positive definite
+  const double length = scale.size() == 0 ? step.norm() : step.cwiseQuotient(scale).norm();
+  if (!(product > 1e-14 * length * scaled(change, scale).norm())) return;  // keeps the approximation positive definite
   if (pairs.size() == memory) pairs.pop_front();
   pairs.push_back({std::move(step), std::move(change), 1 / product});
 }
@@ -202,10 +237,10 @@ class PathSearch {
 
 /// False when no step along the projected path lowers the loss enough.
 bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first,
-                   size_t memory) {
+                   size_t memory, const Scale& scale) {
   PathSearch search(minimiser, state, direction);
   if (!search.run(first)) return false;
-  remember(state.pairs, memory, search.best().x - state.x, search.best().gradient - state.gradient);
+  remember(state.pairs, memory, search.best().x - state.x, search.best().gradient - state.gradient, scale);
   state.x = search.best().x;
   state.gradient = search.best().gradient;
   state.loss = search.best().loss;
@@ -213,56 +248,57 @@ bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorX
 }
 
 /// What the pairs say of the components that are free: those at their bounds take no part in the curvature.
-std::deque<Pair> free_part(const std::deque<Pair>& pairs, const Bounds& bounds, const LbfgsState& state) {
+std::deque<Pair> free_part(const std::deque<Pair>& pairs, const Bounds& bounds, const LbfgsState& state,
+                           const Scale& scale) {
   std::deque<Pair> parts;
   for (const Pair& pair : pairs) {
     Eigen::VectorXd step = pair.step, change = pair.change;
     bounds.keep_free(state.x, state.gradient, step);
     bounds.keep_free(state.x, state.gradient, change);
-    remember(parts, pairs.size(), std::move(step), std::move(change));
+    remember(parts, pairs.size(), std::move(step), std::move(change), scale);
   }
   return parts;
 }
 
-bool move_within(Minimiser& minimiser, LbfgsState& state, size_t memory) {
+bool move_within(Minimiser& minimiser, LbfgsState& state, size_t memory, const Scale& scale) {
   Eigen::VectorXd free = state.gradient;
   minimiser.bounds.keep_free(state.x, state.gradient, free);
-  const Eigen::VectorXd direction = direction_of(free_part(state.pairs, minimiser.bounds, state), free);
-  const double careful = std::min(1.0, 1 / free.lpNorm<1>());
-  if (search_within(minimiser, state, direction, state.pairs.empty() ? careful : 1.0, memory)) return true;
+  const Eigen::VectorXd direction = direction_of(free_part(state.pairs, minimiser.bounds, state, scale), free, scale);
+  const double careful = std::min(1.0, 1 / scaled(free, scale).lpNorm<1>());
+  if (search_within(minimiser, state, direction, state.pairs.empty() ? careful : 1.0, memory, scale)) return true;
   state.pairs.clear();
-  return search_within(minimiser, state, -free, careful, memory);
+  return search_within(minimiser, state, steepest(free, scale), careful, memory, scale);
 }
 
 bool move_along(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first_step,
-                size_t memory) {
+                size_t memory, const Scale& scale) {
   const double slope = state.gradient.dot(direction);
   if (!(slope < 0)) return false;
   LineSearch search(minimiser, state.x, direction, {0, state.loss, slope});
   if (!search.run(first_step)) return false;
-  remember(state.pairs, memory, search.x() - state.x, search.gradient() - state.gradient);
+  remember(state.pairs, memory, search.x() - state.x, search.gradient() - state.gradient, scale);
   state.x = search.x();
   state.gradient = search.gradient();
   state.loss = search.loss();
   return true;
 }
 
-bool move(const Lbfgs& method, Minimiser& minimiser, LbfgsState& state) {
+bool move(const Lbfgs& method, Minimiser& minimiser, LbfgsState& state, const Scale& scale) {
   const auto memory = static_cast<size_t>(std::max(method.memory, 1));
-  if (!minimiser.bounds.empty()) return move_within(minimiser, state, memory);
-  const double careful = std::min(1.0, 1 / state.gradient.lpNorm<1>());
-  if (move_along(minimiser, state, direction_of(state.pairs, state.gradient), state.pairs.empty() ? careful : 1.0,
-                 memory))
+  if (!minimiser.bounds.empty()) return move_within(minimiser, state, memory, scale);
+  const double careful = std::min(1.0, 1 / scaled(state.gradient, scale).lpNorm<1>());
+  if (move_along(minimiser, state, direction_of(state.pairs, state.gradient, scale),
+                 state.pairs.empty() ? careful : 1.0, memory, scale))
     return true;
   if (state.pairs.empty()) return false;
   state.pairs.clear();
-  return move_along(minimiser, state, -state.gradient, careful, memory);
+  return move_along(minimiser, state, steepest(state.gradient, scale), careful, memory, scale);
 }
 
-double free_norm(const Bounds& bounds, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
+double free_norm(const Bounds& bounds, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, const Scale& scale) {
   Eigen::VectorXd free = gradient;
   bounds.keep_free(x, gradient, free);
-  return free.norm();
+  return scaled(free, scale).norm();
 }
 
 }  // namespace
@@ -270,34 +306,43 @@ double free_norm(const Bounds& bounds, const Eigen::VectorXd& x, const Eigen::Ve
 bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds) {
   const IterationObserver nobody;
   Minimiser minimiser{objective, nobody, 1, 0, bounds, {}, {}, 0};
-  return move(method, minimiser, state);
+  return move(method, minimiser, state, {});
 }
 
-OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+ScaledResult minimise_scaled(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
+                             const std::vector<UnknownScale>& scales, const IterationObserver& observer,
+                             double gradient_tolerance, const Bounds& bounds) {
   Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
   LbfgsState state;
   state.x = std::move(x);
   bounds.project(state.x);
   const bool finite = minimiser.start(state.x, state.loss, state.gradient);
+  const std::vector<double> sizes = sizes_of(scales, state.gradient);
+  const Scale scale = scale_of(scales, sizes, state.x.size());
   for (bool is_rounding = false; minimiser.visit(state.x, state.loss, state.gradient, finite);) {
     if (is_rounding) {
       minimiser.stop(StopReason::no_progress);
       break;
     }
-    const Eigen::VectorXd x = state.x, gradient = state.gradient;
+    const Eigen::VectorXd before = state.x, gradient = state.gradient;
     const double loss = state.loss;
-    if (!move(method, minimiser, state)) {
+    if (!move(method, minimiser, state, scale)) {
       minimiser.stop(StopReason::no_progress);
       break;
     }
     ++minimiser.result.iterations;
     // The gradient still has digits where the loss has none: as long as it falls this goes on.
-    const bool falls = free_norm(bounds, state.x, state.gradient) < 0.5 * free_norm(bounds, x, gradient);
+    const bool falls =
+        free_norm(bounds, state.x, state.gradient, scale) < 0.5 * free_norm(bounds, before, gradient, scale);
     is_rounding = !falls && minimiser.is_rounding(state.loss, state.loss - loss,
-                                                  0.5 * (gradient + state.gradient).dot(state.x - x));
+                                                  0.5 * (gradient + state.gradient).dot(state.x - before));
   }
-  return std::move(minimiser.result);
+  return {std::move(minimiser.result), sizes};
+}
+
+OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
+                        const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+  return minimise_scaled(method, objective, std::move(x), iterations, {}, observer, gradient_tolerance, bounds).result;
 }
 
 }  // namespace dpde

@@ -17,7 +17,7 @@ struct Minimiser {
   double best_loss;
   double first_loss = 0;  // 0 where it is not known
 
-  /// False when the loss or the gradient is not finite.
+  /// False when the loss, the gradient or its norm is not finite.
   bool evaluate(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient);
   /// The first evaluation.
   bool start(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dpde/runtime/unknown_scales.h"
 #include "minimiser.h"
 
 namespace dpde {
@@ -31,10 +32,24 @@ void Bounds::keep_free(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient
   }
 }
 
+std::vector<UnknownScale> scales_of(const Eigen::VectorXd& start, std::vector<UnknownScale> parts,
+                                    const Bounds& bounds) {
+  if (parts.size() < 2) return {};
+  for (UnknownScale& part : parts) {
+    const auto of_part = [&](const Eigen::VectorXd& x) { return x.segment(part.first, part.count); };
+    const double root = std::sqrt(static_cast<double>(std::max<Eigen::Index>(part.count, 1)));
+    part.size = of_part(start).stableNorm() / root;
+    if (part.size > 0 || bounds.empty()) continue;
+    const double width = 0.5 * (of_part(bounds.high) - of_part(bounds.low)).stableNorm() / root;
+    if (std::isfinite(width)) part.size = width;
+  }
+  return parts;
+}
+
 bool Minimiser::evaluate(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
   loss = objective(x, gradient);
   ++result.evaluations;
-  return std::isfinite(loss) && gradient.allFinite();
+  return std::isfinite(loss) && std::isfinite(gradient.squaredNorm());  // which all methods take
 }
 
 bool Minimiser::start(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
@@ -128,6 +143,14 @@ OptimiseResult minimise(const Method& method, const Objective& objective, const 
     case Method::Kind::lbfgs: break;
   }
   return minimise(Lbfgs{}, objective, std::move(x), iterations, observer, 0, bounds);
+}
+
+ScaledResult minimise_scaled(const Method& method, const Objective& objective, const HessianProduct& hessian,
+                             Eigen::VectorXd x, int iterations, const std::vector<UnknownScale>& scales,
+                             const IterationObserver& observer, const Bounds& bounds) {
+  if (method.kind == Method::Kind::lbfgs)
+    return minimise_scaled(Lbfgs{}, objective, std::move(x), iterations, scales, observer, 0, bounds);
+  return {minimise(method, objective, hessian, std::move(x), iterations, observer, bounds), {}};
 }
 
 }  // namespace dpde

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/unknown_scales.h"
 #include "dpde/runtime/unsolved.h"
 #include "simulation_impl.h"
 
@@ -124,8 +125,14 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
   const IterationObserver observer = [&](const Iteration& now) {
     return !progress || progress({now.iteration, now.loss, now.gradient_norm});
   };
-  const OptimiseResult done = minimise(method_of(optimiser), loss, hessian, start,
-                                       iterations > 0 ? iterations : optimiser.iterations, observer, engine.bounds());
+  std::vector<UnknownScale> parts;
+  for (const Engine::Unknown& unknown : engine.unknowns())
+    parts.push_back({static_cast<Eigen::Index>(unknown.offset), static_cast<Eigen::Index>(unknown.size)});
+  const Bounds bounds = engine.bounds();
+  const OptimiseResult done =
+      minimise_scaled(method_of(optimiser), loss, hessian, start, iterations > 0 ? iterations : optimiser.iterations,
+                      scales_of(start, std::move(parts), bounds), observer, bounds)
+          .result;
   engine.set_unknowns(values_in(done.x));
   return {was_stopped ? StopReason::observer : done.reason,
           done.loss,

@@ -93,7 +93,9 @@ WaveMultipliers::Symbol WaveMultipliers::value(const dpde_symbol& symbol, const 
     const dpde_monomial& monomial = symbol.monomials[i];
     Complex term = monomial.uniform == DPDE_ZERO ? 0 : monomial.uniform == DPDE_ONE ? 1 : uniforms[monomial.uniform];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (int32_t k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
+      const int32_t power = monomial.powers[axis];
+      if (power >= vanishing_power && std::abs(angles[axis]) == std::numbers::pi) term = 0;
+      for (int32_t k = 0; k < power % vanishing_power; ++k) term *= Complex(0, angles[axis]);
     }
     result.sum += term;
     result.size += std::abs(term);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dpde/runtime/unknown_scales.h"
+
 namespace dpde {
 namespace {
 
@@ -302,6 +304,65 @@ TEST(Bounds, LbfgsLengthensAFirstStepThatIsTooShort) {
       minimise(Lbfgs{}, flat, VectorXd::Constant(40, 0.9), 1, {}, 0, {VectorXd::Zero(40), VectorXd::Ones(40)});
   EXPECT_LT(one.loss, 1e-3 * one.losses.front());
   EXPECT_LE(one.evaluations, 10);
+}
+
+/// Two unknowns of sizes 1e-6 and 5e4 that matter alike.
+double of_two_sizes(const VectorXd& x, VectorXd& gradient) {
+  const VectorXd y{{x[0] / 1e-6, x[1] / 5e4}};
+  const double loss = rosenbrock(y, gradient);
+  gradient[0] /= 1e-6;
+  gradient[1] /= 5e4;
+  return loss;
+}
+
+/// It takes the iterations that it takes of unknowns of size 1, with bounds and without; a factor of the loss changes
+/// nothing.
+TEST(Optimise, LbfgsTakesUnknownsByTheirSizes) {
+  const OptimiseResult plain = minimise(Lbfgs{}, rosenbrock, VectorXd{{-1.2, 1.0}}, 500, {}, 1e-10);
+  const VectorXd start{{-1.2e-6, 5e4}};
+  const Bounds bounds{VectorXd{{-3e-6, -1e5}}, VectorXd{{3e-6, 2e5}}};
+  for (const double factor : {1.0, 1e-14, 1e10}) {
+    const Objective objective = [&](const VectorXd& x, VectorXd& gradient) {
+      const double loss = of_two_sizes(x, gradient);
+      gradient *= factor;
+      return factor * loss;
+    };
+    for (const Bounds& within : {Bounds{}, bounds}) {
+      const std::vector<UnknownScale> scales = scales_of(start, {{0, 1}, {1, 1}}, within);
+      const ScaledResult found = minimise_scaled(Lbfgs{}, objective, start, 500, scales, {}, 0, within);
+      EXPECT_NEAR(found.result.x[0], 1e-6, 1e-11) << factor;
+      EXPECT_NEAR(found.result.x[1], 5e4, 0.5) << factor;
+      EXPECT_LT(found.result.evaluations, 3 * plain.evaluations + 40) << factor;
+      EXPECT_EQ(found.scales, (std::vector<double>{1.2e-6, 5e4}));
+    }
+  }
+}
+
+/// Of an unknown that begins at 0 half the width of its bounds, else what its first slope says beside the others.
+TEST(Optimise, ScalesOfUnknownsThatBeginAtZero) {
+  const VectorXd start{{0, 5e4}};
+  const Bounds bounds{VectorXd{{-3e-6, -INFINITY}}, VectorXd{{3e-6, INFINITY}}};
+  EXPECT_DOUBLE_EQ(scales_of(start, {{0, 1}, {1, 1}}, bounds)[0].size, 3e-6);
+  EXPECT_TRUE(scales_of(start, {{0, 2}}, {}).empty());
+  const std::vector<UnknownScale> scales = scales_of(start, {{0, 1}, {1, 1}}, {});
+  EXPECT_EQ(scales[0].size, 0);
+  const ScaledResult found = minimise_scaled(Lbfgs{}, of_two_sizes, start, 500, scales);
+  EXPECT_NEAR(found.result.x[0], 1e-6, 1e-11);
+  EXPECT_NEAR(found.result.x[1], 5e4, 0.5);
+  EXPECT_GT(found.scales[0], 0);
+}
+
+/// What overflows when it is squared moves nothing: Adam would stay where it is in silence.
+TEST(Optimise, AGradientWithoutANormEndsIt) {
+  const Objective steep = [](const VectorXd& x, VectorXd& gradient) {
+    gradient[0] = x[0] < 0.5 ? 1e200 : 1;
+    return x[0];
+  };
+  for (const Method::Kind kind : {Method::Kind::adam, Method::Kind::gradient_descent}) {
+    const OptimiseResult result = minimise({kind, 0.3}, steep, {}, VectorXd{{1.0}}, 20);
+    EXPECT_EQ(result.reason, StopReason::not_finite);
+    EXPECT_GE(result.x[0], 0.5);
+  }
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "chart_scene.h"
 #include "command.h"
 #include "interrupt.h"
+#include "order_report.h"
 #include "progress.h"
 #include "scene_output.h"
 #include "train.h"
@@ -101,6 +102,7 @@ Json Chart::operator()() {
   if (!options_.name.empty() && learns_from_trajectories(job_)) return chart_training(job_, options_);
   if (!open_chart_scene(job_, options_.wishes, scene_)) return result;
   const model::Problem& problem = scene_.session->problem();
+  warn_of_jumps(job_, driver::jumps_in_fluxes(*scene_.session));
   const std::string name = scene_.block ? scene_.block->name : problem.scene + "_chart";
   if (!options_.out.empty() && !file_.open(options_.out, name, options_.resume, job_.sink())) return result;
   const std::vector<chart::Entry> entries = chart::entries_of(problem, scene_.wishes);

@@ -29,6 +29,8 @@
 #include "preparing.h"
 #include "scene_output.h"
 #include "scene_session.h"
+#include "stability/ill_posed.h"
+#include "stability/local_character.h"
 #include "stability_report.h"
 #include "task_run.h"
 #include "training/beside.h"
@@ -219,6 +221,27 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
   return text;
 }
 
+/// Why waves grow at every step, or the faster the shorter they are.
+std::string report_causes(Job& job, driver::Session& session, const stability::Verdict& verdict, Json& result) {
+  result["ill_posed"] = nullptr;
+  if (!verdict.is_analysed()) return "";
+  // What such differences let grow is counted as growth of the equations where coefficients vary.
+  if (verdict.limit.kind == stability::StepLimit::Kind::never || verdict.growth_rate > 0) {
+    for (const stability::Downwind& found : stability::downwind_differences(session)) {
+      job.sink().report("against-the-wind", found.range,
+                        {"the transport of " + found.field, "short waves grow at every step"},
+                        stability::downwind_text(found));
+    }
+  }
+  const auto cause = verdict.growth_rate > 0 ? stability::ill_posed(session) : std::nullopt;
+  if (!cause) return "";
+  result["ill_posed"] = {{"order", cause->order}, {"time", cause->time}};
+  const model::State* state = session.problem().find_state(cause->field);
+  job.sink().report("ill-posed-waves", state == nullptr ? SourceRange{} : state->origin.range,
+                    {stability::ill_posed_text(*cause)}, stability::ill_posed_help());
+  return "  ill-posed: " + stability::ill_posed_text(*cause) + "\n";
+}
+
 /// `session`: the scene as a run would begin; null where its initial state cannot be made.
 std::string report_stability(Job& job, driver::Session* session, bool with_waves, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
@@ -227,7 +250,8 @@ std::string report_stability(Job& job, driver::Session* session, bool with_waves
   const stability::Verdict verdict = stability::verdict_of(*session);
   StabilityReport report = report_of(session->problem(), verdict, job.source());
   result["stability"] = std::move(report.json);
-  std::string text = report.text + report_character(job, *session, verdict, result);
+  std::string text = report.text + report_causes(job, *session, verdict, result["stability"]) +
+                     report_character(job, *session, verdict, result);
   if (with_waves) text += report_waves(*session, verdict, result);
   return text + report_conserved(job, *session, result);
 }
@@ -328,8 +352,11 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   if (problem.metric) text += fmt::format(" {},", problem.metric->name);
   text += fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
   text += names_text(problem, result["types"]);
-  text += report_order(problem, result);
   const std::unique_ptr<driver::Session> session = open_checked(job);
+  const std::vector<driver::Jump> jumps =
+      session == nullptr ? std::vector<driver::Jump>{} : driver::jumps_in_fluxes(*session);
+  text += report_order(problem, result, jumps);
+  warn_of_jumps(job, jumps);
   text += report_stability(job, session.get(), options.waves, result);
   if (problem.task) text += report_stability_of_start(*problem.task, session.get(), result);
   text += report_solves(session.get(), result);

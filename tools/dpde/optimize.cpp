@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
-#include "dpde/runtime/optimise.h"
+#include "dpde/runtime/unknown_scales.h"
 #include "files/evaluation_log.h"
 #include "growth_report.h"
 #include "interrupt.h"
@@ -25,6 +25,12 @@ namespace dpde::tools {
 
 namespace {
 
+std::vector<UnknownScale> scales_of(const driver::Inverse& inverse) {
+  std::vector<UnknownScale> parts;
+  for (const driver::Inverse::Part& part : inverse.parts()) parts.push_back({part.offset, part.size});
+  return dpde::scales_of(inverse.start(), std::move(parts), inverse.bounds());
+}
+
 /// Everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
@@ -34,6 +40,9 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   add(method.kind);
   add(method.rate);
   add(method.gauss_newton);
+  if (method.kind == model::Optimiser::Kind::lbfgs) {
+    for (const UnknownScale& scale : scales_of(*run.inverse)) add(scale.size);
+  }
   const Eigen::VectorXd& start = run.inverse->start();
   const Bounds bounds = run.inverse->bounds();
   key = files::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
@@ -77,8 +86,8 @@ bool is_downwards(const Eigen::VectorXd& v, const Eigen::VectorXd& product) {
   return v.dot(product) < -rounding * v.norm() * product.norm();
 }
 
-OptimiseResult minimise_with(Job& job, TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
-                             const IterationObserver& observer) {
+ScaledResult minimise_with(Job& job, TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
+                           const IterationObserver& observer) {
   const Method method = method_of(optimiser);
   const Curvature curvature = optimiser.gauss_newton ? Curvature::gauss_newton : Curvature::full;
   if (const std::string why = run.session->engine().why_no_products(curvature);
@@ -92,8 +101,8 @@ OptimiseResult minimise_with(Job& job, TaskRun& run, const model::Optimiser& opt
     job.sink().report("negative-weight", run.task().losses.front().origin.range, {},
                       "weights of squares are 0 or positive; newton_cg(hessian = full) takes the loss as it is");
   };
-  return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer,
-                  run.inverse->bounds());
+  return minimise_scaled(method, objective, product, run.inverse->start(), optimiser.iterations,
+                         scales_of(*run.inverse), observer, run.inverse->bounds());
 }
 
 /// Iterations worth a line: the first ones, then about forty.
@@ -105,6 +114,7 @@ bool is_shown(int iteration, int iterations) {
 
 struct Outcome {
   OptimiseResult result;
+  std::vector<double> scales;  // of unknowns, where the method takes such
   double seconds = 0;
   Json growth = nullptr;  // of the first gradient
   std::string grown;      // what to say where that is not finite
@@ -150,7 +160,9 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     }
     return !interrupt_flag().load();
   };
-  outcome.result = minimise_with(job, run, method, objective, observer);
+  ScaledResult done = minimise_with(job, run, method, objective, observer);
+  outcome.result = std::move(done.result);
+  outcome.scales = std::move(done.scales);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (limit && !interrupt_flag().load()) limit->look(outcome.result.iterations, outcome.result.x, true);
   job.say(lines);
@@ -181,6 +193,20 @@ void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int itera
             ? "a smaller rate or bounds may help, or lbfgs, which shortens its steps"
             : run.inverse->unsolved() + "; a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
+}
+
+/// "scales: D 1.2e-06, q 5e+04" where the method took such, and null or an object.
+Json report_scales(Job& job, const TaskRun& run, const std::vector<double>& sizes) {
+  if (sizes.empty()) return nullptr;
+  Json scales = Json::object();
+  std::string text;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const std::string& name = run.inverse->parts()[i].name;
+    scales[name] = json_number(sizes[i]);
+    text += fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", name, sizes[i]);
+  }
+  job.say(fmt::format("scales of the unknowns: {}\n", text));
+  return scales;
 }
 
 Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
@@ -242,6 +268,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["resumed_evaluations"] = recorded;
   json["reason"] = describe(result.reason);
   json["growth"] = outcome.growth;
+  json["scales"] = report_scales(job, run, outcome.scales);
   json["unknowns"] = unknowns_json(job, run, result);
   Json tests = Json::object();
   if (!interrupt_flag().load()) {

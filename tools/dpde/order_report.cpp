@@ -2,6 +2,7 @@
 #include "order_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <vector>
@@ -232,7 +233,17 @@ std::string report_operators(const model::Problem& problem, Json& result) {
 
 }  // namespace
 
-std::string report_order(const model::Problem& problem, Json& result) {
+void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
+  for (const driver::Jump& jump : jumps) {
+    const std::string name = jump.coefficient.empty() ? "if(...)" : jump.coefficient;
+    job.sink().report("jump-in-coefficient", jump.range, {name, "at a face differences take the mean of both sides"},
+                      fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
+                                  "order 2 where {0} jumps between cells",
+                                  jump.coefficient.empty() ? "k" : name));
+  }
+}
+
+std::string report_order(const model::Problem& problem, Json& result, const std::vector<driver::Jump>& jumps) {
   result["order"] = {{"space", nullptr}, {"time", nullptr}};
   if (!problem.program.empty()) return "";
   Order inside = order_inside(problem);
@@ -245,10 +256,16 @@ std::string report_order(const model::Problem& problem, Json& result) {
                      {"space_inside", inside.space},
                      {"walls", order.walls.empty() ? Json(nullptr) : Json(order.walls)}};
   if (order.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
+  std::vector<std::string> names;
+  for (const driver::Jump& jump : jumps) names.push_back(jump.coefficient.empty() ? "if(...)" : jump.coefficient);
+  result["order"]["jumps"] = names;
+  const int smooth = order.space;
+  if (!jumps.empty()) result["order"]["space"] = order.space = std::min(order.space, 1);
   std::string text = "order: ";
   if (order.is_spectral || order.space != 0 || inside.space != 0) {  // else nothing is differentiated
     text += fmt::format("{} in space", order.is_spectral ? "spectral" : std::to_string(order.space));
-    if (order.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    if (smooth != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    if (order.space != smooth) text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), smooth);
     text += ", ";
   }
   result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "codegen/network_table.h"
+#include "dpde/wave_functions.h"
 #include "support/assert.h"
 #include "support/match.h"
+#include "support/wave_names.h"
 
 namespace dpde::codegen {
 
@@ -231,6 +233,8 @@ dpde_inference ProgramTables::Table::inference(const loop::NetworkCall& network_
   if (network_call.mode == loop::NetworkCall::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
   return result;
 }
+
+static_assert(vanishing_power == vanishes_for_shortest);
 
 dpde_symbol ProgramTables::Table::symbol(const std::vector<loop::Monomial>& source) {
   std::vector<dpde_monomial>& monomials = symbols.emplace_back();

@@ -2,8 +2,13 @@
 #include "driver/chessboard.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
+#include <numbers>
+#include <numeric>
+#include <vector>
 
 #include "dpde/runtime/field.h"
 #include "model/build.h"
@@ -85,6 +90,59 @@ bool is_of_neighbours(const model::Problem& problem, const model::State& state) 
   return state.rhs && is_joined && !is_driven;
 }
 
+/// The sums of squares of the waves of a field along an axis, over some of its lines: of the modes 1, 2, ... up to the
+/// last one that `dealias = two_thirds` leaves.
+std::vector<double> spectrum_to_cut(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells,
+                                    std::size_t axis) {
+  constexpr std::int64_t most_lines = 64;
+  std::int64_t stride = 1;
+  for (std::size_t a = 0; a < axis; ++a) stride *= cells[a];
+  const std::int64_t n = cells[axis], lines = static_cast<std::int64_t>(values.size()) / n,
+                     apart = std::max<std::int64_t>(1, lines / most_lines);
+  std::vector<double> sums(static_cast<std::size_t>((n - 1) / 3), 0.0);
+  for (std::int64_t line = 0; line < lines; line += apart) {
+    const std::int64_t first = line / stride * stride * n + line % stride;
+    for (std::size_t m = 0; m < sums.size(); ++m) {
+      const std::complex<double> turn =
+          std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(m + 1) / static_cast<double>(n));
+      std::complex<double> wave = 0;  // by Horner's rule
+      for (std::int64_t i = n; i-- > 0;) wave = wave * turn + values[static_cast<std::size_t>(first + i * stride)];
+      sums[m] += std::norm(wave);
+    }
+  }
+  return sums;
+}
+
+/// Whether the waves beyond the cut would hold more than a hundredth of all, a tenth of the field's size: what each
+/// third of the waves has of the third before goes on. What rises to the cut has no end.
+bool is_cut_off(const std::vector<double>& spectrum) {
+  constexpr double told = 1e-2;
+  const auto part = [&](std::size_t third) {
+    const auto begin = spectrum.begin() + static_cast<std::ptrdiff_t>(third * spectrum.size() / 3),
+               end = spectrum.begin() + static_cast<std::ptrdiff_t>((third + 1) * spectrum.size() / 3);
+    return std::accumulate(begin, end, 0.0);
+  };
+  const double before = part(1), last = part(2), all = part(0) + before + last;
+  return last >= before ? last > told * all : last * last / (before - last) > told * all;
+}
+
+/// Dealiasing takes out the waves that chessboards are made of: what piles up lies before its cut.
+void report_pile_up(Session& session, int s, const model::State& state, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  std::array<std::int64_t, 3> cells{1, 1, 1};
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) cells[axis] = problem.axes[axis].cells;
+  const std::vector<double> last = session.final_state(s);
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    if (cells[axis] < cells_of_noise) continue;
+    if (!is_cut_off(spectrum_to_cut(last, cells, axis))) continue;
+    sink.report(
+        "chessboard", state.origin.range, {session.rollout().state_name(s), model::name_of_axis(problem, axis), "much"},
+        "its spectrum does not fall to where dealias = two_thirds cuts it: take more cells, or damp such waves, as "
+        "with nu*lap(" +
+            session.rollout().state_name(s) + ")");
+  }
+}
+
 }  // namespace
 
 void report_chessboards(Session& session, DiagnosticSink& sink) {
@@ -97,6 +155,7 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
     const StoredValues last(layout, session.rollout().final_states()[static_cast<std::size_t>(s)]),
         first(layout, session.rollout().initial(s).base());
     if (first.variance() > 0 && last.variance() > driven_away * first.variance()) continue;
+    if (problem.scheme.dealias && is_of_neighbours(problem, *state)) report_pile_up(session, s, *state, sink);
     const double limit = unlike_neighbours - deviations_of_noise / std::sqrt(static_cast<double>(last.count()));
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
       if (last.cells(axis) < cells_of_chessboards) continue;

@@ -20,6 +20,7 @@
 #include "support/contains.h"
 #include "support/match.h"
 #include "support/name_supply.h"
+#include "support/wave_names.h"
 
 namespace dpde::loop {
 
@@ -229,7 +230,10 @@ std::vector<Monomial> ModuleBuilder::monomials(const stencil::Expr& symbol) {
       const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
       if (n > 0) coefficient = coefficient / (n == 1 ? h : stencil::power(h, n));
     }
-    result.push_back({stencil::is_literal(coefficient, 1) ? uniform_one : uniform_of(coefficient), term.powers});
+    std::array<int, max_rank> powers = term.powers;
+    for (std::size_t axis = 0; axis < powers.size(); ++axis)
+      powers[axis] += term.vanishes[axis] ? vanishes_for_shortest : 0;
+    result.push_back({stencil::is_literal(coefficient, 1) ? uniform_one : uniform_of(coefficient), powers});
   }
   return result;
 }

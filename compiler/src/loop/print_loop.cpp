@@ -11,6 +11,7 @@
 
 #include "support/assert.h"
 #include "support/match.h"
+#include "support/wave_names.h"
 
 namespace dpde::loop {
 
@@ -196,16 +197,18 @@ std::string symbol_text(const Module& module, const std::vector<Monomial>& symbo
     const bool is_one = monomial.uniform == uniform_one;
     std::string text = is_one ? "" : monomial.uniform == uniform_zero ? "0" : module.uniforms[monomial.uniform].name;
     for (std::size_t a = 0; a < max_rank; ++a) {
-      if (monomial.powers[a] == 0) continue;
-      text += fmt::format("{}ia{}", text.empty() ? "" : "*", axis_names[a]);
-      if (monomial.powers[a] > 1) text += fmt::format("^{}", monomial.powers[a]);
+      const bool vanishes = monomial.powers[a] >= vanishes_for_shortest;
+      const int power = monomial.powers[a] % vanishes_for_shortest - (vanishes ? 1 : 0);
+      if (vanishes) text += fmt::format("{}ia{}0", text.empty() ? "" : "*", axis_names[a]);
+      if (power > 0) text += fmt::format("{}ia{}", text.empty() ? "" : "*", axis_names[a]);
+      if (power > 1) text += fmt::format("^{}", power);
     }
     terms.push_back(text.empty() ? "1" : text);
   }
   return fmt::format("{}", fmt::join(terms, " + "));
 }
 
-/// iax stands for i times the angle along x.
+/// iax stands for i times the angle along x, iax0 for the same and 0 for waves of two cells.
 std::string transform_text(const Module& module, const Transform& transform) {
   std::vector<std::string> terms;
   for (const auto& [field, by] : transform.terms) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/build.h"
 #include "stability/consistent_start.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
@@ -68,10 +69,37 @@ class LargestNumbers {
     if (central_.solves()) {
       for (const ScenePoint& point : steepest_points(session_, central_)) look_at(point);
     }
+    for (CellNumber& found : found_) found.rings = found.rings && (may_become_steep(found) || is_steep(found));
     return std::move(found_);
   }
 
  private:
+  /// Where it steepens itself, or meets a wall.
+  bool may_become_steep(const CellNumber& found) const {
+    return found.is_reynolds || session_.axes()[static_cast<std::size_t>(found.axis)].topology == Topology::bounded;
+  }
+
+  /// What rings beside a layer is a part of the difference between neighbours: of none nothing is seen.
+  bool is_steep(const CellNumber& found) const {
+    constexpr double seen = 1e-2;  // of the range of the field
+    const int state = session_.engine().state_index(found.field);
+    if (state < 0) return true;
+    const std::vector<double> values = session_.initial(state);
+    std::size_t stride = 1, cells = 1;
+    for (std::size_t axis = 0; axis < session_.axes().size(); ++axis) {
+      cells = static_cast<std::size_t>(session_.axes()[axis].cells);
+      if (static_cast<int>(axis) == found.axis) break;
+      stride *= cells;
+    }
+    double largest = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t place = i / stride % cells, next = place + 1 < cells ? i + stride : i - place * stride;
+      largest = std::max(largest, std::abs(values[next] - values[i]));
+    }
+    const auto [low, high] = std::ranges::minmax(values);
+    return largest > seen * (high - low);
+  }
+
   void look_at(const ScenePoint& at) {
     const FrozenPoint point = flat(at.point);
     const std::optional<Response> rows = generator_of(central_, point);
@@ -110,7 +138,56 @@ class LargestNumbers {
   std::vector<CellNumber> found_;
 };
 
+/// The first advect(...) of the field's equation.
+SourceRange transport_of(const model::Problem& problem, const std::string& field) {
+  const model::State* state = problem.find_state(field);
+  SourceRange range = state == nullptr ? SourceRange{} : state->origin.range;
+  if (state == nullptr || !state->rhs) return range;
+  model::any_part(*state->rhs, [&](const model::Expr& e) {
+    const bool is_transport = std::holds_alternative<model::Advect>(e->kind) && e->origin.range.is_known();
+    if (is_transport) range = e->origin.range;
+    return is_transport;
+  });
+  return range;
+}
+
+/// Whether the scheme adds less than no diffusion to a row along an axis.
+bool looks_downwind(const Response& own, const Response& central, std::size_t row,
+                    const std::vector<model::Axis>& axes) {
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const double h = axes[axis].spacing();
+    const Transport plain = transport_of(central, row, axis, h);
+    const double added = transport_of(own, row, axis, h).at_grid_scale - plain.at_grid_scale;
+    if (added < -upwinding * std::abs(plain.speed) * h) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+std::vector<Downwind> downwind_differences(driver::Session& session) {
+  const model::Problem problem = by_euler(session.problem());
+  if (problem.scheme.follows_flow() || !problem.program.empty()) return {};
+  const std::optional<LinearStep> central = linear_step(with_central_advection(problem)), own = linear_step(problem);
+  if (!central || !own || central->states() != own->states()) return {};
+  std::vector<Downwind> found;
+  for (const ScenePoint& at : all_frozen_points(session, *central)) {
+    const FrozenPoint point = flat(at.point);
+    const std::optional<Response> plain = generator_of(*central, point), rows = generator_of(*own, point);
+    for (std::size_t row = 0; plain && rows && row < rows->rows.size(); ++row) {
+      const std::string& field = central->states()[row];
+      if (std::ranges::find(found, field, &Downwind::field) != found.end()) continue;
+      if (looks_downwind(*rows, *plain, row, session.axes()))
+        found.push_back({field, transport_of(session.problem(), field), at.place});
+    }
+  }
+  return found;
+}
+
+std::string downwind_text(const Downwind& found) {
+  return "a term + advect(v, " + found.field + ") carries " + found.field +
+         " with -v, and its differences look to where v comes from: write - advect(-v, " + found.field + ")";
+}
 
 std::vector<CellNumber> cell_numbers(driver::Session& session) {
   const ConsistentStart start(session);

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "stability/folded_products.h"
+#include "stability/ill_posed.h"
+#include "stability/local_character.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {
@@ -30,6 +32,8 @@ void report_never(driver::Session& session, const Verdict& verdict, bool ruins, 
   std::string hint = "a smaller step only takes longer to fail";
   if (const std::optional<OtherScheme> other = stable_scheme(session, verdict))
     hint = fmt::format("time = {} is stable up to a step of {:.4g}", other->time, other->step);
+  if (const std::vector<Downwind> cause = downwind_differences(session); !cause.empty())
+    hint = downwind_text(cause.front());
   if (verdict.limiter_step > 0)
     hint += fmt::format("; up to {:.4g} the limiter makes stairs of slopes and keeps values between their neighbours'",
                         verdict.limiter_step);
@@ -75,9 +79,15 @@ std::string short_waves_text(const Verdict& verdict) {
 
 std::string advice_on_blow_up(driver::Session& session) {
   const Verdict verdict = verdict_of(session);
+  if (const auto cause = verdict.growth_rate > 0 ? ill_posed(session) : std::nullopt)
+    return "the equations are ill-posed: " + ill_posed_text(*cause);
   const double step = session.problem().step;
   if (!verdict.is_analysed() || verdict.limit.kind == StepLimit::Kind::none) return "";
-  if (verdict.limit.kind == StepLimit::Kind::never) return "the scheme is unstable at every step (dpde check)";
+  if (verdict.limit.kind == StepLimit::Kind::never) {
+    const std::vector<Downwind> cause = downwind_differences(session);
+    return "the scheme is unstable at every step (dpde check)" +
+           (cause.empty() ? "" : ": " + downwind_text(cause.front()));
+  }
   const std::string folding = folding_text(session.problem(), verdict);
   if (verdict.is_above())
     return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins{}", step,

@@ -20,10 +20,10 @@ namespace {
 constexpr double told_growth = 0.1;      // ln of what a run may grow without a word
 constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
-constexpr double shortest = 1e-3, farthest = 4096;  // of the scene's step, that are looked at
-constexpr double precision_of_runs = 5e-3;          // of a limit
-constexpr double precision_with_folding = 2e-2;     // which falls as waves spread
-constexpr double safely = 0.9;                      // below it
+constexpr double shortest = 1e-3, farthest = 4096;                    // of the scene's step, that are looked at
+constexpr double precision_of_grid = 1e-3, precision_of_runs = 5e-3;  // of a limit
+constexpr double precision_with_folding = 2e-2;                       // which falls as waves spread
+constexpr double safely = 0.9;                                        // below it
 
 /// Into how many equal parts the Courant number splits the first step.
 int parts_of(driver::Session& session) {
@@ -215,7 +215,7 @@ class Examination {
     verdict_.growth_rate = grid.growth_rate();
     verdict_.growth_by_events = grid.growth_by_events();
     const StepLimit by_waves = verdict_.limit;
-    verdict_.limit = weak_or(limit_on(grid), grid);
+    verdict_.limit = without_sure_growth(weak_or(limit_on(grid), grid), grid);
     verdict_.limit.wave = by_waves.wave;
     verdict_.limit.state = by_waves.state;
     const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
@@ -245,6 +245,20 @@ class Examination {
     return order > 1.5 || is_cut_off ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
   }
 
+  /// Powers do not tell growth by less than `least_growth` in a step, which near a limit may be that of steps a
+  /// thousandth above it; the largest eigenvalue does. What grows by that in half the step too has no limit there.
+  StepLimit without_sure_growth(StepLimit limit, const OwnGrid& grid) const {
+    if (limit.kind != StepLimit::Kind::limit || !(grid.sure_growth(limit.step) > 0)) return limit;
+    double low = 0.5 * limit.step, high = limit.step;
+    if (grid.sure_growth(low) > 0) return limit;
+    while (high - low > precision_of_grid * high) {
+      const double middle = 0.5 * (low + high);
+      (grid.sure_growth(middle) > 0 ? high : low) = middle;
+    }
+    limit.step = low;
+    return limit;
+  }
+
   /// Looked for from the limit of waves on, else from the scene's step.
   StepLimit limit_on(const OwnGrid& grid) const {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
@@ -263,7 +277,7 @@ class Examination {
     }
     while (low > shortest * std::min(first, step) && !grid.is_stable(low)) high = low, low /= 2;
     if (!(low > shortest * std::min(first, step))) return {StepLimit::Kind::never, 0, 1};
-    while (high - low > 1e-3 * high) {
+    while (high - low > precision_of_grid * high) {
       const double middle = 0.5 * (low + high);
       (grid.is_stable(middle) ? low : high) = middle;
     }

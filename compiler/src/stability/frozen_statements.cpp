@@ -65,7 +65,7 @@ std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) {
       if (monomial.powers[axis] > 0)
         coefficient /= std::pow(parameter(std::string("h").append(1, "xyz"[axis])), monomial.powers[axis]);
     }
-    numbers.push_back({coefficient, monomial.powers});
+    numbers.push_back({coefficient, monomial.powers, monomial.vanishes});
   }
   return numbers;
 }

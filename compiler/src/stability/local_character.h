@@ -30,6 +30,18 @@ struct CellNumber {
 /// hand-written programs.
 std::vector<CellNumber> cell_numbers(driver::Session& session);
 
+/// Transport whose differences are taken on the side that the flow goes to: what they add to the equations is diffusion
+/// below 0, of the size of |a|*h, and waves of two cells grow at every step.
+struct Downwind {
+  std::string field;
+  SourceRange range;  // of the advect(...) of its equation
+  std::string place;
+};
+/// One a field; empty where all look to the wind, and for hand-written programs.
+std::vector<Downwind> downwind_differences(driver::Session& session);
+/// What to write in its place.
+std::string downwind_text(const Downwind& found);
+
 /// Whether no weight of a step is negative: then no field falls below 0 that begins above it, and none leaves the range
 /// of its start but by sources (A. Harten, J. Comput. Phys. 49 (1983)).
 struct Positivity {

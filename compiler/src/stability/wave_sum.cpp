@@ -30,7 +30,8 @@ Sum value_at(const std::vector<NumberMonomial>& symbol, const std::array<double,
     for (std::size_t axis = 0; axis < angles.size(); ++axis) {
       for (int k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
       // The wave of two cells has no slope at their centres.
-      if (monomial.powers[axis] % 2 != 0 && std::abs(std::abs(angles[axis]) - std::numbers::pi) < 1e-12) term = 0;
+      const bool vanishes = monomial.powers[axis] % 2 != 0 || monomial.vanishes[axis];
+      if (vanishes && std::abs(std::abs(angles[axis]) - std::numbers::pi) < 1e-12) term = 0;
     }
     sum.value += term;
     sum.size += std::abs(term);

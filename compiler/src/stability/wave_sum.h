@@ -13,10 +13,12 @@
 
 namespace dpde::stability {
 
-/// coefficient times (i*angle)^power for each axis, angles in radians a cell.
+/// coefficient times (i*angle)^power for each axis, angles in radians a cell; 0 for waves of two cells along those
+/// where it vanishes.
 struct NumberMonomial {
   double coefficient = 0;
   std::array<int, 3> powers{};
+  std::array<bool, 3> vanishes{};
 };
 
 /// A multiplier of stencil.h with numbers in it.

@@ -12,9 +12,6 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Of those that weno weighs, see weno_difference.
-constexpr double smallest_rise = 1e-18, smallest_single_rise = 1e-12;
-
 Limiter limiter_of(const model::Transport& transport, Precision real) {
   switch (transport.limiter) {
     case model::Limiter::minmod: return minmod_slope;
@@ -76,8 +73,7 @@ Expr Discretiser::chosen_difference(const model::Transport& transport, const Exp
   for (int k = 1 - upstream; k < upstream; ++k)
     rises.push_back(share("rise", select(binary(BinaryOp::greater_equal, speed, 0.0), face(k), face(1 - k))));
   const Rise rise = [&](int k) { return rises[static_cast<std::size_t>(k - 1 + upstream)]; };
-  const double smallest = scheme_.real == Precision::f32 ? smallest_single_rise : smallest_rise;
-  return share("difference", is_weno ? weno_difference(transport.order, rise, share, smallest)
+  return share("difference", is_weno ? weno_difference(transport.order, rise, share, scheme_.real)
                                      : muscl_difference(limiter_of(transport, scheme_.real), rise, share));
 }
 

@@ -7,6 +7,7 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/symbol.h"
 #include "stencil/waves.h"
 
 namespace dpde::stencil {
@@ -90,6 +91,9 @@ class Exponential {
       }
     }
     if (!model::is_constant(pointwise, 0)) result.rest.push_back({pointwise, 1.0});
+    if (!holds_odd_powers(result.linear)) return result;  // means over k and -k are what derivatives do then
+    result.linear = with_slopes(result.linear);
+    for (WavePart& part : result.rest) part.symbol = with_slopes(part.symbol);
     return result;
   }
 

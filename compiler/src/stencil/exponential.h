@@ -5,7 +5,9 @@
 //   etdrk2, (20) to (22): a = E*u + h*phi_1*N(u),  u' = a + h*phi_2*(N(a) - N(u))
 //   etdrk4, (26) to (29): a = e*u + q*N(u),  b = e*u + q*N(a),  c = e*a + q*(2*N(b) - N(u)),
 //     u' = E*u + h*((phi_1 - 3*phi_2 + 4*phi_3)*N(u) + (2*phi_2 - 4*phi_3)*(N(a) + N(b)) + (4*phi_3 - phi_2)*N(c))
-// L may be any sum of derivatives of the state itself, and the state: the rest, other states too, is N.
+// L may be any sum of derivatives of the state itself, and the state: the rest, other states too, is N. Of a wave of
+// two cells L is what derivatives are at the centres of cells, those of odd order 0: the mean over k and -k of
+// functions of L would damp it.
 #pragma once
 
 #include <string>

@@ -17,7 +17,12 @@ namespace dpde::stencil {
 namespace {
 
 using Complex = std::complex<double>;
-using Waves = std::array<Complex, max_rank>;
+/// i times the wave numbers, and whether the wave has two cells along the axis.
+struct Waves {
+  std::array<Complex, max_rank> numbers{};
+  std::array<bool, max_rank> are_shortest{};
+  bool is_shortest(int axis) const { return are_shortest[static_cast<std::size_t>(axis)]; }
+};
 
 /// Values of all cells, x fastest.
 class Spectrum {
@@ -61,7 +66,8 @@ class Spectrum {
 
 /// The symbol for one wave.
 Complex value_of(const Expr& e, const Waves& waves, const State& state, const Params& params) {
-  if (const auto axis = wave_axis(e)) return waves[static_cast<std::size_t>(*axis)];
+  if (const auto axis = wave_axis(e))
+    return is_slope_number(e) && waves.is_shortest(*axis) ? 0 : waves.numbers[static_cast<std::size_t>(*axis)];
   if (!holds_wave_number(e)) return uniform_value(e, state, params);
   const auto value = [&](const Expr& part) { return value_of(part, waves, state, params); };
   if (const Neg* neg = std::get_if<Neg>(&e->kind)) return -value(neg->operand);
@@ -136,7 +142,9 @@ class Factor {
         const int n = state_.grid().cells[axis], m = signed_mode(mode[axis], n);
         const bool turns = (signs >> axis & 1) != 0;
         is_new = is_new && (!turns || (axes_[axis] && 2 * m == n));
-        if (axes_[axis]) waves[axis] = Complex(0, (turns ? -m : m) * 2 * std::numbers::pi / (n * spacing(axis)));
+        if (axes_[axis])
+          waves.numbers[axis] = Complex(0, (turns ? -m : m) * 2 * std::numbers::pi / (n * spacing(axis)));
+        waves.are_shortest[axis] = axes_[axis] && 2 * m == n;
       }
       if (!is_new) continue;
       sum += function_at(waves) * value_of(by_.factor, waves, state_, params_);
@@ -156,7 +164,10 @@ class Factor {
     const std::vector<Monomial> terms = polynomial_of(by_.argument).value();
     for (const Monomial& term : terms) {
       double part = std::abs(uniform_value(term.coefficient, state_, params_));
-      for (std::size_t axis = 0; axis < max_rank; ++axis) part *= std::pow(std::abs(waves[axis]), term.powers[axis]);
+      for (std::size_t axis = 0; axis < max_rank; ++axis)
+        part *= term.vanishes[axis] && waves.are_shortest[axis]
+                    ? 0
+                    : std::pow(std::abs(waves.numbers[axis]), term.powers[axis]);
       size += part;
     }
     return size;

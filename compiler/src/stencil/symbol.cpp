@@ -16,7 +16,8 @@ namespace {
 using Terms = std::vector<Monomial>;
 
 void add(Terms& sum, const Monomial& term) {
-  const auto same = std::ranges::find(sum, term.powers, &Monomial::powers);
+  const auto same = std::ranges::find_if(
+      sum, [&](const Monomial& m) { return m.powers == term.powers && m.vanishes == term.vanishes; });
   if (same == sum.end()) {
     sum.push_back(term);
   } else {
@@ -28,9 +29,10 @@ std::optional<Terms> product(const Terms& a, const Terms& b) {
   Terms result;
   for (const Monomial& left : a) {
     for (const Monomial& right : b) {
-      Monomial term{left.coefficient * right.coefficient, left.powers};
+      Monomial term{left.coefficient * right.coefficient, left.powers, left.vanishes};
       for (std::size_t axis = 0; axis < max_rank; ++axis) {
         term.powers[axis] += right.powers[axis];
+        term.vanishes[axis] = term.vanishes[axis] || right.vanishes[axis];
         if (term.powers[axis] > highest_power) return std::nullopt;
       }
       add(result, term);
@@ -68,21 +70,35 @@ std::optional<Terms> of_binary(const Binary& b) {
   if (b.op != BinaryOp::add && b.op != BinaryOp::subtract) return std::nullopt;
   Terms sum = *left;
   const bool subtracts = b.op == BinaryOp::subtract;
-  for (const Monomial& term : *right) add(sum, {subtracts ? -term.coefficient : term.coefficient, term.powers});
+  for (const Monomial& term : *right)
+    add(sum, {subtracts ? -term.coefficient : term.coefficient, term.powers, term.vanishes});
   return sum;
 }
 
 }  // namespace
 
-Expr wave_number(int axis) { return param(std::string(wave_names[axis])); }
+namespace {
 
-std::optional<int> wave_axis(const Expr& e) {
+/// Its number among wave_names.
+std::optional<int> number_of(const Expr& e) {
   const Param* p = std::get_if<Param>(&e->kind);
   if (p == nullptr) return std::nullopt;
   const auto found = std::ranges::find(wave_names, p->name);
   if (found == std::end(wave_names)) return std::nullopt;
   return static_cast<int>(found - std::begin(wave_names));
 }
+
+}  // namespace
+
+Expr wave_number(int axis) { return param(std::string(wave_names[axis])); }
+Expr slope_number(int axis) { return param(std::string(wave_names[max_rank + axis])); }
+
+std::optional<int> wave_axis(const Expr& e) {
+  const std::optional<int> number = number_of(e);
+  return number ? std::optional(*number % max_rank) : std::nullopt;
+}
+
+bool is_slope_number(const Expr& e) { return number_of(e).value_or(0) >= max_rank; }
 
 bool holds_wave_number(const Expr& e) {
   bool holds = false;
@@ -94,6 +110,7 @@ std::optional<Terms> polynomial_of(const Expr& e) {
   if (const auto axis = wave_axis(e)) {
     Monomial term{1.0};
     term.powers[static_cast<std::size_t>(*axis)] = 1;
+    term.vanishes[static_cast<std::size_t>(*axis)] = is_slope_number(e);
     return Terms{term};
   }
   if (!holds_wave_number(e)) return Terms{{e}};
@@ -111,12 +128,33 @@ Expr expression_of(const Terms& polynomial) {
   for (const Monomial& term : polynomial) {
     Expr waves = 1.0;
     for (int axis = 0; axis < max_rank; ++axis) {
-      const int n = term.powers[static_cast<std::size_t>(axis)];
+      const bool vanishes = term.vanishes[static_cast<std::size_t>(axis)];
+      const int n = term.powers[static_cast<std::size_t>(axis)] - (vanishes ? 1 : 0);
+      if (vanishes) waves = waves * slope_number(axis);
       if (n > 0) waves = waves * (n == 1 ? wave_number(axis) : power(wave_number(axis), n));
     }
     sum = sum + term.coefficient * waves;
   }
   return sum;
+}
+
+bool holds_odd_powers(const Expr& symbol) {
+  const auto is_odd = [](int power) { return power % 2 != 0; };
+  const std::optional<Terms> polynomial = polynomial_of(symbol);
+  return polynomial && std::ranges::any_of(
+                           *polynomial, [&](const Monomial& term) { return std::ranges::any_of(term.powers, is_odd); });
+}
+
+Expr with_slopes(const Expr& symbol) {
+  std::optional<Terms> polynomial = polynomial_of(symbol);
+  if (!polynomial) return symbol;  // verify_stencil reports it
+  Terms result;
+  for (Monomial term : *polynomial) {
+    for (std::size_t axis = 0; axis < max_rank; ++axis)
+      term.vanishes[axis] = term.vanishes[axis] || term.powers[axis] % 2 != 0;
+    add(result, term);
+  }
+  return expression_of(result);
 }
 
 namespace {

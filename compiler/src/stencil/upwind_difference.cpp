@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "stencil/build.h"
@@ -14,6 +15,7 @@ namespace dpde::stencil {
 namespace {
 
 constexpr double epsilon = 1e-6;
+constexpr double smallest_rise = 1e-50;  // that weno weighs in f64, which holds the fifth power of its inverse
 
 Expr square(const Expr& e) { return power(e, 2.0); }
 
@@ -29,11 +31,20 @@ struct Candidate {
   Expr beta, difference;
 };
 
-Expr mean_of(const std::vector<Candidate>& candidates, const Share& share) {
-  std::vector<Expr> weights, terms;
-  for (const Candidate& c : candidates) {
-    weights.push_back(share("weight", c.share_of_all / square(epsilon + c.beta)));
-    terms.push_back(weights.back() * c.difference);
+/// In f32 weights are times the square of the least of the divisors, which their mean does not know: their sum is near
+/// 1 then, where they would reach from 1 to 1e12.
+Expr mean_of(const std::vector<Candidate>& candidates, const Share& share, Precision real) {
+  const bool is_single = real == Precision::f32;
+  std::vector<Expr> divisors, weights, terms;
+  for (const Candidate& c : candidates) divisors.push_back(share("divisor", epsilon + c.beta));
+  Expr least = divisors.front();
+  for (const Expr& divisor : divisors) least = divisor == least ? least : call(Fn::min, {least, divisor});
+  least = is_single ? share("least", least) : Expr(1.0);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const double part = candidates[i].share_of_all;
+    const Expr weight = is_single ? part * square(least / divisors[i]) : part / square(divisors[i]);
+    weights.push_back(share("weight", weight));
+    terms.push_back(weights.back() * candidates[i].difference);
   }
   return sum_of(terms) / sum_of(weights);
 }
@@ -52,20 +63,66 @@ std::vector<Candidate> candidates_of_5(const std::array<Expr, 5>& v, const std::
       {0.3, beta(r[2] - 2.0 * r[3] + r[4], 3.0 * r[2] - 4.0 * r[3] + r[4]), (2.0 * v[2] + 5.0 * v[3] - v[4]) / 6.0}};
 }
 
-/// The same rises, and over the root of the sum of their squares.
+/// 2^power of a size that is above or below these powers of two, else 1.
+struct Towards1 {
+  double above, by_above, below, by_below;
+  Expr of(const Expr& size) const {
+    return select(binary(BinaryOp::greater, size, std::exp2(above)), std::exp2(by_above),
+                  select(binary(BinaryOp::less, size, std::exp2(below)), std::exp2(by_below), 1.0));
+  }
+};
+/// One after the other they bring sizes of f32 from 2^-117 on between 2^-6 and 2^5, so that no power of them that
+/// derivatives hold leaves the range; the product of all is a number.
+constexpr Towards1 scale_steps[] = {{48, -80, -48, 80}, {16, -32, -16, 32}, {5, -11, -5, 11}};
+
+/// Rises times a scale, and over the root of the sum of their squares.
 template <std::size_t count>
-std::pair<std::array<Expr, count>, std::array<Expr, count>> scaled_rises(const Rise& rise, const Share& share,
-                                                                         double smallest) {
-  std::array<Expr, count> values = [&]<std::size_t... k>(std::index_sequence<k...>) {
+struct ScaledRises {
+  std::array<Expr, count> values, ratios;
+  std::optional<Expr> scale = {};
+};
+
+template <std::size_t count>
+std::array<Expr, count> times(std::array<Expr, count> values, const Expr& factor, const std::string& wish,
+                              const Share& share) {
+  for (Expr& value : values) value = share(wish, value * factor);
+  return values;
+}
+
+template <std::size_t count>
+ScaledRises<count> scaled_rises(const Rise& rise, const Share& share, Precision real) {
+  const std::array<Expr, count> rises = [&]<std::size_t... k>(std::index_sequence<k...>) {
     return std::array<Expr, count>{rise(static_cast<int>(k) - static_cast<int>(count / 2))...};
   }
   (std::make_index_sequence<count>());
+  ScaledRises<count> result{rises, rises};
+  const bool is_single = real == Precision::f32;
+  Expr size = 0.0;
+  if (is_single) {
+    std::vector<Expr> sizes;
+    for (const Expr& value : result.values) sizes.push_back(call(Fn::abs, {value}));
+    size = share("size", sum_of(sizes));
+    Expr scale = scale_steps[0].of(size);
+    for (const Towards1& step : {scale_steps[1], scale_steps[2]}) {
+      scale = share("scale", scale);
+      scale = scale * step.of(size * scale);
+    }
+    result.scale = share("scale", scale);
+    result.values = times(result.values, *result.scale, "part", share);
+  }
   std::vector<Expr> squares;
-  for (const Expr& value : values) squares.push_back(square(value));
-  const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {sum_of(squares) + smallest * smallest}));
-  std::array<Expr, count> ratios = values;
-  for (Expr& ratio : ratios) ratio = share("ratio", ratio * scale);
-  return {values, ratios};
+  for (const Expr& value : result.values) squares.push_back(square(value));
+  const Expr sum = sum_of(squares);
+  const Expr above_0 =
+      is_single ? select(binary(BinaryOp::greater, size, 0.0), sum, 1.0) : sum + smallest_rise * smallest_rise;
+  const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {above_0}));
+  result.ratios = times(result.values, scale, "ratio", share);
+  return result;
+}
+
+template <std::size_t count>
+Expr unscaled(const Expr& mean, const ScaledRises<count>& rises) {
+  return rises.scale ? mean / *rises.scale : mean;
 }
 
 struct Sizes {
@@ -102,14 +159,14 @@ UpwindDifference upwind_difference(int order, const Rise& rise) {
   return result;
 }
 
-Expr weno_difference(int order, const Rise& rise, const Share& share, double smallest) {
+Expr weno_difference(int order, const Rise& rise, const Share& share, Precision real) {
   require(order == 3 || order == 5, "there are weno(3) and weno(5)");
   if (order == 3) {
-    const auto [values, ratios] = scaled_rises<3>(rise, share, smallest);
-    return mean_of(candidates_of_3(values, ratios), share);
+    const ScaledRises<3> rises = scaled_rises<3>(rise, share, real);
+    return unscaled(mean_of(candidates_of_3(rises.values, rises.ratios), share, real), rises);
   }
-  const auto [values, ratios] = scaled_rises<5>(rise, share, smallest);
-  return mean_of(candidates_of_5(values, ratios), share);
+  const ScaledRises<5> rises = scaled_rises<5>(rise, share, real);
+  return unscaled(mean_of(candidates_of_5(rises.values, rises.ratios), share, real), rises);
 }
 
 Expr minmod_slope(const Expr& a, const Expr& b, const Share& share) {

@@ -30,9 +30,10 @@ UpwindDifference upwind_difference(int order, const Rise& rise);
 /// ENO schemes for Hamilton-Jacobi equations", SIAM J. Sci. Comput. 21 (2000); order 5 as in S. Osher and R. Fedkiw,
 /// "Level Set Methods" (2003), 3.25 to 3.41, order 3 likewise). The weights are those of Jiang and Shu, J. Comput.
 /// Phys. 126 (1996): d_k/(epsilon + beta_k)^2, with epsilon = 1e-6 and beta_k of the rises divided by the root of the
-/// sum of their squares, so that units do not matter. There is no kink. Where no rise is above
-/// `smallest` the weights are d_k. Derivatives have 1/smallest^3, which must be a number of the precision.
-Expr weno_difference(int order, const Rise& rise, const Share& share, double smallest);
+/// sum of their squares, so that units do not matter. There is no kink. Where all rises are 0 the
+/// weights are d_k. Second derivatives have the fifth power of 1/root, which leaves the range of f32: there rises are
+/// multiplied by a power of two first, chosen by their size, which changes neither weights nor derivatives.
+Expr weno_difference(int order, const Rise& rise, const Share& share, Precision real);
 
 /// The slope of a straight line in a cell with the rises a and b on both sides: 0 where they differ in sign, else
 ///   minmod: the smaller one; van Leer: 2ab/(a + b); mc: the smallest of 2a, 2b and (a + b)/2.

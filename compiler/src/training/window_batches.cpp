@@ -130,7 +130,7 @@ WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<co
     for (std::size_t i = 0; i < count; ++i) {
       result.loss += losses[i];
       if (gradient != nullptr) *gradient += gradients_[i];
-      const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || gradients_[i].allFinite());
+      const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || std::isfinite(gradients_[i].squaredNorm()));
       if (!fine && !result.bad) result.bad = first + i;
     }
     if (result.bad) break;

@@ -16,6 +16,10 @@
 
 namespace dpde {
 
+/* A power of a monomial (kernel_abi.h) is this plus the power where the monomial is 0 for waves of two cells along the
+ * axis, as first derivatives are at the centres of cells. It is even, as parity is that of the power. */
+constexpr int vanishing_power = 32;
+
 inline std::complex<double> phi(int number, std::complex<double> z) {
   if (number == 0) return std::exp(z);
   const double least = 1 + 0.5 * number; /* the recursion loses number*log2(|z|) bits of phi below 1 */

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coefficients that jump where an equation takes differences of a flux with them: the mean of both sides, as
+// differences have it at a face, is not what flows there, and the error is of order 1 however high that of the
+// differences is.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+
+namespace dpde::driver {
+
+struct Jump {
+  std::string coefficient;  // "" of a condition that stands in the equation itself
+  SourceRange range;        // of the difference, or of the equation
+};
+
+/// Each coefficient once. One jumps whose formula has a condition of places, a sign or a floor, or that a file gives,
+/// and whose values differ by about as much from a cell to the next as over four cells. In grad(u)/interpolate(1/k)
+/// none does: the harmonic mean is what flows.
+std::vector<Jump> jumps_in_fluxes(Session& session);
+
+}  // namespace dpde::driver

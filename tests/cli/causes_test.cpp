@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `dpde check` names as the cause: equations that are ill-posed, differences that look to where a flow goes,
+// coefficients that jump in a flux.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class Causes : public Command {
+ protected:
+  Outcome checked(const std::string& text) {
+    write("s.dpde", text);
+    return dpde("check s.dpde --json");
+  }
+  bool tells(const std::string& text, const std::string& code) { return told(checked(text), code); }
+  static bool told(const Outcome& outcome, const std::string& code) {
+    const std::vector<std::string> codes = outcome.codes();
+    return std::ranges::find(codes, code) != codes.end();
+  }
+};
+
+std::string ring(const std::string& model, const std::string& scheme, const std::string& scene) {
+  return "model m { " + model + " }\nscheme q { " + scheme + " }\nscene s : m with q {\n" +
+         "  grid x = 0 .. 1, cells 32, periodic\n  " + scene + "\n  time 0 .. 1e-3, step 1e-5\n}\n";
+}
+
+/// Growth without a bound, by each power, and growth that has one; of coefficients and states too.
+TEST_F(Causes, IllPosedEquationsAreTold) {
+  struct Case {
+    std::string model, scene;
+    int order;  // 0: well-posed
+  };
+  const std::string u = "initial u = sin(2*pi*x)", both = u + "\n  initial v = cos(2*pi*x)";
+  for (const Case& c :
+       std::vector<Case>{{"field u; param k = -0.1; dt(u) = k*lap(u)", u, 2},
+                         {"field u; dt(u) = 1e-3*lap(lap(u))", u, 4},
+                         {"field u; dt(u) = -lap(u) - 1e-3*lap(lap(u))", u, 0},
+                         {"field u, v; dt(u) = lap(v); dt(v) = lap(u)", both, 2},
+                         {"field u, v; dt(u) = lap(v); dt(v) = -lap(u)", both, 0},
+                         {"field u, v; dt(u) = dx(v); dt(v) = -dx(u)", both, 1},
+                         {"field u, v; dt(u) = dx(v); dt(v) = dx(u)", both, 0},
+                         {"field u; dt(dt(u)) = -lap(u)", u + "\n  initial dt(u) = 0", 1},
+                         {"field u; coefficient k; dt(u) = div(k*grad(u))", u + "\n  k = 0.1 + sin(2*pi*x)", 2},
+                         {"field u; coefficient k; dt(u) = div(k*grad(u))", u + "\n  k = 1.1 + sin(2*pi*x)", 0},
+                         {"field u; dt(u) = div((u^2 - 0.5)*grad(u))", u, 2},
+                         {"field u; dt(u) = -advect(u, u) + 20*u", u, 0},
+                         {"field u; dt(u) = lap(u^3 - u - 1e-2*lap(u))", u, 0}}) {
+    const Outcome check = checked(ring(c.model, "time = rk4", c.scene));
+    EXPECT_EQ(told(check, "W0819"), c.order > 0) << c.model;
+    const Json found = check.json()["stability"]["ill_posed"];
+    EXPECT_EQ(found.is_null() ? 0 : found["order"].get<int>(), c.order) << c.model;
+  }
+}
+
+TEST_F(Causes, ARunThatHasGrownNamesIllPosedEquations) {
+  write("s.dpde", ring("field u; dt(u) = -20*lap(u)", "time = rk4", "initial u = sin(2*pi*x) + 1e-6*noise(1)"));
+  const Outcome run = dpde("run s.dpde");
+  EXPECT_NE(run.err.find("ill-posed: growth of the shortest waves rises as 1/h^2"), std::string::npos) << run.err;
+}
+
+/// By the sign of what carries, whatever it is made of, not by how it is written.
+TEST_F(Causes, DifferencesThatLookDownwindAreTold) {
+  for (const std::string scheme : {"advect = upwind(1); time = euler", "advect = upwind(3); time = rk4"}) {
+    for (const auto& [equation, is_downwind] : {std::pair{"advect(-1, u)", true},
+                                                {"-advect(1, u)", false},
+                                                {"c*advect(1, u)", false},
+                                                {"-c*advect(1, u)", true},
+                                                {"advect(c*sin(2*pi*x), u)", true}}) {
+      const std::string model = std::string("field u; param c = -1; dt(u) = ") + equation;
+      EXPECT_EQ(tells(ring(model, scheme, "initial u = sin(2*pi*x)"), "W0510"), is_downwind) << equation << scheme;
+    }
+  }
+  EXPECT_FALSE(tells(
+      ring("field u; dt(u) = advect(-1, u)", "advect = central(2); time = rk4", "initial u = sin(2*pi*x)"), "W0510"));
+}
+
+TEST_F(Causes, JumpsInFluxesLowerTheOrder) {
+  struct Case {
+    std::string rate, k;
+    bool jumps;
+  };
+  for (const Case& c : std::vector<Case>{{"div(k*grad(u))", "if(x < 0.5, 1, 10)", true},
+                                         {"div(k*grad(u))", "2 + sign(x - 0.5)", true},
+                                         {"div(k*grad(u))", "1 + floor(4*x)", true},
+                                         {"div(k*grad(u))", "if(x < 0.5, x + 1, 2 - x)", false},
+                                         {"div(k*grad(u))", "2 + sin(2*pi*x)", false},
+                                         {"div(grad(u)/interpolate(1/k))", "if(x < 0.5, 1, 10)", false},
+                                         {"k*lap(u)", "if(x < 0.5, 1, 10)", false},
+                                         {"lap(u) + k", "if(x < 0.5, 1, 10)", false}}) {
+    const std::string text =
+        ring("field u; coefficient k; dt(u) = " + c.rate, "time = rk4", "initial u = sin(2*pi*x)\n  k = " + c.k);
+    const Outcome check = checked(text);
+    EXPECT_EQ(told(check, "W0509"), c.jumps) << c.rate << " " << c.k;
+    const Json order = check.json()["order"];
+    EXPECT_EQ(order["space"], c.jumps ? 1 : 2) << c.rate << " " << c.k;
+  }
+}
+
+/// What the hint writes: the steady flux through a slab of two halves is 2/(1/1 + 1/1000) on any grid.
+TEST_F(Causes, HarmonicMeansAreExactBetweenCells) {
+  for (const int cells : {8, 16}) {
+    write("s.dpde",
+          "model m { field u; coefficient k; dt(u) = div(grad(u)/interpolate(1/k)) }\n"
+          "scheme q { time = backward_euler }\nscene s : m with q {\n"
+          "  grid x = 0 .. 1, cells " +
+              std::to_string(cells) +
+              "\n  k = if(x < 0.5, 1, 1000)\n"
+              "  boundary u: x.low = 1, x.high = 0\n  initial u = 1 - x\n  time 0 .. 100, step 1\n"
+              "  observe flux = mean(-k*dx(u), at = x.low)\n}\n");
+    const Json found = dpde("run s.dpde --json").json();
+    EXPECT_NEAR(found["observables"]["flux"].get<double>(), 2 / (1 + 1e-3), 1e-6) << cells;
+  }
+}
+
+/// Two layers of vorticity, of 1/rho each, that roll up.
+std::string layers(double rho, double nu, const std::string& scheme) {
+  return fmt::format(
+      "model m {{ field w; param rho = {}; solve lap(psi) = -w for psi\n"
+      "  dt(w) = -advect((dy(psi), -dx(psi)), w) + {}*lap(w) }}\nscheme q {{ {}time = rk4 }}\nscene s : m with q {{\n"
+      "  grid x = 0 .. 1, cells 48, periodic\n  grid y = 0 .. 1, cells 48, periodic\n  initial w = 0.3*cos(2*pi*x) +\n"
+      "    if(y < 0.5, -rho*(1 - tanh(rho*(y - 0.25))^2), rho*(1 - tanh(rho*(0.75 - y))^2))\n"
+      "  time 0 .. 0.6, step 1/200\n}}\n",
+      rho, nu, scheme);
+}
+
+/// A spectrum that does not fall to the cut of dealiasing, as that of layers thinner than a cell.
+TEST_F(Causes, WhatDealiasingCutsOffIsTold) {
+  const std::string waves = "dx = spectral; lap = spectral; advect = spectral; dealias = two_thirds; ";
+  const auto is_told = [&](double rho, double nu) {
+    write("s.dpde", layers(rho, nu, waves));
+    return told(dpde("run s.dpde --json"), "W0815");
+  };
+  EXPECT_TRUE(is_told(80, 1e-4));
+  EXPECT_FALSE(is_told(15, 1e-3));
+}
+
+/// Along x, where nothing is steep, no cells are asked for, however fast the flow is.
+TEST_F(Causes, CellNumbersRingWhereItIsSteep) {
+  const Json numbers = checked(layers(80, 1e-4, "")).json()["cell_numbers"];
+  ASSERT_EQ(numbers.size(), 2u);
+  for (const Json& number : numbers) {
+    EXPECT_GT(number["number"].get<double>(), 2);
+    EXPECT_EQ(number["rings"].get<bool>(), number["axis"] == "y") << number.dump();
+  }
+}
+
+/// Unknowns of 1e-6 and 5e4 are found as Newton's method finds them, and their scales are said.
+TEST_F(Causes, LbfgsTellsItsScales) {
+  write("s.dpde",
+        "model m { field u; param a = 1.2e-6, b = 5e4; dt(u) = -1e6*a*u + 1e-4*b }\nscheme q { time = rk4 }\n"
+        "scene s : m with q { initial u = 1; time 0 .. 2, step 1/16 }\nscene truth = s { a = 1.7e-6; b = 4.2e4 }\n"
+        "task t : s { data d = u from scene truth over time; unknown a; unknown b; minimise mean((u - d)^2) over time\n"
+        "  using lbfgs(), iterations 60 }\n");
+  const Json found = dpde("optimize s.dpde t --json").json();
+  EXPECT_NEAR(found["unknowns"]["a"]["value"].get<double>(), 1.7e-6, 1e-11);
+  EXPECT_NEAR(found["unknowns"]["b"]["value"].get<double>(), 4.2e4, 1);
+  EXPECT_DOUBLE_EQ(found["scales"]["a"].get<double>(), 1.2e-6);
+}
+
+}  // namespace
+}  // namespace dpde::testing
