@@ -162,7 +162,7 @@ TEST_F(RunCommand, CtrlCEndsTheLoopOfAShell) {
         "for i in 1 2 3; do echo run $i; $DPDE run rod.dpde --set end=1e8 -q --checkpoint-every 1000 --out o; done\n");
   const Outcome loop = shell(
       "export DPDE; env --default-signal=INT setsid bash loop.sh & loop=$!; for i in $(seq 6000); do [ -s "
-      "o/rod.restart ] && break; sleep 0.01; done; kill -INT -- -$loop; wait $loop");
+      "o/rod.restart ] && break; sleep 0.01; done; bash -c 'kill -INT -- -$0' $loop; wait $loop");
   EXPECT_EQ(loop.status, by_ctrl_c);
   EXPECT_EQ(loop.out, "run 1\n");
 }

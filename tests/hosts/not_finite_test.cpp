@@ -94,8 +94,7 @@ task fit : rod { unknown D from 0.05; minimise mean(u^2) at t = 1 }
   EXPECT_NE(message([&] { sim.loss(); }).find("the step 0.0025 may be too large"), std::string::npos);
   EXPECT_NE(message([&] { sim.gradient(); }).find("the step 0.0025 may be too large"), std::string::npos);
   sim.reset();
-  sim.step(400);
-  EXPECT_NE(message([&] { sim.state("u"); }).find("u has grown from "), std::string::npos);
+  EXPECT_NE(message([&] { sim.step(400); }).find("u has grown from "), std::string::npos);
   sim.set("D", 0.083);  // 1.075^400 = 4e12 of the shortest wave
   sim.set_initial("u", [] {
     std::vector<double> wave(50);
