@@ -27,10 +27,13 @@ std::string temporary_name(const std::filesystem::path& path, int attempt) {
   return fmt::format("{}.tmp-{}-{}", path.string(), getpid(), attempt);
 }
 
+enum class Access { usual, of_owner };
+
 /// An open file that closes, and if it has a temporary name removes it, unless it was finished.
 class OutputFile {
  public:
-  OutputFile(const std::filesystem::path& path, bool direct) : path_(path), is_direct_(direct) {
+  OutputFile(const std::filesystem::path& path, bool direct, Access access)
+      : path_(path), is_direct_(direct), access_(access) {
     if (direct) {
       descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
     } else if (!create_nameless()) {
@@ -57,7 +60,7 @@ class OutputFile {
 
   void finish() {
     if (!is_direct_) {
-      keep_permissions();
+      set_permissions();
       if (fsync(descriptor_) != 0) fail(path_, errno);
       if (temporary_.empty()) give_name();
     }
@@ -72,7 +75,7 @@ class OutputFile {
  private:
   bool create_nameless() {
     const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-    descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, mode());
     if (descriptor_ < 0) return false;
     std::error_code error;
     if (std::filesystem::exists(file_of_descriptor(), error)) return true;  // or it could get no name
@@ -95,26 +98,30 @@ class OutputFile {
   void create_temporary() {
     for (int attempt = 0; attempt < most_attempts; ++attempt) {
       const std::string name = temporary_name(path_, attempt);
-      descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode());
       if (descriptor_ >= 0) temporary_ = name;
       if (descriptor_ >= 0 || errno != EEXIST) return;
     }
   }
-  /// A file that is replaced keeps its permissions.
-  void keep_permissions() {
+  mode_t mode() const { return access_ == Access::of_owner ? 0600 : 0666; }
+  /// A file that is replaced keeps its permissions, but for one that is to be its owner's alone.
+  void set_permissions() {
     struct stat old {};
-    if (stat(path_.c_str(), &old) == 0 && fchmod(descriptor_, old.st_mode & 07777) != 0) fail(path_, errno);
+    if (access_ == Access::of_owner) {
+      if (fchmod(descriptor_, mode()) != 0) fail(path_, errno);
+    } else if (stat(path_.c_str(), &old) == 0 && fchmod(descriptor_, old.st_mode & 07777) != 0) {
+      fail(path_, errno);
+    }
   }
 
   std::filesystem::path path_;
   bool is_direct_;
+  Access access_;
   std::string temporary_;
   int descriptor_ = -1;
 };
 
-}  // namespace
-
-void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
+void write_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts, Access access) {
   struct stat status {};
   const bool exists = stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(path, EISDIR);
@@ -123,9 +130,19 @@ void write_file_atomically(const std::filesystem::path& path, std::initializer_l
   std::error_code error;
   const std::filesystem::path target = exists && !special ? std::filesystem::canonical(path, error) : path;
   if (error) fail(path, error.value());
-  OutputFile file(target, special);
+  OutputFile file(target, special, access);
   for (std::string_view part : parts) file.write_all(part);
   file.finish();
+}
+
+}  // namespace
+
+void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
+  write_atomically(path, parts, Access::usual);
+}
+
+void write_private_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
+  write_atomically(path, parts, Access::of_owner);
 }
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view content) {

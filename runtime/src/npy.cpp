@@ -114,14 +114,22 @@ struct Type {
   bool swap;
 };
 
+/// Numbers of one byte have no order of bytes, '|'. A truth value is 0 or 1.
 std::optional<Type> find_type(std::string_view name) {
-  if (name.size() != 3 || (name[0] != '<' && name[0] != '>' && name[0] != '=')) return std::nullopt;
+  if (name.size() != 3 || std::string_view("<>=|").find(name[0]) == std::string_view::npos) return std::nullopt;
   const std::string_view kind = name.substr(1);
   const bool swap = name[0] == '>';
+  if (kind == "b1" || kind == "u1") return Type{number_at<uint8_t>, 1, false};
+  if (kind == "i1") return Type{number_at<int8_t>, 1, false};
+  if (name[0] == '|') return std::nullopt;
   if (kind == "f8") return Type{number_at<double>, 8, swap};
   if (kind == "f4") return Type{number_at<float>, 4, swap};
   if (kind == "i8") return Type{number_at<int64_t>, 8, swap};
   if (kind == "i4") return Type{number_at<int32_t>, 4, swap};
+  if (kind == "i2") return Type{number_at<int16_t>, 2, swap};
+  if (kind == "u8") return Type{number_at<uint64_t>, 8, swap};
+  if (kind == "u4") return Type{number_at<uint32_t>, 4, swap};
+  if (kind == "u2") return Type{number_at<uint16_t>, 2, swap};
   return std::nullopt;
 }
 
@@ -183,7 +191,7 @@ NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
   const Header header = HeaderReader(all.substr(start, length), name).read();
   const std::optional<Type> type = find_type(header.type);
   if (!type)
-    reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, int64 and int32 are supported",
+    reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, integers and truth values are supported",
                             header.type.substr(0, 40)));
   const std::string_view data = all.substr(start + length);
   const std::optional<size_t> count = count_of(header.shape, data.size() / type->size);

@@ -11,6 +11,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/float_mode.h"
+#include "dpde/runtime/growth.h"
 #include "rollout_impl.h"
 
 namespace dpde {
@@ -115,6 +116,16 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     run_at_state(program.executor, k);
     loss_value += term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
   }
+  if (!due.empty() && due.front().step == last_loss && has_grown_beyond_reason(state))
+    loss_value = std::numeric_limits<double>::quiet_NaN();  // as little a result as of states that are not finite
+}
+
+bool Rollout::Impl::has_grown_beyond_reason(const StateBuffer& state) const {
+  for (size_t s = 0; s < state.size(); ++s) {
+    const double now = largest_magnitude(setup.layout, state[s]);
+    if (grows_beyond_reason(largest_magnitude(setup.layout, buffers.front()[s]), now)) return true;
+  }
+  return false;
 }
 
 /// A working buffer that is neither a nor b.

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <optional>
 
@@ -62,20 +63,56 @@ class HeaderReader : public HeaderText {
     expect('"');
     std::string content;
     while (!text_.empty() && text_.front() != '"') {
-      char c = text_.front();
+      const char c = text_.front();
       text_.remove_prefix(1);
-      if (c == '\\') c = escaped();
-      content += c;
+      if (c == '\\') {
+        add_escaped(content);
+      } else {
+        content += c;
+      }
     }
-    expect('"');
+    if (text_.empty()) fail("its header lacks a '\"'");
+    text_.remove_prefix(1);
     return content;
   }
-  char escaped() {
-    constexpr std::string_view written = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
+  void add_escaped(std::string& content) {
+    constexpr std::string_view written = "\"\\/bfnrtu", meant = "\"\\/\b\f\n\r\t";
     const std::size_t which = text_.empty() ? std::string_view::npos : written.find(text_.front());
-    if (which == std::string_view::npos) fail("its header has a name with an escape that is not supported");
+    if (which == std::string_view::npos) fail("its header has a text with an escape that JSON does not know");
     text_.remove_prefix(1);
-    return meant[which];
+    if (which < meant.size()) {
+      content += meant[which];
+    } else {
+      add_utf8(content, code_point());
+    }
+  }
+  /// Behind "\u": of the plane that 16 bits reach, or of two such halves.
+  uint32_t code_point() {
+    const uint32_t first = four_digits();
+    if (first < 0xd800 || first > 0xdfff) return first;
+    if (first > 0xdbff || !text_.starts_with("\\u")) fail("its header has half of a \\u escape of two");
+    text_.remove_prefix(2);
+    const uint32_t second = four_digits();
+    if (second < 0xdc00 || second > 0xdfff) fail("its header has half of a \\u escape of two");
+    return 0x10000 + ((first - 0xd800) << 10) + (second - 0xdc00);
+  }
+  uint32_t four_digits() {
+    uint32_t value = 0;
+    const char* const end = text_.data() + std::min<std::size_t>(4, text_.size());
+    const auto [last, error] = std::from_chars(text_.data(), end, value, 16);
+    if (error != std::errc() || last != text_.data() + 4) fail("its header has a \\u escape without four digits");
+    text_.remove_prefix(4);
+    return value;
+  }
+  static void add_utf8(std::string& content, uint32_t code) {
+    const auto add = [&](uint32_t byte) { content += static_cast<char>(byte); };
+    if (code < 0x80) {
+      add(code);
+      return;
+    }
+    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // bytes of six bits each
+    add((0xff00U >> (more + 1) & 0xffU) | code >> (6 * more));   // as many bits as bytes, a 0, the highest bits
+    for (int i = more; i-- > 0;) add(0x80 | (code >> (6 * i) & 0x3f));
   }
 
   std::vector<int64_t> sizes(const std::string& of) {
@@ -120,12 +157,10 @@ std::vector<double> numbers(std::string_view data) {
 
 NamedArray array_of(const HeaderReader& reader, const std::string& name, const Entry& entry, std::string_view data) {
   const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
-  if (bytes == 0)
-    reader.fail(
-        fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, entry.type.substr(0, 40)));
   const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
   if (end > data.size())
     reader.fail(fmt::format("{} ends at byte {} of {}: the file was cut off", name, end, data.size()));
+  if (bytes == 0) return {name, entry.shape, {}, entry.type.substr(0, 40)};
   std::size_t count = bytes;
   for (const int64_t size : entry.shape) {
     if (__builtin_mul_overflow(count, static_cast<std::size_t>(size), &count))

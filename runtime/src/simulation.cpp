@@ -164,6 +164,9 @@ void Simulation::Impl::begin_stepping() {
   Rollout& stepper = engine.stepper();
   engine.begin(stepper);
   stepper.restart();
+  began.clear();
+  for (std::size_t s = 0; s < engine.states().size(); ++s)
+    began.push_back(largest_magnitude(engine.workspace().layout(), stepper.present()[s]));
   has_begun = true;
   reached = looked_at = 0;
 }
@@ -180,6 +183,25 @@ void Simulation::Impl::look_for_blow_up() {
                     "a smaller step than {} may help",
                     engine.states()[s].name, reached, time(), bad->x, bad->y, bad->z,
                     reached - before == 1 ? "" : fmt::format("; it was after {}", before), engine.scene().step));
+  }
+  for (std::size_t s = 0; s < engine.states().size(); ++s) {
+    const double now = largest_magnitude(engine.workspace().layout(), engine.stepper().present()[s]);
+    if (grows_beyond_reason(began[s], now)) throw NotFinite(text_of({engine.states()[s].name, began[s], now}, reached));
+  }
+}
+
+std::string Simulation::Impl::text_of(const Growth& growth, int steps) const {
+  return fmt::format(
+      "{} has grown from {:.3g} to {:.3g} in {} steps: with these values the step {} may be too large for the scheme",
+      growth.state, growth.before, growth.after, steps, engine.scene().step);
+}
+
+void Simulation::Impl::look_for_growth(const std::vector<double>& before, const std::vector<void*>& end, int steps,
+                                       double t) {
+  grown.clear();
+  for (const Growth& growth : growths_of(engine, before, end, steps, t)) {
+    if (growth.is_beyond_reason()) throw NotFinite(text_of(growth, steps));
+    grown += (grown.empty() ? "" : "; ") + text_of(growth, steps);
   }
 }
 
@@ -218,14 +240,19 @@ double Simulation::Impl::observe(std::string_view name) {
 
 bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
   const int count = std::max(0, step - (has_begun ? reached : 0));
-  if (!progress) return advance(count, true);
+  grown.clear();
+  const auto ended = [&] {
+    look_for_growth(began, engine.stepper().present(), reached, time());
+    return true;
+  };
+  if (!progress) return advance(count, true) && ended();
   for (int done = 0; done < count;) {
     const int now = std::min(std::max(every, 1), count - done);
     if (!advance(now, done + now == count)) return false;
     done += now;
     if (!progress({done, count, host.time()})) return false;
   }
-  return true;
+  return ended();
 }
 
 void Simulation::Impl::set_control(std::string_view name, Values values) {
@@ -334,7 +361,10 @@ void Simulation::supply(std::string_view network, HostNetwork functions) {
 void Simulation::set_state(std::string_view name, Values values) {
   const std::size_t s = impl_->state_named(name);
   impl_->explained([&] { impl_->begin_stepping(); });
-  copy_in(impl_->engine.workspace().layout(), impl_->engine.stepper().present()[s], values);
+  void* const present = impl_->engine.stepper().present()[s];
+  const dpde_layout& layout = impl_->engine.workspace().layout();
+  copy_in(layout, present, values);
+  impl_->began[s] = std::max(impl_->began[s], largest_magnitude(layout, present));
 }
 
 void Simulation::set_initial(std::string_view name, Values values) {
@@ -387,6 +417,8 @@ const char* Simulation::unit(std::string_view name) const {
   return "";
 }
 
+const std::string& Simulation::growth() const { return impl_->grown; }
+
 double Simulation::time() const { return impl_->time(); }
 double Simulation::time_step() const { return impl_->engine.scene().step; }
 int Simulation::steps_done() const { return impl_->reached; }
@@ -397,15 +429,18 @@ void Simulation::begin_at(double time) {
 }
 
 void Simulation::reset() {
+  const Running running(impl_->is_running);
   impl_->has_begun = false;
   impl_->explained([&] { impl_->begin_stepping(); });
 }
 
 bool Simulation::step(int count) {
+  const Running running(impl_->is_running);
   return impl_->explained([&] { return impl_->advance(count, false); });
 }
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
+  const Running running(impl_->is_running);
   const double begin = impl_->engine.t_begin(), step = time_step(), position = (time - begin) / step;
   if (!(position < std::numeric_limits<int>::max()))
     throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
@@ -419,6 +454,7 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
 
 /// The number of steps is the scene's: no time is taken apart for it.
 bool Simulation::run(const ProgressCallback& progress, int every) {
+  const Running running(impl_->is_running);
   return impl_->explained([&] { return impl_->run_to_step(impl_->engine.scene().steps, *this, progress, every); });
 }
 

@@ -64,8 +64,15 @@ double Simulation::Impl::gradient_or_none() {
 
 /// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite
 /// `what` is at fault.
-void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
+void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) {
   const std::optional<BlowUp> first = rollout.run().blow_up;
+  const dpde_scene& scene = engine.scene();
+  if (!first) {
+    measure_start(rollout);
+    for (const Growth& growth :
+         growths_of(engine, start, rollout.final_states(), scene.steps, engine.t_begin() + scene.steps * scene.step))
+      throw NotFinite(fmt::format("{} is not finite: {}", what, text_of(growth, scene.steps)));
+  }
   if (!first)
     throw NotFinite(
         what +
@@ -75,6 +82,12 @@ void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
                   "a smaller step than {} may help",
                   rollout.state_name(first->state), first->step, engine.scene().steps, first->t, first->cell.x,
                   first->cell.y, first->cell.z, engine.scene().step));
+}
+
+void Simulation::Impl::measure_start(Rollout& rollout) {
+  start.clear();
+  for (int s = 0; s < rollout.state_count(); ++s)
+    start.push_back(largest_magnitude(rollout.initial(s).layout(), rollout.initial(s).base()));
 }
 
 void Simulation::Impl::require_size(Values values, std::string_view what) const {
@@ -143,6 +156,7 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
 }
 
 double Simulation::loss() {
+  const Running running(impl_->is_running);
   const double loss = impl_->explained([&] {
     impl_->begin_objective();
     return impl_->engine.loss();
@@ -152,6 +166,7 @@ double Simulation::loss() {
 }
 
 double Simulation::gradient() {
+  const Running running(impl_->is_running);
   const double loss = impl_->explained([&] { return impl_->gradient(); });
   if (impl_->engine.was_stopped()) return loss;
   if (!std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
@@ -198,12 +213,14 @@ std::vector<double> Simulation::hessian_vector(Values direction, Curvature curva
 }
 
 void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) {
+  const Running running(impl_->is_running);
   impl_->explained([&] { impl_->product(direction, product, curvature); });
   if (!impl_->engine.was_stopped() && !all_finite(product))
     impl_->refuse(impl_->engine.products(curvature), "the product with the Hessian");
 }
 
 Optimised Simulation::optimise(const OptimiserCallback& progress, int iterations) {
+  const Running running(impl_->is_running);
   return impl_->explained([&] { return impl_->optimise(progress, iterations); });
 }
 

@@ -10,10 +10,28 @@
 #include <vector>
 
 #include "dpde/runtime/engine.h"
+#include "dpde/runtime/growth.h"
 #include "dpde/runtime/simulation.h"
 #include "supplied_network.h"
 
 namespace dpde {
+
+/// While it lives, progress that asks for another run of the same simulation is refused.
+class Running {
+ public:
+  explicit Running(bool& is_running) : is_running_(is_running) {
+    if (is_running)
+      throw Error(ErrorKind::input,
+                  "the simulation is running: its progress may read it and end it, but not run or reset it");
+    is_running_ = true;
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  ~Running() { is_running_ = false; }
+
+ private:
+  bool& is_running_;
+};
 
 struct Simulation::Impl {
   Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep);
@@ -50,6 +68,11 @@ struct Simulation::Impl {
   bool advance(int count, bool look);
   bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
+  /// Into `grown` what a run that has ended at `end` has left far above `before`. @throws NotFinite where it is beyond
+  /// reason.
+  void look_for_growth(const std::vector<double>& before, const std::vector<void*>& end, int steps, double t);
+  void measure_start(Rollout& rollout);
+  std::string text_of(const Growth& growth, int steps) const;
   double time() const { return engine.t_begin() + reached * engine.scene().step; }
 
   // Losses
@@ -58,13 +81,16 @@ struct Simulation::Impl {
   double gradient_or_none();
   /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first,
   /// else that `what` is not finite.
-  [[noreturn]] void refuse(Rollout& rollout, const std::string& what) const;
+  [[noreturn]] void refuse(Rollout& rollout, const std::string& what);
   void product(Values direction, Target to, Curvature curvature);
   Optimised optimise(const OptimiserCallback& progress, int iterations);
 
   Engine engine;
   std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
+  std::vector<double> began, start;  // largest magnitudes of the states that stepping, and losses, begin with
+  std::string grown;                 // of the last run; "": nothing has
+  bool is_running = false;
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps
   std::vector<double> gradient_values;  // of all unknowns

@@ -6,7 +6,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <optional>
+#include <set>
+#include <string_view>
 
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
@@ -73,6 +77,46 @@ std::string prefix_in(const dpde_network& network, std::span<const NamedArray> a
   return shared.empty() ? own : shared;
 }
 
+/// The number of "<number>.weight" and "<number>.bias"; nothing of other names.
+std::optional<int64_t> number_in(const std::string& name) {
+  int64_t number = 0;
+  const char* const end = name.data() + name.size();
+  const auto [behind, error] = std::from_chars(name.data(), end, number);
+  const std::string_view rest(behind, static_cast<std::size_t>(end - behind));
+  const bool is_one = error == std::errc() && number >= 0 && (rest == ".weight" || rest == ".bias");
+  return is_one ? std::optional(number) : std::nullopt;
+}
+
+/// How a file calls the arrays of a network.
+class ArrayNames {
+ public:
+  ArrayNames(const dpde_network& network, std::span<const NamedArray> arrays) : prefix_(prefix_in(network, arrays)) {
+    std::set<int64_t> numbers;
+    for (const NamedArray& array : arrays) {
+      const std::optional<int64_t> number = number_in(array.name);
+      if (number) numbers.insert(*number);
+      if (array.name.starts_with(prefix_)) return;  // it has them by our names
+    }
+    numbers_.assign(numbers.begin(), numbers.end());
+  }
+
+  bool are_numbers() const { return !numbers_.empty(); }
+  const std::string& prefix() const { return prefix_; }
+  /// `layer`: of those that have weights, from 0 on.
+  std::string of(const WeightsPlace& place, std::size_t layer) const {
+    if (numbers_.empty() || layer >= numbers_.size()) return prefix_ + place.name;
+    return fmt::format("{}{}", numbers_[layer], place.name.substr(place.name.find('.')));
+  }
+  bool is_own(const NamedArray& array) const {
+    if (!array.other_type.empty()) return false;
+    return are_numbers() ? number_in(array.name).has_value() : array.name.starts_with(prefix_);
+  }
+
+ private:
+  std::string prefix_;
+  std::vector<int64_t> numbers_;  // of layers that are called by them, in their order
+};
+
 }  // namespace
 
 std::vector<NamedArray> parse_weights(std::string_view bytes, const std::string& name) {
@@ -110,16 +154,20 @@ std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const d
 std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays,
                                const std::string& file) {
   std::vector<double> weights(static_cast<std::size_t>(network.weight_count));
-  const std::string prefix = prefix_in(network, arrays);
-  std::size_t used = 0;
+  const ArrayNames names(network, arrays);
+  std::size_t used = 0, layers = 0;
   for (const WeightsPlace& place : places_of(network)) {
-    const auto array = std::ranges::find(arrays, prefix + place.name, &NamedArray::name);
+    if (!place.name.ends_with(".bias")) ++layers;
+    const std::string name = names.of(place, layers - 1);
+    const auto array = std::ranges::find(arrays, name, &NamedArray::name);
     if (array == arrays.end()) {
-      std::vector<std::string> names;
-      for (const NamedArray& each : arrays) names.push_back(each.name);
-      fail(file, fmt::format("network {} needs an array {}; it has {}", network.name, prefix + place.name,
-                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+      std::vector<std::string> others;
+      for (const NamedArray& each : arrays) others.push_back(each.name);
+      fail(file, fmt::format("network {} needs an array {}; it has {}", network.name, name,
+                             others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", "))));
     }
+    if (!array->other_type.empty())
+      fail(file, fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, array->other_type));
     if (array->shape != place.shape) {
       fail(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name, fmt::join(array->shape, ", "),
                              network.name, fmt::join(place.shape, ", ")));
@@ -130,11 +178,10 @@ std::vector<double> weights_of(const dpde_network& network, std::span<const Name
     std::ranges::copy(array->values, weights.begin() + place.begin);
     ++used;
   }
-  const auto mine =
-      std::ranges::count_if(arrays, [&](const NamedArray& array) { return array.name.starts_with(prefix); });
+  const auto mine = std::ranges::count_if(arrays, [&](const NamedArray& array) { return names.is_own(array); });
   if (static_cast<std::size_t>(mine) != used)
     fail(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network",
-                           mine, prefix, network.name, used));
+                           mine, names.are_numbers() ? "" : names.prefix(), network.name, used));
   return weights;
 }
 

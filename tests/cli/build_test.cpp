@@ -57,6 +57,18 @@ TEST_F(BuildCommand, MistakesAreToldApart) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0908"}) << "a program without a scene";
 }
 
+TEST_F(BuildCommand, NothingIsWrittenWhereItFails) {
+  write("rod.dpde", rod_text);
+  for (const std::string name : {"9x", "1", "dpde", "std", "a-b", "int"}) {
+    const Outcome outcome = dpde("build rod.dpde rod -o made --name " + name + " --json");
+    EXPECT_EQ(outcome.status, 2) << name << outcome.err;
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"}) << name;
+    EXPECT_FALSE(fs::exists(path("made"))) << name;
+  }
+  EXPECT_EQ(shell("CXX=/no/such/compiler $DPDE build rod.dpde rod -o made").status, 3);
+  EXPECT_FALSE(fs::exists(path("made")));
+}
+
 TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
   write("clash.dpde",
         "model m { field u; param initial_u; dt(u) = initial_u*u }\n"

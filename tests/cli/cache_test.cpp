@@ -118,5 +118,32 @@ TEST_F(Cache, SeveralRunsAtOnce) {
   EXPECT_EQ(entries("c").size(), 1u);
 }
 
+/// What is found is run: whoever may write to a folder, to one above it or to an entry could put code of theirs there.
+TEST_F(Cache, WhatOthersMayWriteToIsNotUsed) {
+  write("rod.dpde", rod_text);
+  const auto codes = [&](const std::string& before, const std::string& folder) {
+    const Outcome outcome = shell(before + " && $DPDE run rod.dpde rod --json --cache " + folder);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.codes();
+  };
+  const std::vector<std::string> none, refused{"W0903"};
+  EXPECT_EQ(codes("mkdir own && chmod 755 own", "own"), none);
+  for (const std::string mode : {"775", "757", "1777"}) {
+    EXPECT_EQ(codes("mkdir m" + mode + " && chmod " + mode + " m" + mode, "m" + mode), refused);
+    EXPECT_TRUE(entries("m" + mode).empty());
+  }
+  EXPECT_EQ(codes("mkdir -p open/c && chmod 700 open/c && chmod 777 open", "open/c"), refused);
+  EXPECT_EQ(codes("mkdir -p sticky/c && chmod 700 sticky/c && chmod 1777 sticky", "sticky/c"), none);
+  for (const fs::path& entry : entries("own"))
+    EXPECT_EQ(fs::status(entry).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_TRUE(run("--cache own")["code_from_cache"].get<bool>());
+  for (const std::string change :
+       {"chmod 660 own/*", "chmod 606 own/*", "for f in own/*; do mv $f e; ln -s $PWD/e $f; done"}) {
+    shell(change);
+    EXPECT_FALSE(run("--cache own")["code_from_cache"].get<bool>()) << change;
+    EXPECT_TRUE(run("--cache own")["code_from_cache"].get<bool>()) << change;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -74,11 +74,11 @@ TEST_F(ChartCommand, CtrlCLeavesNoChoiceAndNoBoundary) {
   text.replace(text.find("step 1/32"), 9, "step 1/131072");
   write("s.dpde", text);
   const Outcome tuned = interrupted("tune s.dpde --tolerance 1e-9 --json", "0.3");
-  EXPECT_EQ(tuned.status, 1) << tuned.err;
+  EXPECT_EQ(tuned.status, by_ctrl_c) << tuned.err;
   EXPECT_EQ(tuned.codes(), std::vector<std::string>{"E0807"}) << tuned.err;
   EXPECT_FALSE(tuned.json().contains("chosen") && !tuned.json()["chosen"].is_null()) << tuned.out;
   const Outcome measured = interrupted("stability s.dpde --json", "0.3");
-  EXPECT_EQ(measured.status, 1) << measured.err;
+  EXPECT_EQ(measured.status, by_ctrl_c) << measured.err;
   EXPECT_EQ(measured.codes(), std::vector<std::string>{"E0807"}) << measured.err;
   EXPECT_FALSE(measured.json().contains("ratio") && !measured.json()["ratio"].is_null()) << measured.out;
 }

@@ -85,7 +85,7 @@ TEST_F(ChartCommand, CtrlCLeavesAChartThatGoesOn) {
       "chart s.dpde --vary advect=central2 --vary time=rk4 --vary cells=16,24,32,48,64,96 --vary fraction=0.9,0.45 "
       "--samples 3 --sample-seconds 0.1 --out o";
   const Outcome stopped = interrupted(command + " --progress", "0.5", "o/ring_chart_points.json");
-  EXPECT_EQ(stopped.status, 1) << stopped.err;
+  EXPECT_EQ(stopped.status, by_ctrl_c) << stopped.err;
   EXPECT_NE(stopped.err.find("E0807"), std::string::npos) << stopped.err;
   EXPECT_NE(stopped.err.find(" left\n"), std::string::npos) << "progress: " << stopped.err;
   EXPECT_NE(stopped.err.find("--resume goes on from here"), std::string::npos);
@@ -107,7 +107,7 @@ TEST_F(ChartCommand, CtrlCLeavesAChartThatGoesOn) {
 TEST_F(ChartCommand, CtrlCBeforeTheReferenceIsNoFaultOfTheScene) {
   write("s.dpde", wind(false));
   const Outcome stopped = interrupted("chart s.dpde --reference-cells 262144 --out o", "0.3");
-  EXPECT_EQ(stopped.status, 1) << stopped.err;
+  EXPECT_EQ(stopped.status, by_ctrl_c) << stopped.err;
   EXPECT_NE(stopped.err.find("stopped before there was anything to compare with"), std::string::npos) << stopped.err;
   EXPECT_EQ(stopped.err.find("E0916"), std::string::npos) << stopped.err;
 }

@@ -76,9 +76,9 @@ class Command : public ::testing::Test {
   Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
   /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is
   /// SIGINT; before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that
-  /// holds anything.
+  /// holds anything. A shell's background jobs ignore SIGINT, and dpde would too: env gives it back.
   Outcome interrupted(const std::string& arguments, const std::string& seconds, const std::string& file = ".") const {
-    return shell("$DPDE " + arguments +
+    return shell("env --default-signal=INT $DPDE " + arguments +
                  " & run=$!; for i in $(seq 6000); do "
                  "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && [ -s " +
                  file +
@@ -98,6 +98,9 @@ class Command : public ::testing::Test {
   }
   fs::path folder_;
 };
+
+/// Ended by the signal of Ctrl-C, as a shell tells it.
+constexpr int by_ctrl_c = 130;
 
 /// A periodic rod whose explicit Euler solution is known in closed form: each step scales sin(x) by
 /// 1 - 4 k dt/h^2 sin(h/2)^2.

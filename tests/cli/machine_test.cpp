@@ -46,7 +46,7 @@ TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
   const Outcome outcome = interrupted(
       "optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here",
       "0", "here/optimiser.log");
-  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.status, by_ctrl_c);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0806"});
   EXPECT_TRUE(fs::exists(path("here/loss.csv")));
 }
@@ -54,7 +54,7 @@ TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
 TEST_F(Machine, InterruptedGradientHasNoNumber) {
   const Outcome outcome = interrupted(
       "gradient " + example("heat/heat.dpde") + " recover --set step=1/4000000 --memory 1M --json --quiet", "0.3");
-  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.status, by_ctrl_c);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
 }
 
@@ -75,7 +75,7 @@ task t : s { data r = u from scene fine at t = 1
   minimise mean((u - r)^2) at t = 1 }
 )");
   const Outcome outcome = interrupted("gradient long.dpde t", "0.5");
-  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.status, by_ctrl_c);
   EXPECT_NE(outcome.err.find("error[E0807]: stopped before the task was prepared"), std::string::npos) << outcome.err;
 }
 

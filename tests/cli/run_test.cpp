@@ -121,10 +121,50 @@ TEST_F(RunCommand, StopsAtCtrlCAndWritesWhatThereIs) {
     const std::string out = "o" + wait;
     const Outcome run = interrupted("run rod.dpde --set end=1e8 --json --checkpoint-every 1000 --out " + out, wait,
                                     out + "/rod.restart");
-    EXPECT_EQ(run.status, 1) << run.err;
+    EXPECT_EQ(run.status, by_ctrl_c) << run.err;
     EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"}) << run.err;
     EXPECT_EQ(values_of(path(out + "/u.npy")).size(), 16u);
   }
+}
+
+/// A terminal that is closed, and what ends services: saved, and ended by the signal.
+TEST_F(RunCommand, SavesAtOtherSignalsToo) {
+  write("rod.dpde", rod_text);
+  for (const auto& [signal, status] : {std::pair{"HUP", 129}, {"TERM", 143}}) {
+    const std::string out = std::string("o") + signal;
+    const Outcome run = shell("$DPDE run rod.dpde --set end=1e8 --json --checkpoint-every 1000 --out " + out +
+                              " & run=$!; for i in $(seq 6000); do [ -s " + out +
+                              "/rod.restart ] && break; sleep 0.01; done; kill -" + signal + " $run; wait $run");
+    EXPECT_EQ(run.status, status) << run.err;
+    EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"}) << run.err;
+    EXPECT_EQ(values_of(path(out + "/u.npy")).size(), 16u);
+  }
+}
+
+/// nohup, and the background jobs of scripts.
+TEST_F(RunCommand, LeavesSignalsThatAreIgnored) {
+  write("rod.dpde", rod_text);
+  for (const std::string signal : {"INT", "HUP"}) {
+    const Outcome run = shell("env --ignore-signal=" + signal +
+                              " $DPDE run rod.dpde --set end=2e4 --json --checkpoint-every 1000 --out o" + signal +
+                              " & run=$!; for i in $(seq 6000); do [ -s o" + signal +
+                              "/rod.restart ] && break; sleep 0.01; done; kill -" + signal + " $run; wait $run");
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(run.json()["time"], 2e4);
+  }
+}
+
+/// A loop of a shell ends where a program of it ends by Ctrl-C. The group of the loop gets the signal, as from a
+/// terminal.
+TEST_F(RunCommand, CtrlCEndsTheLoopOfAShell) {
+  write("rod.dpde", rod_text);
+  write("loop.sh",
+        "for i in 1 2 3; do echo run $i; $DPDE run rod.dpde --set end=1e8 -q --checkpoint-every 1000 --out o; done\n");
+  const Outcome loop = shell(
+      "export DPDE; env --default-signal=INT setsid bash loop.sh & loop=$!; for i in $(seq 6000); do [ -s "
+      "o/rod.restart ] && break; sleep 0.01; done; bash -c 'kill -INT -- -$0' $loop; wait $loop");
+  EXPECT_EQ(loop.status, by_ctrl_c);
+  EXPECT_EQ(loop.out, "run 1\n");
 }
 
 TEST_F(RunCommand, RefusesAStartThatIsNotFinite) {
@@ -134,6 +174,46 @@ TEST_F(RunCommand, RefusesAStartThatIsNotFinite) {
   const Outcome run = dpde("run rod.dpde --json");
   EXPECT_EQ(run.status, 1);
   EXPECT_EQ(run.codes(), std::vector<std::string>{"E0805"});
+}
+
+/// The same numbers but for roundings, whatever a processor has; where it has less than is asked for, what it has.
+TEST_F(RunCommand, CodeForFewerInstructions) {
+  write("rod.dpde", rod_text);
+  std::vector<double> first;
+  for (const std::string isa : {"portable", "avx2", "avx512"}) {
+    for (const std::string backend : {"jit", "cpp"}) {
+      if (backend == "cpp" && isa != "portable") continue;  // a compiler runs for each
+      const std::string out = "o" + isa + backend;
+      ASSERT_EQ(
+          shell("DPDE_ISA=" + isa + " $DPDE run rod.dpde rod --quiet --backend " + backend + " --out " + out).status,
+          0);
+      const std::vector<double> values = values_of(path(out + "/u.npy"));
+      if (first.empty()) first = values;
+      ASSERT_EQ(values.size(), first.size());
+      for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], first[i], 1e-14) << isa << backend;
+    }
+  }
+  EXPECT_NE(shell("DPDE_ISA=portable $DPDE --version").out.find(", portable\n"), std::string::npos);
+}
+
+/// u.npy is of the last scene; that of another keeps its values under its scene's name.
+TEST_F(RunCommand, ScenesShareAFolder) {
+  write("two.dpde", R"(model m { field u; dt(u) = 0*u }
+scene one : m { grid x = 0 .. 1, cells 4, periodic; initial u = 1; observe size = mean(u); time 0 .. 1, step 0.5 }
+scene two : m { grid x = 0 .. 1, cells 4, periodic; initial u = 2; observe size = mean(u); time 0 .. 1, step 0.5 }
+)");
+  const auto first_of = [&](const std::string& file) { return values_of(path("o/" + file)).at(0); };
+  for (const std::string scene : {"one", "two", "two"}) {
+    const Outcome run = dpde("run two.dpde " + scene + " --every 1 --out o");
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(first_of("u.npy"), scene == "one" ? 1 : 2);
+  }
+  EXPECT_EQ(first_of("one_u.npy"), 1);
+  EXPECT_NE(content(path("o/one_observables.csv")), content(path("o/observables.csv")));
+  const Outcome back = dpde("run two.dpde one --out o");
+  EXPECT_NE(back.out.find("o/u.npy of two is two_u.npy now\n"), std::string::npos) << back.out;
+  EXPECT_EQ(first_of("two_u.npy"), 2);
+  EXPECT_EQ(first_of("u.npy"), 1);
 }
 
 using CheckCommand = Command;
@@ -212,6 +292,31 @@ TEST_F(CheckCommand, ShowsSeveralMistakesAtOnce) {
   const Outcome check = dpde("check rod.dpde rod --json");
   EXPECT_EQ(check.status, 2);
   EXPECT_EQ(check.codes().size(), 2u) << check.err;
+}
+
+TEST_F(RunCommand, CellsOfEachAxis) {
+  write("plate.dpde", R"(model heat { field u; dt(u) = 0.01*lap(u) }
+scene plate : heat { grid x = 0 .. 1, cells 8, periodic; grid y = 0 .. 1, cells 8, periodic
+  initial u = sin(2*pi*x); time 0 .. 0.1, step 0.01 }
+)");
+  EXPECT_EQ(dpde("run plate.dpde --set cells=6,10 --json").json()["cells"], Json::array({6, 10}));
+  EXPECT_EQ(dpde("run plate.dpde --set cells=6,10 --set cells.x=7 --json").json()["cells"], Json::array({7, 10}));
+  EXPECT_EQ(dpde("run plate.dpde --set 'cells=max(6, 4)' --json").json()["cells"], Json::array({6, 6}));
+  for (const std::string wrong : {"6,10,4", "6,", ",", "6,-1", "6,x"})
+    EXPECT_EQ(dpde("run plate.dpde --set cells=" + wrong).status, 2) << wrong;
+}
+
+/// Of one cell: a number has a sign.
+TEST_F(RunCommand, NumbersHaveTheirSign) {
+  write("d.dpde", R"(model d { field u; dt(u) = -u }
+scene s : d { initial u = 1; time 0 .. 1, step 0.1 }
+task t : s { unknown initial u from -43; minimise (u - 3)^2 at t = 1; using lbfgs() }
+)");
+  const Outcome told = dpde("gradient d.dpde t"), json = dpde("gradient d.dpde t --json");
+  EXPECT_NE(told.out.find("d loss / d initial u = -"), std::string::npos) << told.out;
+  EXPECT_LT(json.json()["gradient"]["u"]["value"].get<double>(), 0);
+  const Outcome found = dpde("optimize d.dpde t --json");
+  EXPECT_NEAR(found.json()["unknowns"]["u"]["value"].get<double>(), 3 * std::exp(1.0), 1e-3);
 }
 
 using CheckCommand = Command;

@@ -75,5 +75,15 @@ TEST_F(SteadyCommand, TooFewIterationsAreAnErrorOrAWarning) {
   EXPECT_NE(failed.err.find("solve for psi: after 1 iterations of cg"), std::string::npos) << failed.err;
 }
 
+/// The end is where the run gives up, no time that a step has to hit.
+TEST_F(SteadyCommand, TheEndNeedNotBeAWholeNumberOfSteps) {
+  write("s.dpde", R"(model rest { field u; dt(u) = 1 - u }
+scene s : rest { grid x = 0 .. 1, cells 4, periodic; initial u = 0; time 0 .. 100.0037, step 0.1, until steady 1e-8 }
+)");
+  const Outcome run = dpde("run s.dpde --json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_LT(run.json()["time"].get<double>(), 50);
+}
+
 }  // namespace
 }  // namespace dpde::testing

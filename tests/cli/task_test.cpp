@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "command_support.h"
+#include "dpde/runtime/npy.h"
 
 namespace dpde::testing {
 namespace {
@@ -240,6 +241,32 @@ TEST_F(VerifyCommand, CertifiesAllTasksOfAFile) {
     EXPECT_TRUE(checked.json()["tasks"].contains(task));
   }
   EXPECT_EQ(dpde("verify two.dpde b --json").json()["passed"], true);
+}
+
+/// Of a scene without a grid, and of numbers beside one: whoever reads the file takes the same shapes.
+TEST_F(GradientCommand, DataOfNumbersMayHaveAnAxisOfOne) {
+  write("d.dpde", R"(model d { field u; param k = 1; dt(u) = -k*u }
+scene s : d { initial u = 1; time 0 .. 2, step 0.1 }
+task t : s { data seen = load("seen.npy") at t = 0, 1, 2; unknown k; minimise (u - seen)^2 at t = 0, 1, 2; using lbfgs() }
+)");
+  const std::vector<double> seen{1, 0.5, 0.25};
+  std::string first;
+  for (const std::vector<std::int64_t>& shape : std::vector<std::vector<std::int64_t>>{{3}, {3, 1}, {3, 1, 1}}) {
+    write_npy(path("seen.npy"), shape, seen);
+    EXPECT_EQ(dpde("check d.dpde").status, 0);
+    const Outcome gradient = dpde("gradient d.dpde t --json");
+    ASSERT_EQ(gradient.status, 0) << gradient.err;
+    const std::string loss = gradient.json()["loss"].dump();
+    if (first.empty()) first = loss;
+    EXPECT_EQ(loss, first);
+  }
+  for (const std::vector<std::int64_t>& shape : std::vector<std::vector<std::int64_t>>{{2}, {4}, {3, 2}}) {
+    std::int64_t size = 1;
+    for (const std::int64_t n : shape) size *= n;
+    write_npy(path("seen.npy"), shape, std::vector<double>(static_cast<std::size_t>(size), 1.0));
+    for (const char* verb : {"check d.dpde", "gradient d.dpde t"})
+      EXPECT_EQ(dpde(verb + std::string(" --json")).codes(), std::vector<std::string>{"E0905"}) << verb;
+  }
 }
 
 }  // namespace

@@ -330,7 +330,7 @@ TEST_F(WindowControls, GoOnAfterCtrlCOrAKill) {
 
 TEST_F(WindowControls, OfAnotherSearchAreSoughtAgain) {
   write("slow.dpde", slow());
-  ASSERT_EQ(interrupted("optimize slow.dpde find --out o --threads 1 --json", "0", "o/find.nc.0.0").status, 1);
+  ASSERT_EQ(interrupted("optimize slow.dpde find --out o --threads 1 --json", "0", "o/find.nc.0.0").status, by_ctrl_c);
   const Outcome other = dpde("optimize slow.dpde find --resume --iterations 3 --out o --json");
   ASSERT_EQ(other.status, 0) << other.err;
   EXPECT_EQ(other.json()["resumed_windows"], 0);

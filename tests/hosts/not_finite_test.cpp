@@ -69,5 +69,82 @@ TEST(NotFinite, LossesAndGradientsWithoutAValueAreErrors) {
   EXPECT_EQ(message("mean(log(u))", gradient), "the loss" + why);
 }
 
+/// Explicit diffusion beyond its limit: told at the end of the run, whatever set the values.
+TEST(NotFinite, WhatGrowsLikeAStepThatIsTooLargeIsSaid) {
+  Simulation sim = compile_text(R"(model heat { field u; param D; dt(u) = D*lap(u) }
+scheme forward { time = euler }
+scene rod : heat with forward { D = 0.05
+  grid x = 0 .. 1, cells 50, periodic; initial u = exp(-20*(x - 0.3)^2); time 0 .. 1, step 1/400 }
+task fit : rod { unknown D from 0.05; minimise mean(u^2) at t = 1 }
+)");
+  const auto message = [&](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const NotFinite& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  sim.run();
+  EXPECT_EQ(sim.growth(), "");
+  EXPECT_TRUE(std::isfinite(sim.gradient()));
+  sim.set("D", 0.12);  // 1 - 4*D*dt/h^2 = -2: 2^400 = 3e120
+  sim.reset();
+  EXPECT_NE(message([&] { sim.run(); }).find("u has grown from "), std::string::npos);
+  EXPECT_NE(message([&] { sim.loss(); }).find("the step 0.0025 may be too large"), std::string::npos);
+  EXPECT_NE(message([&] { sim.gradient(); }).find("the step 0.0025 may be too large"), std::string::npos);
+  sim.reset();
+  EXPECT_NE(message([&] { sim.step(400); }).find("u has grown from "), std::string::npos);
+  sim.set("D", 0.083);  // 1.075^400 = 4e12 of the shortest wave
+  sim.set_initial("u", [] {
+    std::vector<double> wave(50);
+    for (std::size_t i = 0; i < wave.size(); ++i) wave[i] = i % 2 == 0 ? 1 : -1;
+    return wave;
+  }());
+  sim.reset();
+  sim.run();
+  EXPECT_NE(sim.growth().find("u has grown from 1 to "), std::string::npos) << sim.growth();
+  sim.set("D", 0.01);
+  sim.reset();
+  sim.run();
+  EXPECT_EQ(sim.growth(), "");
+}
+
+/// What grows by right is no mistake of the step, nor is what others drive.
+TEST(NotFinite, WhatIsDrivenIsNoGrowth) {
+  Simulation sim = compile_text(R"(model m { field u; dt(u) = 1 - u }
+scene s : m { initial u = 1e-60; time 0 .. 20, step 0.1 }
+)");
+  sim.step(100);
+  EXPECT_NEAR(sim.state("u")[0], 1, 1e-3);
+}
+
+/// Progress may read and end a run, and make no other of the same simulation.
+TEST(Progress, RunsNothingFromInside) {
+  Simulation sim = compile_text(R"(model m { field u; dt(u) = -u }
+scene s : m { initial u = 1; time 0 .. 1, step 0.1 }
+)");
+  int calls = 0;
+  const auto inside = [&](const auto& what) {
+    sim.reset();
+    sim.run(
+        [&](const Progress&) {
+          ++calls;
+          EXPECT_GT(sim.state("u")[0], 0);
+          EXPECT_THROW(what(), Error);
+          return true;
+        },
+        5);
+    EXPECT_EQ(sim.steps_done(), 10);
+  };
+  inside([&] { sim.step(); });
+  inside([&] { sim.run(); });
+  inside([&] { sim.run_to(1); });
+  inside([&] { sim.reset(); });
+  EXPECT_EQ(calls, 8);
+  sim.reset();
+  EXPECT_TRUE(sim.step());
+}
+
 }  // namespace
 }  // namespace dpde

@@ -67,6 +67,48 @@ def scale(k, cells=16):
     return 1 - 4 * k * 0.125 / h**2 * np.sin(h / 2) ** 2
 
 
+class Growth(unittest.TestCase):
+    text = """model heat { field u; param D = 0.05; dt(u) = D*lap(u) }
+scheme forward { time = euler }
+scene rod : heat with forward {
+  grid x = 0 .. 1, cells 50, periodic; initial u = exp(-20*(x - 0.3)^2); time 0 .. 1, step 1/400 }
+task fit : rod { unknown D; minimise mean(u^2) at t = 1 }
+"""
+
+    def test_steps_that_are_too_large_for_a_parameter_are_said(self):
+        model = dpde.compile(self.text)
+        rod, fit = model.scene("rod"), model.scene("fit")
+        for call in (lambda: rod.run(D=0.12), lambda: fit.gradient(D=0.12), lambda: fit.loss(D=0.12)):
+            with self.assertRaisesRegex(dpde.NotFiniteError, "u has grown from .* may be too large"):
+                call()
+        with self.assertWarnsRegex(dpde.CompilerWarning, "u has grown from 1 to "):
+            rod.run(D=0.083, u=(-1.0) ** np.arange(50))
+        self.assertLess(rod.run(D=0.05).u.max(), 1)
+
+
+class Lock(unittest.TestCase):
+    """The package of the build looks whether Python's lock is held wherever an object is touched."""
+
+    def test_threads_that_run_scenes_at_once(self):
+        model = dpde.compile("model o { field a; dt(a) = -a } scheme e { time = euler } "
+                             "scene s : o with e { initial a = 1; time 0 .. 2000, step 1/8 }")
+        scenes = [model.scene("s") for _ in range(2)]
+        failures = []
+
+        def work(scene):
+            try:
+                scene.run(progress=lambda now: True, every=300)
+            except dpde.Error as error:
+                failures.append(error)
+
+        threads = [threading.Thread(target=work, args=(scene,)) for scene in scenes]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+
 class Several(unittest.TestCase):
     """Vectors of coefficients and elements of arrays by name."""
 

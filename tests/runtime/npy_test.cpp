@@ -63,6 +63,20 @@ TEST(Npy, TypesAndByteOrders) {
   }
 }
 
+TEST(Npy, TruthValuesAndIntegersOfAllSizes) {
+  const auto values_of = [](const std::string& type, const std::string& data) {
+    return parse(file_of("{'descr': '" + type + "', 'fortran_order': False, 'shape': (3,), }", data)).values;
+  };
+  EXPECT_EQ(values_of("|b1", bytes_of<uint8_t>({1, 0, 1})), (std::vector<double>{1, 0, 1}));
+  EXPECT_EQ(values_of("|u1", bytes_of<uint8_t>({0, 7, 255})), (std::vector<double>{0, 7, 255}));
+  EXPECT_EQ(values_of("|i1", bytes_of<int8_t>({0, -7, -128})), (std::vector<double>{0, -7, -128}));
+  EXPECT_EQ(values_of("<i2", bytes_of<int16_t>({1, -2, 300})), (std::vector<double>{1, -2, 300}));
+  EXPECT_EQ(values_of(">u2", bytes_of<uint16_t>({1, 2, 65535}, true)), (std::vector<double>{1, 2, 65535}));
+  EXPECT_EQ(values_of("<u4", bytes_of<uint32_t>({1, 2, 4294967295U})), (std::vector<double>{1, 2, 4294967295.0}));
+  EXPECT_EQ(values_of("<u8", bytes_of<uint64_t>({1, 2, 1ULL << 63})),
+            (std::vector<double>{1, 2, 9223372036854775808.0}));
+}
+
 TEST(Npy, FortranOrderIsTurnedIntoCOrder) {
   // element (i, j, k) of a 2 x 3 x 2 array is 100 i + 10 j + k
   std::vector<double> fortran, c;
@@ -98,7 +112,7 @@ TEST(Npy, SaysWhatIsWrong) {
   EXPECT_EQ(message(file_of("{", "")),
             start + "its header has no text in quotes where one belongs (records are not supported)");
   EXPECT_EQ(message(with("<c16", "(1,)")),
-            start + "its numbers are of type '<c16'; float64, float32, int64 and int32 are supported");
+            start + "its numbers are of type '<c16'; float64, float32, integers and truth values are supported");
   EXPECT_EQ(message(with("<f8", "(3,)")), start + "16 bytes of numbers are too few for its shape (3)");
   EXPECT_EQ(message(with("<f8", "(1,)")), start + "8 bytes follow the numbers of its shape (1)");
   EXPECT_EQ(message(with("<f8", "(4294967296, 4294967296, 2)")),

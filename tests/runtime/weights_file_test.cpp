@@ -96,9 +96,8 @@ TEST(WeightsFile, SafetensorsThatAreNone) {
             "w.safetensors is not a usable .safetensors file: it ends inside its header");
   EXPECT_NE(message_of(safetensors("[]", ""), file).find("its header lacks a '{'"), std::string::npos);
   EXPECT_NE(message_of(safetensors("{\"a\":{", ""), file).find("its header lacks a '\"'"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"BF16","shape":[1],"data_offsets":[0,2])", "ab"), file)
-                .find("of a are of type BF16; F32 and F64"),
-            std::string::npos);
+  EXPECT_EQ(parse_weights(entry(R"("dtype":"BF16","shape":[1],"data_offsets":[0,2])", "ab"), file)[0].other_type,
+            "BF16");
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[2],"data_offsets":[0,8])", raw<float>({1})), file)
                 .find("a ends at byte 8 of 4: the file was cut off"),
             std::string::npos);
@@ -126,6 +125,21 @@ TEST(WeightsFile, SafetensorsThatAreNone) {
   EXPECT_NE(message_of(two(0, 2, 6), file).find("b begins at byte 2, inside the entry before it"), std::string::npos);
   EXPECT_NE(message_of(two(0, 8, 12), file).find("its bytes 4 to 8 belong to no entry"), std::string::npos);
   EXPECT_NE(message_of(two(0, 4, 9), file).find("1 bytes stand behind its last entry"), std::string::npos);
+}
+
+TEST(WeightsFile, SafetensorsWithEscapes) {
+  const auto name_of = [](const std::string& written) {
+    const std::string header = R"({"__metadata__":{"of":"gr\u00f6\u00dfe \ud83d\ude00"},")" + written +
+                               R"(":{"dtype":"F32","shape":[],"data_offsets":[0,4]}})";
+    return parse_weights(safetensors(header, raw<float>({1})), "w.safetensors").at(0).name;
+  };
+  EXPECT_EQ(name_of(R"(a\\u0041\\n)"), R"(a\u0041\n)") << "a backslash, not an escape of a letter";
+  EXPECT_EQ(name_of(R"(a\u0041\n)"), "aA\n");
+  EXPECT_EQ(name_of(R"(\u00e9\u20ac)"), "\u00e9\u20ac");
+  EXPECT_EQ(name_of(R"(\ud83d\ude00)"), "\U0001F600");
+  for (const char* wrong :
+       {R"(\u12)", R"(\u12g4)", R"(\ud83d)", R"(\ud83dx)", R"(\ud83d\u0041)", R"(\ude00)", R"(\x41)"})
+    EXPECT_NE(message([&] { name_of(wrong); }).find("escape"), std::string::npos) << wrong;
 }
 
 TEST(WeightsFile, ReadsNpzAsNumpyWritesIt) {
@@ -267,6 +281,37 @@ TEST(WeightsFile, ArraysOfANetwork) {
   EXPECT_EQ(weights_of(small.network, arrays, "f"), weights);
   for (NamedArray& array : arrays) array.name = "other" + array.name.substr(3);
   EXPECT_EQ(weights_of(small.network, arrays, "f"), weights) << "the name of the network does not matter";
+}
+
+TEST(WeightsFile, ArraysBesideThoseOfTheNetwork) {
+  const SmallNetwork small;
+  std::vector<double> weights(44);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = static_cast<double>(i);
+  std::vector<NamedArray> arrays = arrays_of(small.network, weights);
+  arrays.push_back({"net.count", {}, {}, "I64"});
+  EXPECT_EQ(weights_of(small.network, arrays, "f"), weights);
+  arrays[1] = {"net.v1.bias", {4}, {}, "F16"};
+  EXPECT_NE(message([&] {
+              weights_of(small.network, arrays, "f");
+            }).find("the numbers of net.v1.bias are of type F16; F32 and F64 are supported"),
+            std::string::npos);
+}
+
+/// 10 comes behind 2, whatever the order of the file.
+TEST(WeightsFile, ArraysOfLayersByNumber) {
+  const SmallNetwork small;
+  std::vector<double> weights(44);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = static_cast<double>(i);
+  std::vector<NamedArray> arrays = arrays_of(small.network, weights);
+  arrays[0].name = "2.weight";
+  arrays[1].name = "2.bias";
+  arrays[2].name = "10.weight";
+  std::ranges::reverse(arrays);
+  arrays.push_back({"bn.num_batches_tracked", {}, {}, "I64"});
+  EXPECT_EQ(weights_of(small.network, arrays, "f"), weights);
+  arrays.push_back({"12.weight", {1}, {0}});
+  EXPECT_NE(message([&] { weights_of(small.network, arrays, "f"); }).find("they are the weights of another network"),
+            std::string::npos);
 }
 
 TEST(WeightsFile, ArraysOfAnotherNetwork) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -113,7 +114,14 @@ std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   if (!options_.cache.empty() && !files::make_folder(options_.cache, sink_)) return nullptr;
   const std::filesystem::path folder =
       options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
-  return folder.empty() ? nullptr : driver::open_cache(folder);
+  if (folder.empty()) return nullptr;
+  std::shared_ptr<codegen::CodeCache> cache = driver::open_cache(folder);
+  const std::string why = cache == nullptr ? driver::why_not_private(folder) : "";
+  const auto is_told = [](const Diagnostic& told) { return told.kind->name == "cache-not-private"; };
+  if (!why.empty() && std::ranges::none_of(sink_.all(), is_told))
+    sink_.report("cache-not-private", {}, {folder.string(), why},
+                 "chmod go-w takes their right to write; --cache DIR or DPDE_CACHE name another folder");
+  return cache;
 }
 
 SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }

@@ -48,7 +48,10 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
       save_picture(
           job, "gradient_" + part.name,
           panels_of_field(*run.session, part.name, "d loss / d " + name, "d loss / d " + name, {{part.name, values}}));
-    job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
+    if (part.size == 1) entry["value"] = json_number(values[0]);  // a number has a sign
+    job.say(part.size == 1
+                ? fmt::format("d loss / d {} = {:.12g}\n", name, shown(values[0]))
+                : fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else if (part.is_control()) {
     entry["values"] = json_numbers(part_of(gradient, part));
     job.say(fmt::format("d loss / d {}: norm {:.12g} over {} intervals\n", name, shown(norm), part.size));

@@ -14,6 +14,12 @@ std::atomic<bool>& raised() {
   return flag;
 }
 
+/// The first signal that came; 0: none.
+std::atomic<int>& first_signal() {
+  static std::atomic<int> signal{0};
+  return signal;
+}
+
 std::int64_t now_ms() {
   timespec time{};
   clock_gettime(CLOCK_MONOTONIC, &time);
@@ -30,6 +36,7 @@ std::atomic<std::int64_t>& first_signal_ms() {
 
 void on_signal(int signal) {
   if (!raised().exchange(true)) {
+    first_signal().store(signal);
     first_signal_ms().store(now_ms());
   } else if (now_ms() - first_signal_ms().load() > one_request_ms) {
     std::signal(signal, SIG_DFL);
@@ -37,18 +44,32 @@ void on_signal(int signal) {
   }
 }
 
+void listen_for(int signal) {
+  struct sigaction inherited {};
+  if (sigaction(signal, nullptr, &inherited) == 0 && inherited.sa_handler == SIG_IGN) return;
+  std::signal(signal, on_signal);
+}
+
 }  // namespace
 
 const std::atomic<bool>& interrupt_flag() {
   static const bool installed = [] {
     raised();  // made before a signal can come
+    first_signal();
     first_signal_ms();
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);
     return true;
   }();
   (void)installed;
   return raised();
+}
+
+int status_or_signal(int status) {
+  const int signal = first_signal().load();
+  if (signal == 0) return status;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+  return status;
 }
 
 }  // namespace dpde::tools

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "command.h"
+#include "interrupt.h"
 #include "verbs.h"
 #include "version.h"
 
@@ -57,7 +58,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
-      "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed");
+      "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed; by a signal: Ctrl-C and "
+      "others");
   int status = 0;
   add_run(app, status);
   add_check(app, status);
@@ -91,5 +93,5 @@ int main(int argc, char** argv) {
     std::fputs(fmt::format("dpde: error[E0903]: {}\n", error.what()).c_str(), stderr);
     return static_cast<int>(Exit::machine_failed);
   }
-  return status;
+  return status_or_signal(status);
 }

@@ -214,6 +214,10 @@ Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_field() || part.is_network()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
+      if (part.size != 1 || !part.is_field()) continue;
+      unknowns[part.name]["value"] = json_number(result.x[part.offset]);
+      job.say(fmt::format("{}{} = {:.12g}\n", part.is_initial() ? "initial " : "", part.name,
+                          shown(result.x[part.offset])));
     } else if (part.is_control()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))},
                              {"values", json_numbers(part_of(result.x, part))}};

@@ -68,7 +68,7 @@ void Preparing::end() const {
   if (folder_) remove_folder(folder_->path());
   Job last(options_);
   last.sink().report("run-failed", {}, {stopped_});
-  _exit(last.finish(Json::object()));
+  _exit(status_or_signal(last.finish(Json::object())));
 }
 
 }  // namespace dpde::tools

@@ -13,6 +13,7 @@
 #include "dpde/runtime/weights_file.h"
 #include "files/files.h"
 #include "model/placement.h"
+#include "shared_folder.h"
 
 namespace dpde::tools {
 namespace fs = std::filesystem;
@@ -176,6 +177,7 @@ void save_state(Job& job, const std::vector<model::Axis>& axes, const std::strin
     cells *= static_cast<std::size_t>(axis.cells);
   }
   if (values.size() != cells) shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / cells));
+  keep_file_of_others(job, path);
   if (guarded(job, [&] { write_npy(path, shape, values); })) job.wrote(path.string());
 }
 
@@ -190,6 +192,7 @@ void save_weights(Job& job, const network::Network& network, const std::vector<d
 void save_text(Job& job, const std::string& name, const std::string& text) {
   if (job.options().out.empty()) return;
   const fs::path path = out_path(job, name);
+  keep_file_of_others(job, path);
   if (files::write_file(path, text, job.sink())) job.wrote(path.string());
 }
 

@@ -67,7 +67,6 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   job.runs(run.compiled);
   if (!is_possible(job, options, *run.compiled)) return false;
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
-  job.say(certificate_text(run));
   return !job.failed();
 }
 
@@ -89,7 +88,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   if (!bytes) return false;
   session.checkpoint_bytes = *bytes;
   const std::optional<driver::CompileOptions> compile_options = job.compile_options();
-  const Preparing preparing(job, "stopped before the task was prepared");  // its certificate is told meanwhile
+  const Preparing preparing(job, "stopped before the task was prepared");
   if (!compile_options || !compile_task(job, options, *compile_options, run)) return false;
   if (run.compiled->problem->task->training) {
     job.sink().report("nothing-to-do", {},
@@ -102,7 +101,9 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   if (run.inverse == nullptr) return false;
   run.inverse->assign(run.inverse->start());  // where the task begins may be where the scene does not
-  return stability::check_step(*run.session, options.force, job.sink());
+  if (!stability::check_step(*run.session, options.force, job.sink())) return false;
+  job.say(certificate_text(run));
+  return true;
 }
 
 Json certificate_json(const TaskRun& run) {

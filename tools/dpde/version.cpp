@@ -5,13 +5,14 @@
 
 #include "command.h"
 #include "commit.h"  // made by the build
+#include "dpde/instruction_set.h"
 #include "driver/machine_speed.h"
 
 namespace dpde::tools {
 
 std::string version_text() {
-  return fmt::format("{}\ncommit {}\nLLVM {}\nprocessor {}", version, DPDE_COMMIT, DPDE_LLVM_VERSION,
-                     driver::machine_name());
+  return fmt::format("{}\ncommit {}\nLLVM {}\nprocessor {}, {}", version, DPDE_COMMIT, DPDE_LLVM_VERSION,
+                     driver::machine_name(), word_of(instruction_set()));
 }
 
 }  // namespace dpde::tools

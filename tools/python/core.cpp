@@ -201,6 +201,7 @@ class Sim {
          {py::none(), py::none(), usual_interval});
     return loss;
   }
+  std::string growth() const { return dpde_sim_growth(sim_.get()); }
   py::tuple warnings() const {
     return py::make_tuple(dpde_sim_warnings_text(sim_.get()), dpde_sim_warnings_json(sim_.get()));
   }
@@ -291,19 +292,20 @@ class Sim {
   static std::int32_t report(void* user, const dpde_report* now) {
     Sim& self = *static_cast<Sim*>(user);
     const bool is_due = ++self.looks_ % self.looks_a_call_ == 0 || now->done == now->total;
-    return self.tell(is_due ? self.progress_ : py::none(), *now);
+    return self.tell(is_due ? &self.progress_ : nullptr, *now);
   }
   static std::int32_t report_update(void* user, const dpde_report* now) {
     Sim& self = *static_cast<Sim*>(user);
-    return self.tell(self.updates_, *now);
+    return self.tell(&self.updates_, *now);
   }
-  /// What progress raises, a signal too, is kept until the call has ended.
-  std::int32_t tell(const py::object& progress, const dpde_report& now) {
+  /// What progress raises, a signal too, is kept until the call has ended. Before the lock is there no object of Python
+  /// is touched, None neither.
+  std::int32_t tell(const py::object* progress, const dpde_report& now) {
     const py::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (progress.is_none()) return 1;
-      const py::object goes_on = progress(now.done, now.total, now.time, now.loss, now.gradient_norm);
+      if (progress == nullptr || progress->is_none()) return 1;
+      const py::object goes_on = (*progress)(now.done, now.total, now.time, now.loss, now.gradient_norm);
       return goes_on.is(py::bool_(false)) ? 0 : 1;
     } catch (...) {
       thrown_ = std::current_exception();
@@ -360,6 +362,7 @@ PYBIND11_MODULE(_core, module) {
   py::class_<Sim>(module, "Sim")
       .def(py::init<const Model&, const Settings&>())
       .def("warnings", &Sim::warnings)
+      .def("growth", &Sim::growth)
       .def("names", &Sim::names)
       .def("cells", &Sim::cells)
       .def("size", &Sim::size)

@@ -78,7 +78,7 @@ bool blows_up(driver::Session& session) {
 std::string why_rounding_grows(driver::Session& session, const char* in) {
   constexpr double suspicious = 1e3;
   if (blows_up(session)) return fmt::format("{} is not finite", in);
-  const std::vector<driver::Instability> growths = driver::instabilities_of(session, suspicious);
+  const std::vector<dpde::Growth> growths = driver::instabilities_of(session, suspicious);
   return growths.empty() ? ""
                          : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state,
                                        growths[0].before, growths[0].after);

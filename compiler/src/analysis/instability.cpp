@@ -31,7 +31,7 @@ std::string instability(driver::Session& session) {
   }
   const RunResult done = rollout.run();
   if (done.blow_up) return fmt::format("a millionth more at the start and {}", blow_up_of(done));
-  const std::vector<driver::Instability> growths = driver::instabilities_of(session);
+  const std::vector<dpde::Growth> growths = driver::instabilities_of(session);
   return growths.empty()
              ? ""
              : fmt::format("{} grows from {:.3g} to {:.3g}", growths[0].state, growths[0].before, growths[0].after);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "model/build.h"
@@ -16,24 +15,6 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr double never_right = 1e50;  // times what a field began with: nothing of the world grows by so much
-
-/// Of the interior; nothing of the size of the field is made.
-double largest_magnitude(const dpde_layout& layout, const void* base) {
-  double largest = 0;
-  const auto look = [&](const auto* values) {
-    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
-        const auto* row = values + index_of(layout, 0, y, z);
-        for (std::int64_t x = 0; x < layout.cells[0]; ++x)
-          largest = std::max(largest, std::abs(static_cast<double>(row[x])));
-      }
-    }
-  };
-  layout.real == DPDE_F32 ? look(static_cast<const float*>(base)) : look(static_cast<const double*>(base));
-  return largest;
-}
-
 double first_magnitude(Session& session, int state) {
   return largest_magnitude(session.workspace().layout(), session.rollout().initial(state).base());
 }
@@ -42,49 +23,19 @@ double last_magnitude(Session& session, int state) {
                            session.rollout().final_states()[static_cast<std::size_t>(state)]);
 }
 
-/// The largest magnitudes of the states one step behind the end of the run; infinite where they are no longer finite.
-std::vector<double> one_step_further(Session& session) {
-  RolloutSetup setup = session.engine().setup();
-  setup.steps = 1;
-  setup.t0 = session.end_time();
-  Rollout further(std::move(setup));
-  session.engine().begin_other(further);
-  for (int s = 0; s < further.state_count(); ++s) further.initial(s).copy_in(session.final_state(s));
-  const bool ends = further.run().blow_up.has_value();
-  std::vector<double> result;
-  for (int s = 0; s < further.state_count(); ++s) {
-    const void* const last = further.final_states()[static_cast<std::size_t>(s)];
-    result.push_back(ends ? std::numeric_limits<double>::infinity()
-                          : largest_magnitude(session.workspace().layout(), last));
-  }
-  return result;
-}
-
 }  // namespace
 
-std::vector<Instability> instabilities_of(Session& session, double suspicious) {
-  std::vector<Instability> result;
-  std::vector<double> further;
-  for (int s = 0; s < session.rollout().state_count(); ++s) {
-    const Instability growth{session.rollout().state_name(s), first_magnitude(session, s), last_magnitude(session, s)};
-    if (growth.before == 0 || growth.after <= suspicious * growth.before) continue;
-    if (growth.after > never_right * growth.before) {
-      result.push_back(growth);
-      continue;
-    }
-    if (further.empty()) further = one_step_further(session);
-    // What is unstable grows by the same factor in each step; what began with next to nothing, and other fields drive,
-    // does not.
-    const double again = std::log(further[static_cast<std::size_t>(s)] / growth.after) * session.steps();
-    if (again >= 0.5 * std::log(growth.after / growth.before)) result.push_back(growth);
-  }
-  return result;
+std::vector<Growth> instabilities_of(Session& session, double suspicious) {
+  std::vector<double> before;
+  for (int s = 0; s < session.rollout().state_count(); ++s) before.push_back(first_magnitude(session, s));
+  return growths_of(session.engine(), before, session.rollout().final_states(), session.steps(), session.end_time(),
+                    suspicious);
 }
 
 void report_instabilities(Session& session, DiagnosticSink& sink, const Advice& advice) {
-  const std::vector<Instability> found = instabilities_of(session);
+  const std::vector<Growth> found = instabilities_of(session);
   const std::string more = found.empty() || advice == nullptr ? "" : advice(session);
-  for (const Instability& growth : found) {
+  for (const Growth& growth : found) {
     const model::State* state = session.problem().find_state(growth.state);
     sink.report("grown", state == nullptr ? SourceRange{} : state->origin.range,
                 {growth.state, fmt::format("{:.3g}", growth.before), fmt::format("{:.3g}", growth.after)},

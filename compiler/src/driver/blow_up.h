@@ -6,16 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "dpde/runtime/growth.h"
 #include "driver/session.h"
 
 namespace dpde::driver {
 
-/// A state that ended the last run `suspicious` times above where it began, and goes on so: finite, but not stable.
-struct Instability {
-  std::string state;
-  double before = 0, after = 0;  // largest magnitudes
-};
-std::vector<Instability> instabilities_of(Session& session, double suspicious = 1e8);
+/// The states that ended the last run `suspicious` times above where they began, and go on so.
+std::vector<Growth> instabilities_of(Session& session, double suspicious = 1e8);
 /// What may help, "" where nothing is known: asked for only where a run needs it.
 using Advice = std::function<std::string(Session& session)>;
 /// A warning for each, at the equation of the field.

@@ -14,13 +14,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
 #include "files/evaluation_log.h"
-#include "files/files.h"
+#include "files/private_file.h"
 
 namespace dpde::driver {
 namespace fs = std::filesystem;
@@ -88,10 +89,9 @@ class CacheFolder : public codegen::CodeCache {
   std::optional<std::string> find(std::string_view key) override {
     const std::string whole = identity_ + std::string(key);
     const fs::path path = path_of(whole);
-    struct stat status {};
-    if (::stat(path.c_str(), &status) != 0 || status.st_uid != ::geteuid()) return std::nullopt;
-    DiagnosticSink ignored;
-    const std::optional<std::string> bytes = files::read_file(path, {}, ignored);
+    std::error_code error;
+    if (!fs::exists(fs::symlink_status(path, error))) return std::nullopt;
+    const std::optional<std::string> bytes = files::read_private_file(path);
     std::optional<std::string> code = bytes ? code_in(*bytes, whole) : std::nullopt;
     if (!code) {
       ::unlink(path.c_str());
@@ -107,7 +107,8 @@ class CacheFolder : public codegen::CodeCache {
     std::copy(magic.begin(), magic.end(), header.magic.begin());
     if (sizeof header + whole.size() + code.size() > most_bytes_) return;
     try {
-      write_file_atomically(path_of(whole), {{reinterpret_cast<const char*>(&header), sizeof header}, whole, code});
+      write_private_file_atomically(path_of(whole),
+                                    {{reinterpret_cast<const char*>(&header), sizeof header}, whole, code});
     } catch (const Error&) {
       return;  // no room, no right: the code is compiled again next time
     }
@@ -177,7 +178,31 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// Why others than this user and root may put something in the place of what lies in a folder; "": they may not. Into a
+/// sticky folder, as /tmp is, others may put what they like, but not in the place of what is there.
+std::string why_open_to_others(const fs::path& folder, bool is_parent) {
+  struct stat status {};
+  if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return folder.string() + " is no folder";
+  const bool is_own = status.st_uid == ::geteuid() || (is_parent && status.st_uid == 0);
+  if (!is_own) return folder.string() + " is another user's";
+  const bool is_shared = (status.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+  const bool is_sticky = (status.st_mode & S_ISVTX) != 0;
+  return is_shared && !(is_parent && is_sticky) ? "others may write to " + folder.string() : "";
+}
+
 }  // namespace
+
+std::string why_not_private(const fs::path& folder) {
+  std::error_code error;
+  const fs::path whole = fs::canonical(folder, error);
+  if (error) return error == std::errc::no_such_file_or_directory ? "" : error.message();
+  std::string why = why_open_to_others(whole, false);
+  for (fs::path parent = whole; why.empty() && parent != parent.root_path();) {
+    parent = parent.parent_path();
+    why = why_open_to_others(parent, true);
+  }
+  return why;
+}
 
 std::shared_ptr<codegen::CodeCache> open_cache(const fs::path& folder, std::uint64_t most_bytes) {
   const std::string who = identity();
@@ -186,8 +211,7 @@ std::shared_ptr<codegen::CodeCache> open_cache(const fs::path& folder, std::uint
   const bool is_new = !fs::exists(folder, error);
   fs::create_directories(folder, error);
   if (is_new) fs::permissions(folder, fs::perms::owner_all, error);  // code that this user will run
-  struct stat status {};
-  if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode) || status.st_uid != ::geteuid()) return nullptr;
+  if (!fs::is_directory(folder, error) || !why_not_private(folder).empty()) return nullptr;
   return std::make_shared<CacheFolder>(folder, who, most_bytes);
 }
 

@@ -2,7 +2,10 @@
 // Compiled code on disk. One file an entry: header with a checksum, the whole key, the code.
 //
 //  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not
-//    at all; what is damaged, of another key, or not this user's own is not used, and thrown away where it is ours.
+//    at all; what is damaged, of another key, or open to other users' hands is not used, and thrown away where it can.
+//  - What is found is run: nobody but this user and root may be able to write to the folder, to what lies above it, or
+//  to
+//    an entry.
 //  - Code of another dpde is never found: the identity of this executable and of the processor are part of every key.
 //  - When all entries together exceed the limit, those go that were not used for the longest time.
 #pragma once
@@ -10,6 +13,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "codegen/code_cache.h"
 
@@ -17,8 +21,11 @@ namespace dpde::driver {
 
 inline constexpr std::uint64_t default_cache_bytes = std::uint64_t{256} << 20;
 
-/// A cache in `folder`, which is made with its parents; nullptr when that is impossible or this executable has no
-/// identity.
+/// Why others could put code of theirs into a folder that is there; "": they cannot.
+std::string why_not_private(const std::filesystem::path& folder);
+
+/// A cache in `folder`, which is made with its parents; nullptr when that is impossible, when it is not private or this
+/// executable has no identity.
 std::shared_ptr<codegen::CodeCache> open_cache(const std::filesystem::path& folder,
                                                std::uint64_t most_bytes = default_cache_bytes);
 

@@ -54,16 +54,16 @@ std::string mismatch(const std::vector<model::Axis>& from, const std::vector<mod
   return "";
 }
 
-/// The times at which a datum is wanted, of this session's run.
-std::vector<double> times_of(const Session& session, const model::When& when) {
+/// The times at which a datum is wanted, of a run of so many steps.
+std::vector<double> times_of(const model::Problem& problem, int steps, const model::When& when) {
   switch (when.kind) {
-    case model::When::Kind::end: return {session.end_time()};
+    case model::When::Kind::end: return {problem.t_begin + steps * problem.step};
     case model::When::Kind::at: return when.times;
     case model::When::Kind::over:
     case model::When::Kind::steps: break;
   }
   std::vector<double> times;
-  for (int k = 0; k <= session.steps(); ++k) times.push_back(session.time_of(k));
+  for (int k = 0; k <= steps; ++k) times.push_back(problem.t_begin + k * problem.step);
   return times;
 }
 
@@ -171,29 +171,37 @@ std::vector<double> made_up(std::size_t cells) {
 }
 
 /// The times of the states in losses that the datum stands in.
-std::vector<double> compared_at(const Session& session, const model::Datum& datum) {
+std::vector<double> compared_at(const model::Problem& problem, int steps, const model::Datum& datum) {
   std::vector<double> result;
-  for (const model::Loss& loss : session.problem().task->losses) {
+  for (const model::Loss& loss : problem.task->losses) {
     if (!model::reads(loss.value, datum.name)) continue;
-    if (loss.when.kind == model::When::Kind::end) result.push_back(session.end_time());
+    if (loss.when.kind == model::When::Kind::end) result.push_back(problem.t_begin + steps * problem.step);
     if (loss.when.kind == model::When::Kind::at)
       result.insert(result.end(), loss.when.times.begin(), loss.when.times.end());
   }
   return result;
 }
 
-bool from_file(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
-               const SourceFile& source, DiagnosticSink& sink) {
+/// What the file of a datum holds, one state behind the other: of one number a state, or on the grid of the scene.
+/// Whoever runs a task and whoever only looks at its files reads them here.
+std::optional<std::vector<double>> load_file(const model::Problem& problem, int steps, const model::Datum& datum,
+                                             const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
-  files::ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
-  if (last_state) from.compared_at = compared_at(session, datum);
-  from.unit = session.problem().unit_of(datum.name);
-  const std::optional<std::vector<double>> values = files::load_array(
-      from, source, datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
-      session.problem().scheme.real, datum.origin.range, sink);
+  files::ArrayFile from{datum.file, datum.variable,
+                        last_state ? std::vector<double>{} : times_of(problem, steps, datum.when), datum.name};
+  if (last_state) from.compared_at = compared_at(problem, steps, datum);
+  from.unit = problem.unit_of(datum.name);
+  const std::vector<model::Axis> axes =
+      datum.series ? std::vector<model::Axis>{} : model::axes_at(problem.axes, datum.placement);
+  return files::load_array(from, source, axes, problem.scheme.real, datum.origin.range, sink);
+}
+
+bool from_file(Session& session, const model::Datum& datum, std::size_t states, const TakeState& take,
+               const SourceFile& source, DiagnosticSink& sink) {
+  const std::optional<std::vector<double>> values = load_file(session.problem(), session.steps(), datum, source, sink);
   if (!values) return false;
   const std::size_t cells = session.workspace().cell_count();
-  for (std::size_t k = 0; k < times.size(); ++k) {
+  for (std::size_t k = 0; k < states; ++k) {
     if (datum.series) {
       take(k, std::vector<double>(cells, (*values)[k]));
     } else {
@@ -322,12 +330,7 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
   check_trajectories(problem, source, sink);
   for (const model::Datum& datum : problem.task->data) {
     if (datum.file.empty() || datum.trajectories) continue;
-    std::vector<double> times = datum.when.times;
-    for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
-      times.push_back(problem.t_begin + k * problem.step);
-    }
-    files::load_array({datum.file, datum.variable, times, "", {}, problem.unit_of(datum.name)}, source,
-                      model::axes_at(problem.axes, datum.placement), problem.scheme.real, datum.origin.range, sink);
+    load_file(problem, problem.steps, datum, source, sink);
   }
 }
 
@@ -385,7 +388,8 @@ std::optional<DataStates> load_datum(Session& session, const model::Datum& datum
   // compared with.
   const bool is_made_up =
       !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
-  const std::vector<double> times = is_made_up ? std::vector<double>(1) : times_of(session, datum.when);
+  const std::vector<double> times =
+      is_made_up ? std::vector<double>(1) : times_of(session.problem(), session.steps(), datum.when);
   DataStates result{datum.name, times.size() > 1 ? times : std::vector<double>{}, {}};
   for (std::size_t k = 0; k < times.size(); ++k)
     result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
@@ -395,7 +399,7 @@ std::optional<DataStates> load_datum(Session& session, const model::Datum& datum
   if (is_made_up) {
     take(0, made_up(session.workspace().cell_count()));
   } else if (!(datum.file.empty() ? run_other_scene(session, datum, times, take, source, sink)
-                                  : from_file(session, datum, times, take, source, sink))) {
+                                  : from_file(session, datum, times.size(), take, source, sink))) {
     return std::nullopt;
   }
   return result;

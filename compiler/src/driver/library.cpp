@@ -56,6 +56,13 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
       {options.folder / (name + ".cpp"), codegen::emit_library_source(kept->loop, scene, name, source)},
       {options.folder / (name + ".h"), codegen::emit_library_header(scene, name, source)},
       {options.folder / (name + ".cmake"), codegen::emit_library_cmake(name)}};
+  const fs::path library = options.folder / ("lib" + name + ".so");
+  const codegen::LibraryResult built =
+      codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
+  if (!built.error.empty()) {
+    sink.report("machine-failed", {}, {built.error});
+    return std::nullopt;  // before there is any file
+  }
   if (!files::make_folder(options.folder, sink)) return std::nullopt;
   for (const auto& [path, text] : texts) {
     if (!may_write(path, sink)) return std::nullopt;
@@ -65,11 +72,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
     if (!files::write_file(path, text, sink)) return std::nullopt;
     files.paths.push_back(path.string());
   }
-  const fs::path library = options.folder / ("lib" + name + ".so");
-  const codegen::LibraryResult built =
-      codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
-  if (!built.error.empty()) sink.report("machine-failed", {}, {built.error});
-  if (!built.error.empty() || !files::write_file(library, built.bytes, sink)) return std::nullopt;
+  if (!files::write_file(library, built.bytes, sink)) return std::nullopt;
   files.paths.push_back(library.string());
   return files;
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <system_error>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
@@ -358,6 +359,12 @@ void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange
       case ErrorKind::run: sink.report("run-failed", range, {known->what()}); return;
       case ErrorKind::machine: sink.report("machine-failed", range, {known->what()}); return;
     }
+  }
+  const auto* of_system = dynamic_cast<const std::system_error*>(&error);
+  if (of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again) {
+    sink.report("machine-failed", range, {"the system lets this user make no further thread"},
+                "ulimit -u, or what a container allows, is the limit; --threads 1 needs fewer");
+    return;
   }
   const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
   sink.report("machine-failed", range, {memory ? std::string("not enough memory") : std::string(error.what())});

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
@@ -215,13 +216,22 @@ class NetcdfField {
   DiagnosticSink& sink_;
 };
 
+/// Axes of one place are none: a number is a field on one cell, as NumPy and people write either.
+Shape without_ones(const Shape& shape) {
+  Shape result;
+  std::ranges::copy_if(shape, std::back_inserter(result), [](std::int64_t size) { return size != 1; });
+  return result;
+}
+
 Values from_npy(const std::string& bytes, const std::string& path, const ArrayFile& from,
                 const std::vector<model::Axis>& axes, SourceRange where, DiagnosticSink& sink) {
   Shape wanted = shape_of(axes);
   const bool has_times = from.times.size() > 1;
   if (has_times) wanted.insert(wanted.begin(), static_cast<std::int64_t>(from.times.size()));
   NpyArray array = parse_npy(bytes, path);
-  if (array.shape == wanted) return std::move(array.values);
+  const bool is_of_numbers = without_ones(shape_of(axes)).empty();
+  if (array.shape == wanted || (is_of_numbers && without_ones(array.shape) == without_ones(wanted)))
+    return std::move(array.values);
   sink.report("wrong-shape", where,
               {path, shape_text(array.shape), has_times ? "the grid and its steps" : "the grid", shape_text(wanted)});
   return std::nullopt;

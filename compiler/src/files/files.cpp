@@ -12,6 +12,7 @@
 
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
+#include "files/private_file.h"
 
 namespace dpde::files {
 namespace fs = std::filesystem;
@@ -35,6 +36,21 @@ class Descriptor {
   int fd_;
 };
 
+/// With errno where it cannot be read.
+std::optional<std::string> content_of(const Descriptor& file, const struct stat& status) {
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
 }  // namespace
 
 std::optional<std::string> read_file(const fs::path& path, SourceRange where, DiagnosticSink& sink) {
@@ -50,17 +66,18 @@ std::optional<std::string> read_file(const fs::path& path, SourceRange where, Di
   if (S_ISDIR(status.st_mode)) return fail("it is a folder");
   if (!S_ISREG(status.st_mode)) return fail("it is not a regular file");
   if (static_cast<std::size_t>(status.st_size) > largest_file) return fail("it is larger than 16 GiB");
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return fail(std::strerror(errno));
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  bytes.resize(done);
+  std::optional<std::string> bytes = content_of(file, status);
+  if (!bytes) return fail(std::strerror(errno));
   return bytes;
+}
+
+std::optional<std::string> read_private_file(const fs::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW));
+  struct stat status {};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+  const bool is_own = status.st_uid == ::geteuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  const bool fits = static_cast<std::size_t>(status.st_size) <= largest_file;
+  return is_own && fits ? content_of(file, status) : std::nullopt;
 }
 
 bool write_file(const fs::path& path, std::string_view bytes, DiagnosticSink& sink) {

@@ -170,6 +170,8 @@ void dpde_sim_free(dpde_sim* sim) { delete sim; }
 const char* dpde_sim_warnings_text(const dpde_sim* sim) { return sim == nullptr ? "" : sim->warnings_text.c_str(); }
 const char* dpde_sim_warnings_json(const dpde_sim* sim) { return sim == nullptr ? "[]" : sim->warnings_json.c_str(); }
 
+const char* dpde_sim_growth(const dpde_sim* sim) { return sim == nullptr ? "" : sim->simulation.growth().c_str(); }
+
 const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index) {
   if (sim == nullptr) return nullptr;
   const std::vector<std::string>* names = nullptr;

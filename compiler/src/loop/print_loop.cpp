@@ -125,7 +125,8 @@ std::string axes_text(const std::vector<Topology>& axes) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-/// The first condition in the table that these coefficients are one of.
+/// The first condition in the table that these coefficients are one of. Where none is, the numbers of a, b and c behind
+/// the word of their rule: a slope about the centre of a cell, whose b is 1/h.
 std::string condition_text(const Module& module, const Side& side) {
   using Part = SideCondition::Part;
   const auto uniform = [&](int index) {
@@ -133,6 +134,7 @@ std::string condition_text(const Module& module, const Side& side) {
   };
   const std::string c = side.field.empty() ? uniform(side.value) : side.field;
   const std::array<std::string, 3> numbers{uniform(side.coefficients[0]), uniform(side.coefficients[1]), c};
+  const SideCondition* of_rule = nullptr;
   for (const SideCondition& condition : side_condition_table()) {
     if (&condition.rule(side.rule->on_walls) != side.rule) continue;
     const std::array<Part, 3> parts{condition.a, condition.b, condition.c};
@@ -143,8 +145,10 @@ std::string condition_text(const Module& module, const Side& side) {
       if (parts[i] != Part::given) is_it = is_it && numbers[i] == (parts[i] == Part::one ? "1" : "0");
     }
     if (is_it) return condition.text(given);
+    if (of_rule == nullptr) of_rule = &condition;
   }
-  unreachable("a condition of the table");
+  require(of_rule != nullptr, "the rule of a side is one of the table");
+  return fmt::format("{}({})", of_rule->word, fmt::join(numbers, ", "));
 }
 
 std::string side_text(const Module& module, const Side& side) {

@@ -234,7 +234,6 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0510", "against-the-wind", Severity::warning, "{} takes differences on the side that the flow goes to: {}"},
     {"W0511", "advective-form", Severity::warning, "{} is not in flux form: {}"},
     {"W0903", "cache-not-private", Severity::warning, "{} is not used to keep compiled code: {}"},
-    {"E0917", "file-of-two-scenes", Severity::error, "{} would hold {} of two scenes, {} and {}"},
     {"E0808", "unstable-step", Severity::error,
      "scene {}: the step {} is above {}, the largest stable one: {} grows by a factor of {} a step"},
     {"E0809", "never-stable", Severity::error,

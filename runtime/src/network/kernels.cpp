@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels.h"
 
+#include "dpde/instruction_set.h"
 #include "kernel_sets.h"
-#include "processor.h"
 
 namespace dpde::nn {
 namespace {

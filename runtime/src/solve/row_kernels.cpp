@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/row_kernels.h"
 
-#include "processor.h"
+#include "dpde/instruction_set.h"
 
 namespace dpde {
 namespace {

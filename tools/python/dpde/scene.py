@@ -3,13 +3,14 @@
 import collections
 import difflib
 import threading
+import warnings
 from typing import NamedTuple
 
 import numpy as np
 
 from . import _core
 from .arrays import as_array, shaped
-from .errors import InputError
+from .errors import CompilerWarning, InputError, Message
 from .pictures import picture
 
 
@@ -250,12 +251,20 @@ class Scene:
     def run_to(self, until=None, *, progress=None, every=64):
         """From the present state to a time, or to the end of the scene."""
         self._core.run(until, _called(progress, every), every)
+        self._warn_of_growth()
+
+    def _warn_of_growth(self):
+        """Of the last run, as the command does."""
+        text = self._core.growth()
+        if text:
+            warnings.warn(CompilerWarning(text, [Message("W0801", "warning", text, "", 0, 0, "")]), stacklevel=3)
 
     def run(self, values=None, /, *, until=None, progress=None, every=64, **named):
         """From the initial state, with these values: run(u=u0, nu=0.01)."""
         self.assign(values, **named)
         self._core.reset()
         self._core.run(until, _called(progress, every), every)
+        self._warn_of_growth()
         return self.result()
 
     def result(self):

@@ -18,6 +18,7 @@
 
 #include "codegen/cpp/abi_headers.h"
 #include "codegen/cpp/emit_cpp.h"
+#include "codegen/x86_names.h"
 #include "support/process.h"
 
 namespace dpde::codegen {
@@ -85,6 +86,13 @@ std::optional<std::string> run(const std::vector<std::string>& words, const fs::
 /// run on take it for one that has not (measured with g++ 12: 1.2 to 1.6 times).
 constexpr const char* vector_flags[] = {"-mprefer-vector-width=512", "-mtune=icelake-server"};
 
+std::string host_march() {
+#if defined(__x86_64__)
+  if (const std::optional<InstructionSet> asked = asked_instruction_set()) return x86_name(*asked);
+#endif
+  return "native";
+}
+
 /// The compiler's own description, which tells one release from another; "" when it gives none.
 std::string version_of(std::vector<std::string> compiler, const fs::path& log) {
   compiler.push_back("--version");
@@ -116,7 +124,7 @@ std::optional<std::string> write(const fs::path& path, const std::string& conten
 Build build_with(const std::string& compiler, const fs::path& folder) {
   Build build{compiler_words(compiler), {}, "", folder};
   if (!build.compiler.empty()) build.version = version_of(build.compiler, folder / "log.txt");
-  build.flags = cpp_flags(build.version.find("clang") != std::string::npos);
+  build.flags = cpp_flags(build.version.find("clang") != std::string::npos, host_march());
   return build;
 }
 
@@ -155,12 +163,12 @@ CompileResult load(const loop::Module& module, const fs::path& path) {
 
 }  // namespace
 
-std::vector<std::string> cpp_flags(bool is_clang) {
+std::vector<std::string> cpp_flags(bool is_clang, const std::string& march) {
   // C++14: <math.h> of later standards takes g++ twice the time.
   std::vector<std::string> flags{
       "-std=c++14",
       "-O3",
-      "-march=native",
+      "-march=" + march,
       is_clang ? "-ffp-contract=on"
                : "-ffp-contract=fast",  // with fast, clang does not hear where no product may be contracted
       "-fno-math-errno",

@@ -34,6 +34,7 @@ struct LibraryResult {
 LibraryResult compile_cpp_library(const std::string& source, const std::string& soname, const std::string& march);
 
 /// The flags compile_cpp gives the compiler beside the folder of kernel_abi.h, for assembly listings and build scripts.
-std::vector<std::string> cpp_flags(bool is_clang = false);
+/// `march`: the processor, as the compiler calls it.
+std::vector<std::string> cpp_flags(bool is_clang = false, const std::string& march = "native");
 
 }  // namespace dpde::codegen

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The structs of kernel_abi.h and scene_abi.h as C++ that initialises them; all of it constant, nothing runs at start.
+// Operations are taken apart by structured bindings, so that one with a field more does not compile here.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -60,6 +61,14 @@ class Tables {
   std::string inference(const dpde_inference& source, const dpde_program& program);
   std::string transform(const dpde_transform& source);
   std::string repeat(const dpde_repeat& source, const dpde_program& program);
+  std::string solve(const dpde_solve& source, const dpde_program& program);
+  std::string operations(const dpde_operation* items, int32_t count, const dpde_program& program) {
+    return array("dpde_operation", "operations",
+                 texts(items, count, [&](const dpde_operation& o) { return operation(o, program); }));
+  }
+  std::string indices(const int32_t* items, int32_t count) {
+    return array("int32_t", "indices", texts(items, count, [](int32_t index) { return fmt::format("{}", index); }));
+  }
 
   std::string out_;
   std::map<std::string, int> count_;
@@ -144,58 +153,76 @@ std::string Tables::network(const dpde_network* source) {
 }
 
 std::string Tables::inference(const dpde_inference& i, const dpde_program& program) {
-  const auto list = [&](const int32_t* fields, int32_t count) {
-    return array("int32_t", "fields", texts(fields, count, [](int32_t field) { return fmt::format("{}", field); }));
-  };
-  const dpde_network& n = *program.networks[i.network];
-  const bool is_adjoint = i.mode == DPDE_NETWORK_ADJOINT;
-  const std::string inputs = list(i.inputs, n.inputs);
-  const std::string rates = list(i.rates, i.mode == DPDE_NETWORK_VALUE ? 0 : is_adjoint ? n.outputs : n.inputs);
-  const std::string results = list(i.results, is_adjoint ? n.inputs : n.outputs);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}}}", i.network, i.mode, inputs, rates, results, i.weights);
+  const auto& [network, mode, inputs, rates, results, weights] = i;
+  const dpde_network& n = *program.networks[network];
+  const bool is_adjoint = mode == DPDE_NETWORK_ADJOINT;
+  const std::string read = indices(inputs, n.inputs);
+  const std::string rated = indices(rates, mode == DPDE_NETWORK_VALUE ? 0 : is_adjoint ? n.outputs : n.inputs);
+  const std::string made = indices(results, is_adjoint ? n.inputs : n.outputs);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}}}", network, mode, read, rated, made, weights);
 }
 
 std::string Tables::transform(const dpde_transform& t) {
+  const auto& [term_count, terms, result, axes] = t;
   const auto monomial = [](const dpde_monomial& m) {
-    return fmt::format("{{{}, {{{}, {}, {}}}}}", m.uniform, m.powers[0], m.powers[1], m.powers[2]);
+    const auto& [uniform, powers] = m;
+    return fmt::format("{{{}, {{{}, {}, {}}}}}", uniform, powers[0], powers[1], powers[2]);
   };
   const auto symbol = [&](const dpde_symbol& s) {
-    const std::string monomials = array("dpde_monomial", "symbols", texts(s.monomials, s.count, monomial));
-    return fmt::format("{{{}, {}}}", s.count, monomials);
+    const auto& [count, monomials] = s;
+    return fmt::format("{{{}, {}}}", count, array("dpde_monomial", "symbols", texts(monomials, count, monomial)));
   };
   const auto term = [&](const dpde_transform_term& by) {
-    const std::string argument = symbol(by.argument), factor = symbol(by.factor);
-    return fmt::format("{{{}, {}, {}, {}, {}, {}}}", by.field, by.function, by.number, argument, factor,
-                       by.within_two_thirds);
+    const auto& [field, function, number, argument, factor, within_two_thirds] = by;
+    const std::string of_argument = symbol(argument), of_factor = symbol(factor);
+    return fmt::format("{{{}, {}, {}, {}, {}, {}}}", field, function, number, of_argument, of_factor,
+                       within_two_thirds);
   };
-  const std::string terms = array("dpde_transform_term", "terms", texts(t.terms, t.term_count, term));
-  return fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", t.term_count, terms, t.result, t.axes[0], t.axes[1], t.axes[2]);
+  const std::string all = array("dpde_transform_term", "terms", texts(terms, term_count, term));
+  return fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", term_count, all, result, axes[0], axes[1], axes[2]);
 }
 
 std::string Tables::operation(const dpde_operation& o, const dpde_program& program) {
+  const auto& [kind, filled, kernel, grow, serial, then_count, then, reduced, inferred, repeated, transformed, solved] =
+      o;
   const auto one_fill = [&](const dpde_fill& f) { return fill(f); };
-  const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, one_fill));
-  const dpde_reduce& r = o.reduce;
+  const std::string fills = array("dpde_fill", "fills", texts(then, then_count, one_fill));
+  const auto& [reduction, field, result, over] = reduced;
   const std::string reduce =
-      fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow),
-                     o.serial, o.then_count, then, reduce,
-                     o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}",
-                     o.kind == DPDE_REPEAT ? repeat(o.repeat, program) : "{}",
-                     o.kind == DPDE_TRANSFORM ? transform(o.transform) : "{}");
+      fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", reduction, field, result, over[0], over[1], over[2]);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", kind, fill(filled), kernel, three(grow),
+                     serial, then_count, fills, reduce, kind == DPDE_NETWORK ? inference(inferred, program) : "{}",
+                     kind == DPDE_REPEAT ? repeat(repeated, program) : "{}",
+                     kind == DPDE_TRANSFORM ? transform(transformed) : "{}",
+                     kind == DPDE_SOLVE ? solve(solved, program) : "{}");
+}
+
+std::string Tables::solve(const dpde_solve& s, const dpde_program& program) {
+  const auto& [count, images, rights, unknowns, operation_count, block, method, smoother, tolerance, most_iterations,
+               warns, reach, coefficient_count, coefficients, param_count, params, is_linear, step, guess] = s;
+  const std::string of_images = indices(images, count), of_rights = indices(rights, count),
+                    of_unknowns = indices(unknowns, count), body = operations(block, operation_count, program),
+                    read = indices(coefficients, coefficient_count), numbers = indices(params, param_count);
+  const std::string newton_step =
+      step == nullptr ? "nullptr" : array("dpde_solve", "newton_steps", {solve(*step, program)});
+  const std::string begin = guess == nullptr ? "nullptr" : indices(guess, 1);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", count, of_images,
+                     of_rights, of_unknowns, operation_count, body, method, smoother, number(tolerance),
+                     most_iterations, warns, three(reach), coefficient_count, read, param_count, numbers, is_linear,
+                     newton_step, begin);
 }
 
 std::string Tables::repeat(const dpde_repeat& r, const dpde_program& program) {
+  const auto& [count, operation_count, block, carry_count, carries, save_count, saves, load_count, loads, counter,
+               first, step] = r;
   const auto carry = [](const dpde_carry& c) { return fmt::format("{{{}, {}, {}}}", c.state, c.next, c.result); };
   const auto stacked = [](const dpde_stacked& s) { return fmt::format("{{{}, {}}}", s.field, s.stack); };
-  const std::string operations =
-      array("dpde_operation", "operations",
-            texts(r.operations, r.operation_count, [&](const dpde_operation& o) { return operation(o, program); }));
-  const std::string carries = array("dpde_carry", "carries", texts(r.carries, r.carry_count, carry));
-  const std::string saves = array("dpde_stacked", "saves", texts(r.saves, r.save_count, stacked));
-  const std::string loads = array("dpde_stacked", "loads", texts(r.loads, r.load_count, stacked));
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", r.count, r.operation_count, operations,
-                     r.carry_count, carries, r.save_count, saves, r.load_count, loads, r.counter, r.first, r.step);
+  const std::string body = operations(block, operation_count, program);
+  const std::string carried = array("dpde_carry", "carries", texts(carries, carry_count, carry));
+  const std::string saved = array("dpde_stacked", "saves", texts(saves, save_count, stacked));
+  const std::string loaded = array("dpde_stacked", "loads", texts(loads, load_count, stacked));
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", count, operation_count, body, carry_count,
+                     carried, save_count, saved, load_count, loaded, counter, first, step);
 }
 
 std::string Tables::program(const dpde_program* source) {
@@ -211,9 +238,7 @@ std::string Tables::program(const dpde_program* source) {
                                     texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
   const auto one_fill = [&](const dpde_fill& f) { return fill(f); };
   const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, one_fill));
-  const std::string operations =
-      array("dpde_operation", "operations",
-            texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
+  const std::string body = operations(p.operations, p.operation_count, p);
   const std::string networks =
       array("dpde_network* const", "networks",
             texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
@@ -234,7 +259,7 @@ std::string Tables::program(const dpde_program* source) {
                   params, p.counter_count, p.uniform_count, p.counter_count > 0 ? "dpde_compute_counted" : "nullptr");
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
   out_ += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // prepare, operations, stacks, swaps\n", p.prepare_count,
-                      prepare, p.operation_count, operations, p.stack_count, stacks, p.swap_count, swaps);
+                      prepare, p.operation_count, body, p.stack_count, stacks, p.swap_count, swaps);
   out_ += fmt::format("    {}, {}, {}, {},  // networks, links\n", p.network_count, networks, p.link_count, links);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;

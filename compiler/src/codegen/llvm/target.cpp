@@ -8,8 +8,10 @@
 #include <llvm/TargetParser/Host.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
+#include "codegen/x86_names.h"
 #include "support/assert.h"
 
 namespace dpde::codegen {
@@ -22,11 +24,19 @@ struct Host {
   const llvm::Target* target = nullptr;
 };
 
+bool is_x86(const std::string& triple) { return llvm::Triple(triple).getArch() == llvm::Triple::x86_64; }
+
 Host find_host() {
   llvm::InitializeNativeTarget();
   llvm::InitializeNativeTargetAsmPrinter();
   Host host;
   host.triple = llvm::sys::getProcessTriple();
+  host.target = llvm::TargetRegistry::lookupTarget(host.triple, host.error);
+  if (const std::optional<InstructionSet> asked = asked_instruction_set(); asked && is_x86(host.triple)) {
+    host.cpu = x86_name(*asked);
+    host.has_512_bits = *asked == InstructionSet::v4;
+    return host;
+  }
   host.cpu = llvm::sys::getHostCPUName().str();
   std::set<std::string> features;  // sorted: the same text on every run
   for (const auto& feature : llvm::sys::getHostCPUFeatures()) {
@@ -34,7 +44,6 @@ Host find_host() {
   }
   host.has_512_bits = features.contains("+avx512f");
   for (const std::string& feature : features) host.features += (host.features.empty() ? "" : ",") + feature;
-  host.target = llvm::TargetRegistry::lookupTarget(host.triple, host.error);
   return host;
 }
 

@@ -2,10 +2,12 @@
 // The axes of the scene, sorted x, y, z.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
+#include "model/from_ast/cells_setting.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -30,13 +32,13 @@ struct Counts {
 
 /// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
 int cells_of(Draft& draft, const ast::GridItem& item, const Counts& counts, std::size_t axis,
-             std::optional<double> for_all_axes) {
+             std::optional<double> of_setting) {
   const ast::Expr* counted = counts.of_axes[axis];
   const std::string key = "cells." + axis_name(axis_of(draft, item.axis.name));
   const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
   if (is_set) {
     const auto for_this = number_setting(draft, key);
-    const auto value = for_this ? for_this : for_all_axes;
+    const auto value = for_this ? for_this : of_setting;
     return value ? as_cells(draft, *value, {}).value_or(1) : 1;
   }
   draft.settings.add_known(key);
@@ -157,10 +159,10 @@ void bind_grid(Draft& draft) {
   const std::size_t before = draft.sink.all().size();
   bind_axis_names(draft);
   const std::vector<const ast::GridItem*> lines = grid_lines(draft);
-  const auto for_all_axes = number_setting(draft, "cells");
+  const std::vector<std::optional<double>> set_cells = cells_setting(draft, std::max<std::size_t>(1, lines.size()));
   const bool has_lines = !items_of<ast::GridItem>(draft.scene->items).empty();
   const bool has_cells = !items_of<ast::CellsItem>(draft.scene->items).empty();
-  if (!has_lines && !has_cells && draft.model) return bind_one_cell(draft, for_all_axes);
+  if (!has_lines && !has_cells && draft.model) return bind_one_cell(draft, set_cells[0]);
   if (!has_lines) {
     draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
                       "write grid x = 0 .. 1, cells 128, periodic");
@@ -173,7 +175,7 @@ void bind_grid(Draft& draft) {
       if (lines[i]->periodic) axis.topology = Topology::periodic;
       if (!lines[i]->periodic) axis.topology = Topology::bounded;
       bind_extent(draft, *lines[i], axis);
-      axis.cells = cells_of(draft, *lines[i], counts, i, for_all_axes);
+      axis.cells = cells_of(draft, *lines[i], counts, i, set_cells[i]);
       check_precision(draft, *lines[i], axis);
     } else {
       draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "model/from_ast/cells_setting.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "syntax/parser.h"
@@ -28,18 +29,47 @@ std::optional<ast::Expr> parse_setting(Draft& draft, const std::string& key, con
   return std::nullopt;
 }
 
-}  // namespace
-
-std::optional<double> number_setting(Draft& draft, const std::string& key) {
-  const std::string* text = draft.settings.find(key);
-  if (!text) return std::nullopt;
-  const auto e = parse_setting(draft, key, *text);
+std::optional<double> number_in(Draft& draft, const std::string& key, const std::string& text) {
+  const auto e = parse_setting(draft, key, text);
   if (!e) return std::nullopt;
   DiagnosticSink own;
   Draft alone(draft.file, draft.selection, own);  // knows numbers, pi and functions
   const auto value = evaluate(alone, *e, "the setting");
-  if (!value) report_bad_setting(draft, key, *text, own);
+  if (!value) report_bad_setting(draft, key, text, own);
   return value;
+}
+
+}  // namespace
+
+std::optional<double> number_setting(Draft& draft, const std::string& key) {
+  const std::string* text = draft.settings.find(key);
+  return text ? number_in(draft, key, *text) : std::nullopt;
+}
+
+std::vector<std::optional<double>> cells_setting(Draft& draft, std::size_t axes) {
+  const std::string* text = draft.settings.find("cells");
+  std::vector<std::optional<double>> counts(axes);
+  if (!text) return counts;
+  std::vector<std::string> texts(1);
+  int depth = 0;  // of parentheses: max(6, 8) is one number
+  for (const char c : *text) {
+    depth += c == '(' ? 1 : c == ')' ? -1 : 0;
+    if (c == ',' && depth == 0) {
+      texts.emplace_back();
+    } else {
+      texts.back() += c;
+    }
+  }
+  if (texts.size() > 1 && texts.size() != axes) {
+    draft.sink.report("bad-setting", {},
+                      {"cells", *text, fmt::format("the scene has {} {}", axes, axes == 1 ? "axis" : "axes")},
+                      "write --set cells=64 for all axes, or a number for each");
+    return counts;
+  }
+  const auto first = texts.size() > 1 ? std::nullopt : number_in(draft, "cells", *text);
+  for (std::size_t axis = 0; axis < axes; ++axis)
+    counts[axis] = texts.size() > 1 ? number_in(draft, "cells", texts[axis]) : first;
+  return counts;
 }
 
 void apply_scheme_settings(Draft& draft) {

@@ -188,7 +188,8 @@ void bind_time(Draft& draft) {
     return;
   }
   const double length = duration->to - duration->from;
-  const auto steps = whole_steps(length, *step);
+  auto steps = whole_steps(length, *step);
+  if (!steps && time && time->kind.steady) steps = std::ceil(length / *step);  // the end is only where it gives up
   if (!steps || *steps < 1) {  // a step far beyond the end is 0 steps to within rounding
     draft.sink.report(
         "uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},

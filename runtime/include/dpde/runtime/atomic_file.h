@@ -13,6 +13,8 @@ namespace dpde {
 /// directly.
 /// @throws Error(machine) naming the file and the operating system's reason.
 void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts);
+/// The same of a file that nobody but its owner may read or write, whoever could before.
+void write_private_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts);
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
 }  // namespace dpde

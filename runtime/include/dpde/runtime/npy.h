@@ -15,7 +15,8 @@ struct NpyArray {
   std::vector<double> values;  // C order (last axis fastest), whatever order the file has
 };
 
-/// Reads float64, float32, int64 and int32 of either byte order, C and Fortran order, format versions 1 to 3.
+/// Reads float64, float32, integers of 1 to 8 bytes and truth values (0 and 1), of either byte order, C and Fortran
+/// order, format versions 1 to 3.
 /// @throws Error(input) naming the file and what is wrong with it (never allocates more than the file holds).
 NpyArray read_npy(const std::filesystem::path& path);
 

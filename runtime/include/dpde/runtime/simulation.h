@@ -18,7 +18,7 @@
 //    Numbers that the .dpde file computed from parameters (extents, cells, other parameters) stay.
 //  - The vector of unknowns holds those of unknowns() one after the other.
 //  - step(), state(), loss() and gradient() allocate no memory after their first call.
-//  - One thread at a time may use a Simulation; several may run at once.
+//  - One thread at a time may use a Simulation; several may run at once. Progress of a run may read it, and not run it.
 #pragma once
 
 #include <atomic>
@@ -115,6 +115,9 @@ class Simulation {
   /// To the first step that ends at `time` or later; to the end of the scene.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
+  /// Where the last run() or run_to() has left states 1e8 times above where they began, growing on, as in steps that
+  /// are too large: a sentence; else "". Beyond 1e50 times it is a NotFinite, of losses and gradients too.
+  const std::string& growth() const;
 
   // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where
   // a loss, a gradient or a product is not finite though all states are.
