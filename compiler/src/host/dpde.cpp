@@ -113,9 +113,9 @@ Opened open(const SourceFile& file, const HostOptions& options) {
   const bool seeded = !options.inputs.empty();
   const std::string name = seeded ? append_input_task(source, options, sink) : options.name;
   if (sink.has_errors()) fail(source, sink);
-  std::optional<driver::Compiled> compiled =
-      driver::compile_for_hosts(source, {name, options.set, options.scheme}, backend_of(options.backend),
-                                {.second_order = options.second_order, .seeded = seeded, .takes_jumps = options.force}, sink);
+  std::optional<driver::Compiled> compiled = driver::compile_for_hosts(
+      source, {name, options.set, options.scheme}, backend_of(options.backend),
+      {.second_order = options.second_order, .seeded = seeded, .takes_jumps = options.force}, sink);
   if (!compiled) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   analysis::certify_quickly(source, kept, certifying(options), sink);
