@@ -67,7 +67,6 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   job.runs(run.compiled);
   if (!is_possible(job, options, *run.compiled)) return false;
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
-  job.say(certificate_text(run));
   return !job.failed();
 }
 
@@ -102,7 +101,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   if (run.inverse == nullptr) return false;
   run.inverse->assign(run.inverse->start());  // where the task begins may be where the scene does not
-  return stability::check_step(*run.session, options.force, job.sink());
+  return stability::check_step(*run.session, options.force, job.sink()) && !job.failed();
 }
 
 Json certificate_json(const TaskRun& run) {
@@ -125,8 +124,8 @@ Json certificate_json(const TaskRun& run) {
           {"wall_s", run.certificate->seconds}};
 }
 
-std::string certificate_text(const TaskRun& run) {
-  if (!run.certificate) return "";
+void say_certificate(Job& job, const TaskRun& run) {
+  if (!run.certificate || job.failed()) return;
   const analysis::RunCheck& whole = run.certificate->run;
   std::vector<std::string> parts;
   if (!run.certificate->program.empty())
@@ -137,7 +136,7 @@ std::string certificate_text(const TaskRun& run) {
   }
   std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
   for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;
-  return text + "\n";
+  job.say(text + "\n");
 }
 
 void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {

@@ -358,6 +358,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::unique_ptr<training::Trials> trials = training::Trials::open(*scene, options.epochs, batch, job.sink());
   preparing.reset();
   if (!trials) return json;
+  say_certificate(job, run);
   TrainingCheckpoint checkpoint(job, *trials, *interval);
   if (options.resume && !checkpoint.resume(*trials)) return json;
   json["resumed_iterations"] = trials->made();

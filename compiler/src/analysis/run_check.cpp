@@ -9,6 +9,7 @@
 #include <random>
 
 #include "analysis/generic_point.h"
+#include "analysis/kinks.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
 #include "network/symmetrise.h"
@@ -66,7 +67,8 @@ class RunChecker {
         precisions_(precisions_of(session.compiled())),
         seconds_(seconds),
         start_(start),
-        result_(result) {}
+        result_(result),
+        may_jump_(has_kinks(session.compiled())) {}
 
   void check();
 
@@ -76,6 +78,9 @@ class RunChecker {
   double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
   QuotientEvidence evidence_for(const driver::Inverse::Part* part);
+  Line line_along(const Eigen::VectorXd& direction);
+  Eigen::VectorXd direction_in(const driver::Inverse::Part* part) const;
+  bool jumps(const driver::Inverse::Part* part);
   void check_direction(const driver::Inverse::Part* part);
   void leave_out(const std::string& what, const std::string& why) { result_.left_out.push_back(what + ": " + why); }
 
@@ -88,6 +93,7 @@ class RunChecker {
   Point point_;
   Eigen::VectorXd gradient_;
   double seconds_a_loss_ = 0;
+  bool may_jump_;
 };
 
 /// A point with its gradient; false where that is not finite.
@@ -126,14 +132,40 @@ bool RunChecker::begin_elsewhere() {
   return false;
 }
 
-/// Along a direction in one unknown, or in all of them.
-QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
-  Eigen::VectorXd direction = point_.direction;
-  if (part != nullptr) {
-    direction.setZero();
-    direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
+/// In one unknown, or in all of them.
+Eigen::VectorXd RunChecker::direction_in(const driver::Inverse::Part* part) const {
+  if (part == nullptr) return point_.direction;
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(point_.direction.size());
+  direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
+  return direction;
+}
+
+Line RunChecker::line_along(const Eigen::VectorXd& direction) {
+  return [this, direction](double step) { return loss_at(point_.x + step * direction); };
+}
+
+/// Whether the loss jumps beside the point, so that differences over larger steps come to another number.
+bool RunChecker::jumps(const driver::Inverse::Part* part) {
+  if (!may_jump_) return false;
+  const Eigen::VectorXd direction = direction_in(part);
+  const Line loss = line_along(direction);
+  const std::optional<JumpOnLine> jump = jump_beside(loss, gradient_.dot(direction), precisions_.steps,
+                                                     rounding_of(loss, precisions_.spacing, precisions_.unit));
+  if (!jump) return false;
+  const std::string name = part == nullptr ? "all unknowns" : part->name;
+  const std::string what =
+      fmt::format("the loss of {} steps on {} cells jumps by {:.2e}", result_.steps, result_.grid, jump->size);
+  if (session_.compiled().options.takes_jumps) {
+    leave_out(name, what);
+  } else {
+    result_.wrong = fmt::format("{} as {} changes, which no gradient tells", what, name);
   }
-  const Line loss = [&](double step) { return loss_at(point_.x + step * direction); };
+  return true;
+}
+
+QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
+  const Eigen::VectorXd direction = direction_in(part);
+  const Line loss = line_along(direction);
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
   // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
   // that.
@@ -156,6 +188,7 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     }
     found = evidence_for(part);
   }
+  if (jumps(part)) return;
   if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}",
                                 result_.steps, result_.grid, name, found.error.value_or(NAN));
