@@ -208,6 +208,7 @@ Json verify_one(Job& job) {
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
+  options->takes_jumps = true;  // the certificate tells
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
   const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),

@@ -123,17 +123,17 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
     if (!task.certifies) report(task, found, sink);
     if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
   }
-  if (options.takes_jumps || sink.has_errors()) return;
+  if ((options.takes_jumps && !task.certifies) || sink.has_errors()) return;
   std::vector<model::Jump> jumps = jumps_of(problem, influence);
   if (program) {
     if (std::optional<model::Jump> jump = jump_of_program(compiled, *program, influence)) jumps.push_back(*jump);
   }
   for (const model::Jump& jump : jumps) {
-    if (!task.certifies || !is_by_parameters(problem, jump)) {
-      report(jump, sink);
-      continue;
+    const bool is_left_out = task.certifies && is_by_parameters(problem, jump);
+    for (const std::string& mover : jump.movers) {
+      if (is_left_out) compiled.activity.params.erase(mover);
     }
-    for (const std::string& param : jump.movers) compiled.activity.params.erase(param);
+    if (!is_left_out && !options.takes_jumps) report(jump, sink);
   }
 }
 
