@@ -32,7 +32,7 @@ class Maker {
         "1/{}\n}}\ntask t : s {{ {}minimise {} }}\n",
         random_.uniform(0.3, 0.9), random_.uniform(0.2, 0.8), random_.uniform(0.2, 0.7), number(), in_u, number(), in_v,
         has_grid_ ? " grid x = 0 .. 1, cells 5, periodic\n" : "", random_.uniform(0.3, 1.2),
-        has_grid_ ? " + 0.5*sin(2*pi*x)" : "", start, random_.uniform(0.2, 0.8), event, random_.percent(50) ? 32 : 64,
+        has_grid_ ? " + 0.5*sin(2*pi*x)" : "", start, random_.uniform(0.2, 0.8), event, random_.percent(50) ? 16 : 32,
         unknowns, mean("u^2 + u*v") + loss);
     return result;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random models with switches: a gradient is given only where differences of the loss come to it, kinks aside, and none
-// is refused whose branches meet. DPDE_SWITCH_MODELS: how many (40; 2000 where tests are thorough); DPDE_RANDOM_SEED:
+// is refused whose branches meet. DPDE_SWITCH_MODELS: how many (20; 2000 where tests are thorough); DPDE_RANDOM_SEED:
 // the first of their seeds (1).
 #include <gtest/gtest.h>
 
@@ -97,7 +97,7 @@ class RandomSwitches : public ::testing::Test {
 
 TEST_F(RandomSwitches, NoGradientIsGivenOfWhatJumps) {
   const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1);
-  const std::uint64_t count = setting("DPDE_SWITCH_MODELS", is_thorough() ? 2000 : 40);
+  const std::uint64_t count = setting("DPDE_SWITCH_MODELS", is_thorough() ? 2000 : 20);
   for (std::uint64_t seed = first; seed < first + count && !HasFatalFailure(); ++seed) {
     const SwitchModel model = random_switches(seed);
     const SourceFile source("switches.dpde", model.text);
