@@ -283,7 +283,9 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
-  if (finite && has_kinks(*compiled) && !falls_as_squares(certificate.remainders, 10 * rounding))
+  const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
+  if (finite && (has_clean_slope ? has_jumps(*compiled) : has_kinks(*compiled)) &&
+      !falls_as_squares(certificate.remainders, 10 * rounding))
     certificate.jump = jump_beside(along, slope, halved_steps(16), measured);
   if (finite && has_hessian && certificate.second && !certificate.second->is_settled())
     certificate.second->quotients = quotients_of_gradient(*inverse, point, bend);

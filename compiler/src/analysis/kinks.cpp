@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "model/switches.h"
 #include "stencil/build.h"
 #include "support/match.h"
 
@@ -53,6 +54,11 @@ bool has_kinks(const driver::Compiled& compiled) {
     }
   }
   return found;
+}
+
+bool has_jumps(const driver::Compiled& compiled) {
+  if (!compiled.problem || !compiled.problem->task) return false;
+  return !model::jumps_of(*compiled.problem, model::Influence(*compiled.problem, {})).empty();
 }
 
 }  // namespace dpde::analysis
