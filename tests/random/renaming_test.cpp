@@ -75,6 +75,7 @@ Numbers numbers_of(const std::string& text, const std::string& path, const std::
   options.selection.name = selection;
   options.backend = is_full() ? driver::Backend::jit : driver::Backend::interpreter;
   options.tangent = options.adjoint = true;
+  options.takes_jumps = true;               // random models may jump
   options.second = is_full() || !is_small;  // second derivatives of examples: at night
   options.certify = !is_task;
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);

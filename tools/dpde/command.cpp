@@ -213,7 +213,9 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_flag("--no-cache", options.no_cache, "compile everything anew");
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
-  if (takes.force) verb.add_flag("--force", options.force, "run although the step is above the largest stable one");
+  if (takes.force)
+    verb.add_flag("--force", options.force,
+                  "go on with a step above the largest stable one, or without what switches add to a gradient");
   if (takes.out) verb.add_option("-o,--out,--output", options.out, "folder for the files")->type_name("DIR");
   if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(number_fits, "", "");
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");

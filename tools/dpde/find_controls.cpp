@@ -191,6 +191,7 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   if (!takes(job, options, scene)) return json;
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
   if (!session) return json;
+  say_certificate(job, run);
   training::WindowControls controls(scene, options.iterations, batch);
   const std::uint64_t key = controls.key();
   const std::string result_file = task + ".nc";

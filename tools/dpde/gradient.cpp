@@ -140,6 +140,7 @@ Json gradient(Job& job, const TaskOptions& options) {
     return result;
   }
   Eigen::VectorXd again(inverse.size());
+  say_certificate(job, run);
   const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });

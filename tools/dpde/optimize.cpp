@@ -133,6 +133,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
+      if (is_finite) say_certificate(job, run);
       if (is_finite && run.inverse->last().steady)
         warn_of_unrest(job, run.session->problem(), *run.inverse->last().steady);
       if (is_finite) outcome.growth = report_growth(job, run, looks, x, gradient);

@@ -101,9 +101,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   if (run.inverse == nullptr) return false;
   run.inverse->assign(run.inverse->start());  // where the task begins may be where the scene does not
-  if (!stability::check_step(*run.session, options.force, job.sink())) return false;
-  job.say(certificate_text(run));
-  return true;
+  return stability::check_step(*run.session, options.force, job.sink()) && !job.failed();
 }
 
 Json certificate_json(const TaskRun& run) {
@@ -127,8 +125,8 @@ Json certificate_json(const TaskRun& run) {
           {"wall_s", run.certificate->seconds}};
 }
 
-std::string certificate_text(const TaskRun& run) {
-  if (!run.certificate) return "";
+void say_certificate(Job& job, const TaskRun& run) {
+  if (!run.certificate || job.failed()) return;
   const analysis::RunCheck& whole = run.certificate->run;
   std::vector<std::string> parts;
   if (!run.certificate->program.empty())
@@ -140,7 +138,7 @@ std::string certificate_text(const TaskRun& run) {
   }
   std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
   for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;
-  return text + "\n";
+  job.say(text + "\n");
 }
 
 void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {

@@ -40,8 +40,8 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 
 /// What --json says about the certificate: null where there is none.
 Json certificate_json(const TaskRun& run);
-/// The same as text; "" where there is none.
-std::string certificate_text(const TaskRun& run);
+/// Says it as text, where there is one, once all that the task needs is there: never behind an error.
+void say_certificate(Job& job, const TaskRun& run);
 /// A warning where a run until steady ends too far from rest for its gradient.
 void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
 /// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open

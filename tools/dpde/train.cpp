@@ -353,13 +353,12 @@ Json train(Job& job, const OptimizeOptions& options) {
   batch.seed = options.seed;
   if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
-    job.say(certificate_text(run));
     return find_controls(job, options, run, *scene, batch);
   }
   const std::unique_ptr<training::Trials> trials = training::Trials::open(*scene, options.epochs, batch, job.sink());
   preparing.reset();
   if (!trials) return json;
-  job.say(certificate_text(run));
+  say_certificate(job, run);
   TrainingCheckpoint checkpoint(job, *trials, *interval);
   if (options.resume && !checkpoint.resume(*trials)) return json;
   json["resumed_iterations"] = trials->made();

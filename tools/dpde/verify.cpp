@@ -26,12 +26,18 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 }
 
 /// A number that is below rounding is not printed as if it had been measured.
-std::string quotients_text(const analysis::QuotientEvidence& quotients) {
+std::string quotients_text(const analysis::QuotientEvidence& quotients, const char* of = "",
+                           const char* to = "gradient") {
   if (!quotients.is_resolved(analysis::largest_quotient_error)) return "no difference quotient rises above rounding";
-  const std::string where = quotients.is_elsewhere
-                                ? "difference quotients agree on another number, the gradient is off by"
-                                : "difference quotients from both sides come to the gradient within";
-  return fmt::format("{} {:.1e} (rounding {:.1e})", where, *quotients.error, quotients.rounding);
+  const std::string where = quotients.is_elsewhere ? fmt::format("agree on another number, the {} is off by", to)
+                                                   : fmt::format("from both sides come to the {} within", to);
+  return fmt::format("difference quotients {}{} {:.1e} (rounding {:.1e})", of, where, *quotients.error,
+                     quotients.rounding);
+}
+
+std::string jump_text(const analysis::JumpOnLine& jump) {
+  return fmt::format("the loss jumps by {:.2e} at {:.2e} from the point, which no derivative tells", jump.size,
+                     std::abs(jump.at));
 }
 
 /// The error, or what is left of two numbers that are 0 but for rounding.
@@ -55,16 +61,22 @@ Json details_of(const std::vector<analysis::DotCase>& cases) {
   return details;
 }
 
+std::string quotients_of_hessian(const analysis::QuotientEvidence& quotients) {
+  return quotients_text(quotients, "of the gradient ", "Hessian");
+}
+
 std::string reason_of(const analysis::Certificate& certificate) {
   if (certificate.is_all_zero()) return "all derivatives are 0: nothing was tested";
+  if (certificate.passed() && certificate.tests_nothing())
+    return "all derivatives are 0 but for rounding: nothing was tested";
   std::string reason = certificate.is_all_rounding()
                            ? "all derivatives are 0 but for rounding"
                            : fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  if (certificate.jump) reason = jump_text(*certificate.jump) + "; " + reason;
   if (!certificate.start_is_finite) reason = "at the start itself the loss or its gradient is not finite; " + reason;
-  if (certificate.second && !certificate.second->passed()) {
-    const std::optional<double>& slope = certificate.second->slope;
-    reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(),
-                          slope ? fmt::format("{:.3f}", *slope) : "missing");
+  if (certificate.second && certificate.second->is_wrong()) {
+    reason += fmt::format(", Hessian unsymmetric by {:.2e}", certificate.second->worst());
+    if (certificate.second->quotients) reason += ", " + quotients_of_hessian(*certificate.second->quotients);
   }
   if (certificate.single && !certificate.single->passed())
     reason += fmt::format(", in single precision {:.2e}", certificate.single->worst());
@@ -81,7 +93,10 @@ std::string second_order_text(const analysis::Certificate& certificate) {
   text += second.slope
               ? fmt::format("slope of the remainder {:.4f}", *second.slope)
               : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
-  return text + (second.has_kinks ? " (the programs have kinks, so it is not judged)\n" : "\n");
+  if (second.has_kinks) text += " (the programs have kinks, so it is not judged)";
+  if (second.quotients) text += "\n  " + quotients_of_hessian(*second.quotients);
+  if (second.has_kinks && second.passed()) return text + "\n";
+  return text + (second.passed() ? "\nHessian: certified\n" : "\nHessian: NOT certified\n");
 }
 
 /// The certificate is of a point beside the start.
@@ -106,6 +121,7 @@ void show(Job& job, const std::string& target, const analysis::Certificate& cert
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
   if (certificate.quotients) text += fmt::format("  {}\n", quotients_text(*certificate.quotients));
+  if (certificate.jump) text += fmt::format("  {}\n", jump_text(*certificate.jump));
   text += second_order_text(certificate);
   for (const analysis::KinkAtStart& kink : certificate.kinks) text += kink_text(kink);
   if (certificate.single) {
@@ -114,7 +130,7 @@ void show(Job& job, const std::string& target, const analysis::Certificate& cert
         "most {:.2e}\n",
         certificate.single->cases.size(), certificate.single->worst());
   }
-  const bool is_empty = certificate.passed() && certificate.is_all_zero();
+  const bool is_empty = certificate.passed() && certificate.tests_nothing();
   const char* verdict = is_empty ? "nothing to certify" : certificate.passed() ? "certified" : "NOT certified";
   text += fmt::format("{}: {}\n", verdict, reason_of(certificate));
   job.say(text);
@@ -130,7 +146,10 @@ Json to_json(const analysis::Certificate& certificate) {
     hessian = {{"max_relative_error", json_number(second->worst())},
                {"cases", second->cases.size()},
                {"details", details_of(second->cases)},
-               {"has_kinks", second->has_kinks}};
+               {"has_kinks", second->has_kinks},
+               {"quotient_error",
+                second->quotients && second->quotients->error ? json_number(*second->quotients->error) : Json(nullptr)},
+               {"passed", second->passed()}};
   }
   const analysis::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
   Json single = nullptr;
@@ -158,6 +177,7 @@ Json to_json(const analysis::Certificate& certificate) {
             {"quotient_error", quotients && quotients->error ? json_number(*quotients->error) : Json(nullptr)},
             {"quotient_rounding", quotients && quotients->error ? json_number(quotients->rounding) : Json(nullptr)},
             {"remainders", remainders},
+            {"jump", certificate.jump ? json_number(certificate.jump->size) : Json(nullptr)},
             {"note", certificate.note}}},
           {"start_is_finite", certificate.start_is_finite},
           {"start_kinks", kinks},
@@ -192,6 +212,7 @@ Json verify_one(Job& job) {
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
+  options->takes_jumps = true;  // the certificate tells
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
   const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),
@@ -220,7 +241,7 @@ Json verify_one(Job& job) {
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   const std::optional<analysis::ToleranceEffect> effect = analysis::effect_of_tolerance(job.source(), shared, certify);
   report_tolerance(job, effect, result);
-  if (certificate->passed() && certificate->is_all_zero())
+  if (certificate->passed() && certificate->tests_nothing())
     job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
   if (!certificate->passed())
     job.sink().report("verification-failed", {}, {target, reason_of(*certificate)},

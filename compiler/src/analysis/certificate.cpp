@@ -10,13 +10,12 @@
 
 #include "adjoint/rounding_between.h"
 #include "analysis/generic_point.h"
+#include "analysis/kinks.h"
 #include "analysis/quick_certificate.h"
 #include "dpde/runtime/error.h"
 #include "driver/blow_up.h"
 #include "driver/inverse.h"
 #include "network/symmetrise.h"
-#include "stencil/build.h"
-#include "support/match.h"
 
 namespace dpde::analysis {
 
@@ -183,50 +182,6 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
   return true;
 }
 
-bool is_kink(const stencil::Expr& e) {
-  const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
-  const bool bends =
-      call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
-  return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
-}
-
-bool bends(const network::Layer& layer) {
-  const bool is_rectifier =
-      layer.activation == network::Activation::relu || layer.activation == network::Activation::leaky_relu;
-  return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
-}
-
-bool has_extremes(const std::vector<stencil::Statement>& statements) {
-  return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
-    return match(
-        statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Run&) { return false; }, [](const stencil::Solve& solve) { return has_extremes(solve.body); },
-        [](const stencil::Repeat& repeat) { return has_extremes(repeat.body); });
-  });
-}
-
-/// Whether the programs that were differentiated bend anywhere.
-bool has_kinks(const driver::Compiled& compiled) {
-  bool found = false;
-  const auto look = [&](const stencil::Expr& value) {
-    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e); });
-  };
-  for (const auto& [name, derived] : compiled.derived) {
-    const stencil::Module module = driver::extract(compiled.stencil, {name});
-    found = found || has_extremes(module.programs.front().body);
-    for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
-    for (const stencil::Kernel& kernel : module.kernels) {
-      found = found || !kernel.scatters.empty();
-      for (const stencil::Let& let : kernel.lets) look(let.value);
-      for (const stencil::Store& store : kernel.stores) look(store.value);
-      for (const stencil::Sum& sum : kernel.sums) look(sum.value);
-    }
-  }
-  return found;
-}
-
 /// The scene's grid, or one of at most most_cells cells.
 std::vector<int> affordable_grid(const model::Problem& problem) {
   std::vector<int> cells;
@@ -244,9 +199,14 @@ bool has_slope_of_two(const std::optional<double>& slope) {
   return slope && std::abs(*slope - 2) <= largest_slope_error;
 }
 
-QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& derivative) {
+std::vector<double> halved_steps(int count) {
   std::vector<double> steps;
-  for (int k = 0; k < 22; ++k) steps.push_back(1e-2 * std::exp2(-k));
+  for (int k = 0; k < count; ++k) steps.push_back(1e-2 * std::exp2(-k));
+  return steps;
+}
+
+QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& derivative) {
+  const std::vector<double> steps = halved_steps(22);
   return judge(quotients_of(f, steps, rounding_of(f, 1e-8, 0x1p-52)), derivative);
 }
 
@@ -273,6 +233,25 @@ std::string note_on(const Certificate& certificate, const std::string& grid) {
                                    : "the remainder shows no slope";
 }
 
+/// The second derivative along the direction.
+double bend_along(driver::Inverse& inverse, const Point& point) {
+  Eigen::VectorXd product(inverse.size());
+  inverse.product(point.x, point.direction, product, Curvature::full);
+  return point.direction.dot(product);
+}
+
+/// Of the slope along the line, which have a rounding of their own: they settle on the second derivative where the
+/// third one is so large that no remainder of the loss above rounding falls as its cube.
+QuotientEvidence quotients_of_gradient(driver::Inverse& inverse, const Point& point, double bend) {
+  Eigen::VectorXd gradient(inverse.size());
+  const Line slope = [&](double step) {
+    inverse.value_and_gradient(point.x + step * point.direction, gradient);
+    return gradient.dot(point.direction);
+  };
+  return judge(quotients_of(slope, halved_steps(22), rounding_of(slope, 0x1p-40, 0x1p-52)),
+               {bend, largest_asymmetry * std::abs(bend)});
+}
+
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                 const driver::SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = driver::Session::open(source, compiled, options, sink);
@@ -289,12 +268,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   inverse->hold_steps(true);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const bool has_hessian = inverse->has_products(Curvature::full);
-  double bend = 0;
-  if (has_hessian) {
-    Eigen::VectorXd product(inverse->size());
-    inverse->product(point.x, point.direction, product, Curvature::full);
-    bend = point.direction.dot(product);
-  }
+  const double bend = has_hessian ? bend_along(*inverse, point) : 0;
   const Line along = [&](double step) { return inverse->value(point.x + step * point.direction); };
   std::vector<Remainder> with_hessian;
   for (int k = 0; k < 16; ++k) {
@@ -319,6 +293,12 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
+  const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
+  if (finite && (has_clean_slope ? has_jumps(*compiled) : has_kinks(*compiled)) &&
+      !falls_as_squares(certificate.remainders, 10 * rounding))
+    certificate.jump = jump_beside(along, slope, halved_steps(16), measured);
+  if (finite && has_hessian && certificate.second && !certificate.second->is_settled())
+    certificate.second->quotients = quotients_of_gradient(*inverse, point, bend);
   inverse->hold_steps(false);
   inverse->assign(point.x);
   if (blows_up(*session) || !driver::instabilities_of(*session).empty()) {
@@ -373,18 +353,30 @@ bool Certificate::is_all_rounding() const {
 
 bool Certificate::is_all_zero() const { return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_zero); }
 
+bool Certificate::tests_nothing() const {
+  return !cases.empty() &&
+         std::ranges::all_of(cases, [](const DotCase& one) { return one.is_zero || one.is_rounding; });
+}
+
 bool Certificate::passed() const {
   const bool taylor =
       only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
-  return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) &&
+  return start_is_finite && worst() <= largest_dot_error && taylor && !jump && (!second || !second->is_wrong()) &&
          (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const { return largest_error_of(cases); }
 
+bool SecondOrderCheck::is_settled() const {
+  return has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
+}
+
+bool SecondOrderCheck::is_wrong() const {
+  return !(worst() <= largest_asymmetry) || (!is_settled() && quotients && quotients->is_elsewhere);
+}
+
 bool SecondOrderCheck::passed() const {
-  const bool taylor = has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
-  return worst() <= largest_asymmetry && taylor;
+  return !is_wrong() && (is_settled() || (quotients && quotients->proves(largest_quotient_error)));
 }
 
 std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks) {

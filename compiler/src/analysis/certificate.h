@@ -2,7 +2,8 @@
 // Certification of derivatives on the compiled kernels: the tangent and the adjoint of a whole run must agree to
 // rounding (dot product), on the scene's grid and on small odd ones, and the gradient must leave a remainder of second
 // order (Taylor). The Hessian must be symmetric and, where the programs have no kinks, leave a remainder of third
-// order.
+// order, or be what differences of the gradient come to. It has a verdict of its own: where neither tells, the gradient
+// is certified and the Hessian is not.
 //
 // In single precision rounding hides what these bounds find. The derivatives of a scene with real = f32 are certified
 // as those of the same programs in f64, the same expressions but for their order (regroup_updates is left out of f32);
@@ -43,8 +44,12 @@ struct SecondOrderCheck {
   std::vector<DotCase> cases;   // v.Hw against w.Hv
   std::optional<double> slope;  // of the remainder with the Hessian; absent when it is all rounding
   bool only_rounding = false;
-  bool has_kinks = false;  // abs, max, if, interpolation: the slope may be anything from 2 to 3
-  double worst() const;    // largest relative error, of what is not rounding
+  bool has_kinks = false;                          // abs, max, if, interpolation: the slope may be anything from 2 to 3
+  std::optional<QuotientEvidence> quotients = {};  // of the gradient, where the slope does not tell
+  double worst() const;                            // largest relative error, of what is not rounding
+  bool is_settled() const;                         // the remainder tells, or is not asked
+  /// Unsymmetric, or differences of the gradient agree on another number.
+  bool is_wrong() const;
   bool passed() const;
 };
 /// Tangent against adjoint of programs in single precision. Errors are relative to the larger of the two numbers and to
@@ -62,10 +67,12 @@ struct Certificate {
   double worst() const;              // largest relative error, of what is not rounding; not a number without a case
   bool is_all_rounding() const;      // in each case: derivatives are 0 but for that
   bool is_all_zero() const;          // in each case: nothing was tested
+  bool tests_nothing() const;        // each case is 0, or so but for rounding
   std::optional<double> slope;       // of the remainder; absent when it is all rounding
   std::string note;                  // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;
   std::optional<QuotientEvidence> quotients;   // where the slope does not tell: see taylor.h
+  std::optional<JumpOnLine> jump;              // of the loss, beside the point
   std::optional<SecondOrderCheck> second;      // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
   std::optional<SteadyAdjoint> steady = {};    // of runs until steady

@@ -3,7 +3,7 @@
 //
 //  - the compiled adjoint of each program against the program's tangent, by a dot product. The tangent is not
 //    compiled but interpreted: that costs less than differences would and, unlike these, is exact to rounding and
-//    has nothing to fear from kinks;
+//    has nothing to fear from kinks. Where they differ, a compiled tangent decides;
 //  - the gradient of a whole short run against difference quotients of its losses (run_check.h), which see what
 //    lies between the programs: formulas, losses, controls, halos that programs share, links, and what tangent and
 //    adjoint have wrong alike.

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "analysis/generic_point.h"
+#include "analysis/kinks.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
 #include "network/symmetrise.h"
@@ -68,7 +69,8 @@ class RunChecker {
         precisions_(precisions_of(session.compiled())),
         seconds_(seconds),
         start_(start),
-        result_(result) {}
+        result_(result),
+        may_jump_(session.compiled().options.takes_jumps && has_jumps(session.compiled())) {}
 
   /// False where the run cannot be made, or there is no time for it.
   bool check();
@@ -80,6 +82,9 @@ class RunChecker {
   double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
   QuotientEvidence evidence_for(const driver::Inverse::Part* part);
+  Line line_along(const Eigen::VectorXd& direction);
+  Eigen::VectorXd direction_in(const driver::Inverse::Part* part) const;
+  bool jumps(const driver::Inverse::Part* part);
   void check_direction(const driver::Inverse::Part* part);
   void leave_out(const std::string& what, const std::string& why) { result_.left_out.push_back(what + ": " + why); }
   std::string run_text() const;
@@ -95,6 +100,7 @@ class RunChecker {
   Eigen::VectorXd gradient_;
   double seconds_a_loss_ = 0;
   double moved_at_end_ = 0;  // of a run until steady: what a loss knows of where the state comes to rest
+  bool may_jump_;
 };
 
 /// How far the loss of a run until steady may be from that of the state at rest, wherever between 0 and the tolerance
@@ -142,14 +148,36 @@ bool RunChecker::begin_elsewhere() {
   return false;
 }
 
-/// Along a direction in one unknown, or in all of them.
+/// In one unknown, or in all of them.
+Eigen::VectorXd RunChecker::direction_in(const driver::Inverse::Part* part) const {
+  if (part == nullptr) return point_.direction;
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(point_.direction.size());
+  direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
+  return direction;
+}
+
+Line RunChecker::line_along(const Eigen::VectorXd& direction) {
+  return [this, direction](double step) { return loss_at(point_.x + step * direction); };
+}
+
+/// Whether the loss jumps beside the point, so that differences over larger steps come to another number.
+bool RunChecker::jumps(const driver::Inverse::Part* part) {
+  if (!may_jump_) return false;
+  const Eigen::VectorXd direction = direction_in(part);
+  const Line loss = line_along(direction);
+  const std::optional<JumpOnLine> jump = jump_beside(loss, gradient_.dot(direction), precisions_.steps,
+                                                     rounding_of(loss, precisions_.spacing, precisions_.unit));
+  if (!jump) return false;
+  const std::string name = part == nullptr ? "all unknowns" : part->name;
+  const std::string what =
+      fmt::format("the loss of {} steps on {} cells jumps by {:.2e}", result_.steps, result_.grid, jump->size);
+  leave_out(name, what);
+  return true;
+}
+
 QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
-  Eigen::VectorXd direction = point_.direction;
-  if (part != nullptr) {
-    direction.setZero();
-    direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
-  }
-  const Line loss = [&](double step) { return loss_at(point_.x + step * direction); };
+  const Eigen::VectorXd direction = direction_in(part);
+  const Line loss = line_along(direction);
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
   // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
   // that.
@@ -173,11 +201,12 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     }
     found = evidence_for(part);
   }
-  if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
-    leave_out(name, fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
-                                "left: the gradient is off by {:.2e}",
-                                note->unknown, note->residual, found.error.value_or(NAN)));
-  } else if (found.is_elsewhere) {
+  if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt)
+    return leave_out(name, fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
+                                       "left: the gradient is off by {:.2e}",
+                                       note->unknown, note->residual, found.error.value_or(NAN)));
+  if (jumps(part)) return;
+  if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,
                                 found.error.value_or(NAN));
   } else if (!found.is_resolved(precisions_.largest_error)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace dpde::analysis {
 
@@ -68,6 +69,18 @@ std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remaind
   return last == slopes.rend() ? remainder_slope(remainders, floor) : std::optional(last->mean);
 }
 
+bool falls_as_squares(const std::vector<Remainder>& remainders, double floor) {
+  for (std::size_t k = 0; k + 1 < remainders.size(); ++k) {
+    const Remainder &larger = remainders[k], &smaller = remainders[k + 1];
+    if (!(larger.value > floor)) continue;
+    const double ratio = larger.step / smaller.step, expected = larger.value / (ratio * ratio);
+    const double slope = std::log(larger.value / std::max(smaller.value, floor)) / std::log(ratio);
+    const bool is_below = smaller.value <= floor && expected <= 2 * floor;
+    if (!is_below && !(std::abs(slope - 2) <= 2 * largest_slope_error)) return false;
+  }
+  return true;
+}
+
 double rounding_of(const Line& f, double spacing, double unit) {
   constexpr int order = 4;
   constexpr double variances = 70;  // of one value in a fourth difference: 1 + 16 + 36 + 16 + 1
@@ -92,6 +105,51 @@ std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& ste
     quotients.push_back({h, (ahead - behind) / (2 * h), (ahead - here) / h, (here - behind) / h, rounding / h});
   }
   return quotients;
+}
+
+std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding) {
+  constexpr int parts = 16, levels = 8;  // the last points are 5e-10 of the reach apart
+  JumpOnLine found{-reach, 0};
+  double width = 2 * reach;
+  for (int level = 0; level < levels; ++level, width /= parts) {
+    std::array<double, parts> rises{};
+    double last = f(found.at);
+    for (std::size_t i = 0; i < parts; ++i) {
+      const double next = f(found.at + width * static_cast<double>(i + 1) / parts);
+      rises[i] = next - std::exchange(last, next);
+    }
+    std::size_t steepest = 0;
+    double most = 0;
+    for (std::size_t i = 0; i < parts; ++i) {
+      const double before = rises[i > 0 ? i - 1 : 2], behind = rises[i + 1 < parts ? i + 1 : parts - 3];
+      const double apart = std::abs(rises[i] - (before + behind) / 2);
+      if (!(apart > most)) continue;
+      most = apart;
+      steepest = i;
+    }
+    if (!(most > sure * rounding)) return std::nullopt;
+    found = {found.at + width * static_cast<double>(steepest) / parts, most};
+  }
+  return found;
+}
+
+std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const std::vector<double>& steps,
+                                      double rounding) {
+  constexpr double disagreement = 1e-3, least_share = 1e-2;  // of a remainder, that a jump makes up
+  const double here = f(0);
+  std::vector<Remainder> apart;
+  for (const double step : steps) {
+    const double ahead = f(step) - here, behind = here - f(-step), change = step * derivative;
+    const double rest = std::max(std::abs(ahead - change), std::abs(behind - change));
+    const double size = std::max({std::abs(change), std::abs(ahead), std::abs(behind)});
+    if (rest > disagreement * size && rest > sure * rounding) apart.push_back({step, rest});
+  }
+  if (apart.empty()) return std::nullopt;
+  for (const Remainder& one : {apart.front(), apart.back()}) {  // few jumps near, and those that are far
+    const std::optional<JumpOnLine> jump = jump_within(f, one.step, rounding);
+    if (jump && jump->size > least_share * one.value) return jump;
+  }
+  return std::nullopt;
 }
 
 QuotientEvidence judge(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative) {

@@ -10,6 +10,8 @@
 //    Hundreds of kinks make R fall as h^2 on average, and a slope measured over a few steps is anything: 1.2 to 2.1
 //    in shipped examples that are right. So the slope proves a derivative where it is 2 and proves nothing where it
 //    is not.
+//  - A jump of f at the distance s adds its whole size to R for steps that reach it, and R does not fall. Then no
+//    derivative tells what f does, and none is certified.
 //  - The quotients from both sides, C(h) = (f(h) - f(-h))/(2 h), then decide. A right g is what they come to, as
 //    smaller steps reach fewer kinks. Where g is wrong they agree with one another on another number.
 //
@@ -40,6 +42,8 @@ struct Remainder {
 std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor);
 /// The same where larger steps may cross kinks and jumps: of the smallest steps whose slopes agree.
 std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor);
+/// Whether they fall as squares of the steps wherever they are above `floor`: of what jumps they do not.
+bool falls_as_squares(const std::vector<Remainder>& remainders, double floor);
 
 /// The loss as a function of the distance along the line.
 using Line = std::function<double(double)>;
@@ -72,5 +76,17 @@ struct QuotientEvidence {
   }
 };
 QuotientEvidence judge(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative);
+
+/// Where f has two values next to one another.
+struct JumpOnLine {
+  double at = 0, size = 0;
+};
+/// A jump between -reach and reach that is larger than rounding: where neighbouring differences differ most, and do so
+/// however close the points are.
+std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding);
+/// Such a jump where differences over some of the steps, the larger first, disagree with the derivative by more than a
+/// thousandth: they do so by kinks too, which are no jumps.
+std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const std::vector<double>& steps,
+                                      double rounding);
 
 }  // namespace dpde::analysis

@@ -17,6 +17,7 @@
 #include "driver/lone_models.h"
 #include "driver/losses.h"
 #include "driver/over_time.h"
+#include "driver/switches.h"
 #include "driver/tuning.h"
 #include "driver/wide_formulas.h"
 #include "loop/from_stencil.h"
@@ -347,6 +348,8 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   if (sink.has_errors()) return false;
   compiled.primal_programs = names_of(compiled.stencil.programs);
   compiled.activity = activity_of(compiled, options);
+  if (options.tangent || options.adjoint) check_switches(compiled, options, sink);
+  if (sink.has_errors()) return false;
   const auto verified = [&] { return stencil::verify(compiled.stencil); };
   if (!stages.after(
           "stencil", [&] { return print(compiled.stencil); }, verified))

@@ -15,6 +15,46 @@ namespace dpde::stencil {
 
 namespace {
 
+std::vector<double> image_of(const Image& image, std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return image(values);
+}
+
+/// Values between 1 and 2, no two alike.
+std::vector<double> arbitrary(std::size_t count) {
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i)
+    values[i] = 1 + std::fmod(0.618033988749895 * static_cast<double>(i + 1), 1.0);
+  return values;
+}
+
+/// Of differences that cancel, as in one cell, nothing is left but for what rounding leaves. That is twice as large for
+/// values twice as large, but not three or five times. Such rows are 0.
+void drop_rounding(const Image& image, DenseMatrix& matrix, std::size_t cells) {
+  const std::vector<double> values = cells == 1 ? std::vector<double>{1.0} : arbitrary(cells);
+  const std::vector<double> once = image_of(image, values, 1), twice = image_of(image, values, 2);
+  std::vector<bool> is_rounding(cells, false);
+  for (const double factor : {3.0, 5.0, 7.0, 11.0, 13.0}) {
+    const std::vector<double> made = image_of(image, values, factor);
+    for (std::size_t row = 0; row < cells; ++row) {
+      const bool is_off = std::abs(made[row] - factor * once[row]) > 1e-3 * std::abs(factor * once[row]);
+      is_rounding[row] = is_rounding[row] || (is_off && twice[row] == 2 * once[row]);
+    }
+  }
+  constexpr double near = 8;  // roundings of neighbouring rows
+  double level = 0;
+  const auto largest_of = [&](std::size_t row) {
+    double most = 0;
+    for (std::size_t column = 0; column < cells; ++column) most = std::max(most, std::abs(matrix.column(column)[row]));
+    return most;
+  };
+  for (std::size_t row = 0; row < cells; ++row) level = is_rounding[row] ? std::max(level, largest_of(row)) : level;
+  for (std::size_t row = 0; row < cells; ++row) {
+    if (!is_rounding[row] && largest_of(row) > near * level) continue;
+    for (std::size_t column = 0; column < cells; ++column) matrix.column(column)[row] = 0;
+  }
+}
+
 PseudoInverse inverse_of(const Image& image, std::size_t cells, Precision real) {
   DenseMatrix matrix(cells);
   std::vector<double> unit(cells, 0.0);
@@ -25,11 +65,7 @@ PseudoInverse inverse_of(const Image& image, std::size_t cells, Precision real) 
     std::ranges::copy(of_unit, matrix.column(column).begin());
     unit[column] = 0;
   }
-  // Of differences in one cell nothing is left, but for what rounding leaves: that is not proportional to the values.
-  for (const double value : {3.0, 5.0, 7.0, 11.0, 13.0}) {
-    double& entry = matrix.values.front();
-    if (cells == 1 && std::abs(image({value}).front() - value * entry) > 1e-3 * std::abs(value * entry)) entry = 0;
-  }
+  drop_rounding(image, matrix, cells);
   const double rounding = real == Precision::f32 ? 0x1p-23 : 0x1p-52;
   return {std::move(matrix), 64 * rounding * static_cast<double>(cells)};  // entries are rounded: 0 is not quite 0
 }
@@ -149,11 +185,13 @@ class Newton {
     return slopes;
   }
 
-  /// The largest of the fields.
+  /// The largest of the fields. One that is 0, as a velocity that masks hold everywhere, moves by what rounding of the
+  /// others leaves in it: that is no size to compare with.
   double relative_size(const std::vector<double>& change, const std::vector<double>& x) const {
-    double most = 0;
+    double most = 0, all = 1e-300;
+    for (std::size_t i = 0; i < x.size(); ++i) all = std::max({all, std::abs(x[i]), std::abs(right_[i])});
     for (std::size_t first = 0; first < x.size(); first += cells_) {
-      double moves = 0, size = 1e-300;
+      double moves = 0, size = step_ * all;
       for (std::size_t i = first; i < first + cells_; ++i) {
         moves = std::max(moves, std::abs(change[i]));
         size = std::max({size, std::abs(x[i]), std::abs(right_[i])});

@@ -101,45 +101,84 @@ std::vector<double> arbitrary(size_t count) {
   return values;
 }
 
-/// The matrix must make of arbitrary values what the operator makes, and of nothing nothing.
-void check_linear(const LinearImage& image, const StencilMatrix& matrix, double rounding, const std::string& what) {
-  const size_t size = static_cast<size_t>(matrix.cells[0] * matrix.cells[1] * matrix.cells[2]);
-  std::vector<double> values(size, 0.0), made(size), expected(size);
-  image(values, made);
-  const double of_nothing = largest(made);
+/// The image of `factor` times the values.
+std::vector<double> image_of(const LinearImage& image, std::span<const double> values, double factor) {
+  std::vector<double> scaled(values.begin(), values.end()), made(values.size());
+  for (double& value : scaled) value *= factor;
+  image(scaled, made);
+  return made;
+}
+
+/// Which rows are nothing but rounding, as those of differences that cancel: in cells that are cut off from all others,
+/// and where an axis has one cell. Such a value is twice as large for values twice as large, but not three or five
+/// times; of an operator that is not linear either both are true or none.
+std::vector<bool> rows_of_rounding(const LinearImage& image, size_t size) {
+  std::vector<bool> is_rounding(size, false);
+  const std::vector<double> values = size == 1 ? std::vector<double>{1.0} : arbitrary(size);
+  const std::vector<double> once = image_of(image, values, 1), twice = image_of(image, values, 2);
+  for (const double factor : {3.0, 5.0, 7.0, 11.0, 13.0}) {
+    const std::vector<double> made = image_of(image, values, factor);
+    for (size_t i = 0; i < size; ++i) {
+      const bool is_off = std::abs(made[i] - factor * once[i]) > 1e-3 * std::abs(factor * once[i]);
+      is_rounding[i] = is_rounding[i] || (is_off && twice[i] == 2 * once[i]);
+    }
+  }
+  return is_rounding;
+}
+
+double largest_of_row(const StencilMatrix& matrix, size_t row) {
+  double most = 0;
+  for (const std::vector<double>& column : matrix.values) most = std::max(most, std::abs(column[row]));
+  return most;
+}
+
+/// Makes the rows 0 that are nothing but rounding, and those that are no larger; how large that was.
+double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
+  const auto size = static_cast<size_t>(matrix.size());
+  const std::vector<bool> is_rounding = rows_of_rounding(image, size);
+  double level = 0;
+  for (size_t row = 0; row < size; ++row) {
+    if (is_rounding[row]) level = std::max(level, largest_of_row(matrix, row));
+  }
+  constexpr double near = 8;  // roundings of neighbouring rows
+  for (size_t row = 0; row < size; ++row) {
+    if (!is_rounding[row] && largest_of_row(matrix, row) > near * level) continue;
+    for (std::vector<double>& column : matrix.values) column[row] = 0;
+  }
+  return level;
+}
+
+/// How far the matrix is from making of arbitrary values what the operator makes.
+struct Departure {
+  double difference = 0, entry = 0;  // and the largest coefficient
+  double allowed = 0;
+};
+
+Departure departure_of(const LinearImage& image, const StencilMatrix& matrix, double rounding,
+                       const std::string& what) {
+  const auto size = static_cast<size_t>(matrix.size());
+  const std::vector<double> values = arbitrary(size), made = image_of(image, values, 1);
+  std::vector<double> expected(size);
+  multiply(matrix, values, expected);
+  Departure result;
+  for (const std::vector<double>& column : matrix.values) result.entry = std::max(result.entry, largest(column));
+  for (size_t i = 0; i < size; ++i) result.difference = std::max(result.difference, std::abs(made[i] - expected[i]));
+  if (!std::isfinite(result.entry) || std::isnan(largest(made)))
+    throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
+  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
+  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
+  const double of_terms = std::min(64 * rounding, std::sqrt(rounding) * result.entry);
+  const double of_entries = 64 * rounding * result.entry * static_cast<double>(matrix.offsets.size() + 1);
+  result.allowed = result.entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding);
+  return result;
+}
+
+void check_zero(const LinearImage& image, size_t size, const std::string& what) {
+  const double of_nothing = largest(image_of(image, std::vector<double>(size, 0.0), 1));
   if (std::isnan(of_nothing)) throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
   if (of_nothing != 0)
     throw Error(ErrorKind::run,
                 fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what, of_nothing));
-  values = arbitrary(size);
-  image(values, made);
-  multiply(matrix, values, expected);
-  double entry = 0, difference = 0;
-  for (const std::vector<double>& column : matrix.values) entry = std::max(entry, largest(column));
-  for (size_t i = 0; i < size; ++i) difference = std::max(difference, std::abs(made[i] - expected[i]));
-  if (!std::isfinite(entry) || std::isnan(largest(made)))
-    throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
-  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
-  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
-  const double of_terms = std::min(64 * rounding, std::sqrt(rounding) * entry);
-  const double of_entries = 64 * rounding * entry * static_cast<double>(matrix.offsets.size() + 1);
-  const double allowed = entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding);
-  if (difference > allowed)
-    throw Error(ErrorKind::run,
-                fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
-                            "off, with coefficients up to {:.3g}",
-                            what, difference, entry));
-}
-
-/// Of differences in one cell nothing is left, but for what rounding leaves: that is not proportional to the values.
-void drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
-  if (matrix.size() != 1 || matrix.values.empty()) return;
-  double& entry = matrix.values.front().front();
-  for (const double value : {3.0, 5.0, 7.0, 11.0, 13.0}) {
-    double made = 0;
-    image({&value, 1}, {&made, 1});
-    if (std::abs(made - value * entry) > 1e-3 * std::abs(value * entry)) entry = 0;
-  }
 }
 
 }  // namespace
@@ -148,8 +187,22 @@ StencilMatrix probe(const LinearImage& image, const std::array<std::int64_t, 3>&
                     const std::array<bool, 3>& periodic, const std::array<std::int64_t, 3>& reach, double rounding,
                     const std::string& what) {
   StencilMatrix matrix = Probe(image, cells, periodic, reach).run();
-  drop_rounding(image, matrix);
-  if (matrix.size() > 1) check_linear(image, matrix, rounding, what);
+  constexpr std::int64_t few =
+      64;  // where looking for rounding costs nothing, and where differences cancel in all rows
+  if (matrix.size() > 1) check_zero(image, static_cast<size_t>(matrix.size()), what);
+  double level = matrix.size() <= few ? drop_rounding(image, matrix) : 0;
+  if (matrix.size() <= 1) return matrix;
+  Departure departure = departure_of(image, matrix, rounding, what);
+  if (departure.difference > departure.allowed && matrix.size() > few) {
+    level = drop_rounding(image, matrix);
+    departure = departure_of(image, matrix, rounding, what);
+  }
+  const double of_dropped = 64 * level * static_cast<double>(matrix.offsets.size() + 1);
+  if (departure.difference > std::max(departure.allowed, of_dropped))
+    throw Error(ErrorKind::run,
+                fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
+                            "off, with coefficients up to {:.3g}",
+                            what, departure.difference, departure.entry));
   return matrix;
 }
 

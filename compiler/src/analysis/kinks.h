@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether what was differentiated has kinks: abs, max, if, interpolation at computed places, layers that bend.
+#pragma once
+
+#include "driver/pipeline.h"
+
+namespace dpde::analysis {
+
+/// Of the programs that have derivatives. They may jump there too.
+bool has_kinks(const driver::Compiled& compiled);
+
+/// Whether formulas of the task jump where its unknowns or states move a switch. Jumps of schemes, as at the bounds of
+/// maccormack, do not count.
+bool has_jumps(const driver::Compiled& compiled);
+
+}  // namespace dpde::analysis

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/switches.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "adjoint/rules.h"
+#include "model/switches.h"
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "stencil/jumps.h"
+
+namespace dpde::driver {
+
+namespace {
+
+std::string name_of(const model::Unknown& unknown) {
+  return unknown.kind == model::Unknown::Kind::initial ? "initial " + unknown.name : unknown.name;
+}
+
+void report(const model::Task& task, const model::OnlySwitching& found, DiagnosticSink& sink) {
+  const model::Unknown& unknown = task.unknowns[found.unknown];
+  const SourceRange range = found.origin.range.is_known() ? found.origin.range : unknown.origin.range;
+  if (found.sets_length) {
+    sink.report("switch-without-derivative", range,
+                {name_of(unknown), "it sets how long steps are, and the gradient by it would be 0"},
+                "steps have no derivative by how long they are: take it out of the unknowns of task " + task.name);
+    return;
+  }
+  sink.report("switch-without-derivative", range, {name_of(unknown), "the gradient by it would be 0"},
+              fmt::format("write a smooth switch whose width the steps and cells resolve, as 0.5 + 0.5*tanh((b - a)/w) "
+                          "for if(a < b, 1, 0), or take {} out of the unknowns of task {}",
+                          name_of(unknown), task.name));
+}
+
+void report(const model::Jump& jump, DiagnosticSink& sink) {
+  const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
+  const std::string why = jump.what.empty()
+                              ? moved + " moves the switch, and a gradient lacks what the jump adds"
+                              : jump.what + " jumps as " + moved + " moves, and a gradient lacks what the jump adds";
+  sink.report("branches-do-not-meet", jump.origin.range, {why},
+              "let the branches have one value where it switches, or write a smooth switch, as "
+              "a + (b - a)*(0.5 + 0.5*tanh((s - s0)/w)) for if(s < s0, a, b); --force goes on without the jump");
+}
+
+std::vector<stencil::Kernel> kernels_of(const stencil::Module& module, const stencil::Program& program) {
+  std::vector<stencil::Kernel> kernels;
+  for (const std::string& name : stencil::parts_of({program}).kernels) kernels.push_back(*module.find_kernel(name));
+  return kernels;
+}
+
+/// What a hand-written step reads. Of a parameter that no kernel's values have a derivative by, only switches do.
+model::Reading reading_of(const stencil::Module& module, const stencil::Program& program) {
+  const stencil::Interface interface = stencil::interface_of(module, program);
+  model::Reading reading;
+  reading.smooth.insert(interface.inputs.begin(), interface.inputs.end());
+  reading.smooth.insert(interface.networks.begin(), interface.networks.end());
+  reading.any = reading.smooth;
+  const std::vector<stencil::Kernel> kernels = kernels_of(module, program);
+  for (const std::string& param : interface.params) {
+    reading.any.insert(param);
+    bool is_read = false, is_smooth = false;
+    for (const stencil::Kernel& kernel : kernels) {
+      adjoint::Varied varied{{}, {param}, {}};
+      varied.locals = adjoint::varied_locals(kernel, varied);
+      stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
+        stencil::visit(value, [&](const stencil::Expr& part) {
+          const auto* found = std::get_if<stencil::Param>(&part->kind);
+          is_read = is_read || (found && found->name == param);
+        });
+        is_smooth = is_smooth || adjoint::is_varied(value, varied);
+        return value;
+      });
+    }
+    if (is_smooth || !is_read) reading.smooth.insert(param);  // else a weight at a side
+  }
+  return reading;
+}
+
+/// The first kernel of a hand-written step that jumps. What its kernels make of one another moves.
+std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stencil::Program& program,
+                                           const model::Influence& influence) {
+  const model::Problem& problem = *compiled.problem;
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
+  const auto is_given = [&](const std::string& name) {
+    return std::ranges::find(interface.inputs, name) != interface.inputs.end() ||
+           std::ranges::find(interface.params, name) != interface.params.end();
+  };
+  const stencil::Movement movement{
+      [&](const std::string& name) { return is_given(name) ? !influence.on(name).any.empty() : true; },
+      [&](const std::string& name) -> std::optional<double> {
+        const model::Parameter* known = problem.find_param(name);
+        return known ? std::optional(known->value) : std::nullopt;
+      }};
+  for (const stencil::Kernel& kernel : kernels_of(compiled.stencil, program)) {
+    const std::optional<stencil::KernelJump> found = stencil::jump_in(kernel, movement);
+    if (found) return model::Jump{{found->range}, "", {found->movers.begin(), found->movers.end()}};
+  }
+  return std::nullopt;
+}
+
+/// Whether all that moves it are parameters, which a scene without a task has no need to seek.
+bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
+  return std::ranges::all_of(jump.movers, [&](const std::string& name) { return problem.find_param(name) != nullptr; });
+}
+
+}  // namespace
+
+void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
+  if (!compiled.problem || !compiled.problem->task || options.by_everything) return;
+  const model::Problem& problem = *compiled.problem;
+  const model::Task& task = *problem.task;
+  const stencil::Program* program =
+      problem.program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
+  const model::Influence influence(problem, program ? reading_of(compiled.stencil, *program) : model::Reading{});
+  for (const model::OnlySwitching& found : only_switching(problem, influence)) {
+    const model::Unknown& unknown = task.unknowns[found.unknown];
+    if (!task.certifies) report(task, found, sink);
+    if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
+  }
+  if ((options.takes_jumps && !task.certifies) || sink.has_errors()) return;
+  std::vector<model::Jump> jumps = jumps_of(problem, influence);
+  if (program) {
+    if (std::optional<model::Jump> jump = jump_of_program(compiled, *program, influence)) jumps.push_back(*jump);
+  }
+  for (const model::Jump& jump : jumps) {
+    const bool is_left_out = task.certifies && is_by_parameters(problem, jump);
+    for (const std::string& mover : jump.movers) {
+      if (is_left_out) compiled.activity.params.erase(mover);
+    }
+    if (!is_left_out && !options.takes_jumps) report(jump, sink);
+  }
+}
+
+}  // namespace dpde::driver

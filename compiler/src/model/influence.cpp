@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/influence.h"
+
+#include "model/build.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+class Reader {
+ public:
+  explicit Reader(Reading& reading) : reading_(reading) {}
+
+  void read(const Expr& e, bool smooth) {
+    match(
+        e->kind, [](const Number&) {}, [&](const Param& p) { add(p.name, smooth); },
+        [&](const Field& field) { add(field.name, smooth); }, [](const Coordinate&) {}, [](const Noise&) {},
+        [&](const Neg& n) { read(n.operand, smooth); },
+        [&](const Binary& b) {
+          const bool is_condition = precedence(b.op) < precedence(BinaryOp::add);
+          read(b.left, smooth && !is_condition);
+          read(b.right, smooth && !is_condition);
+        },
+        [&](const Call& c) {
+          for (const Expr& argument : c.arguments) read(argument, smooth && c.fn != Fn::sign);
+        },
+        [&](const Select& s) {
+          read(s.condition, false);
+          read(s.yes, smooth);
+          read(s.no, smooth);
+        },
+        [&](const Derivative&) { read_parts(e, smooth); }, [&](const Advect&) { read_parts(e, smooth); },
+        [&](const Shift&) { read_parts(e, smooth); }, [&](const Interpolate&) { read_parts(e, smooth); },
+        [&](const Sample& s) {
+          add(s.field, smooth);
+          read_parts(e, smooth);
+        },
+        [&](const Reduce&) { read_parts(e, smooth); },
+        [&](const Apply& a) {
+          for (const Expr& part : a.function.body) read(part, smooth);
+          read_parts(e, smooth);
+        },
+        [&](const NetworkCall& call) {
+          add(call.network, smooth);
+          read_parts(e, smooth);
+        },
+        [&](const Solve&) { read_parts(e, smooth); });
+  }
+
+ private:
+  void add(const std::string& name, bool smooth) {
+    reading_.any.insert(name);
+    if (smooth) reading_.smooth.insert(name);
+  }
+  void read_parts(const Expr& e, bool smooth) {
+    for_each_part(e, [&](const Expr& part) { read(part, smooth); });
+  }
+
+  Reading& reading_;
+};
+
+void for_each_formula_of_state(const State& state, const std::function<void(const Formula&)>& f) {
+  const auto make = [&](const Expr& e) { f({state.name, &e}); };
+  if (state.rhs) make(*state.rhs);
+  if (state.initial.formula) make(*state.initial.formula);
+  if (state.held) make(state.held->inside), make(state.held->value);
+  for (const AxisSides& sides : state.boundary) {
+    for (const Side* side : {&sides.low, &sides.high}) make(side->value), make(side->a), make(side->b);
+  }
+}
+
+void add(Influence::Unknowns& to, const Influence::Unknowns& from) { to.insert(from.begin(), from.end()); }
+
+}  // namespace
+
+Reading reading_of(const Expr& e) {
+  Reading reading;
+  Reader(reading).read(e, true);
+  return reading;
+}
+
+void for_each_formula_of_run(const Problem& problem, const std::function<void(const Formula&)>& f) {
+  for (const State& state : problem.states) for_each_formula_of_state(state, f);
+  for (const Coefficient& coefficient : problem.coefficients) {
+    if (coefficient.value.formula) f({coefficient.name, &*coefficient.value.formula});
+  }
+  const auto update = [&](const Event::Update& one) { f({one.state, &one.value}); };
+  for (const Event& event : problem.events) {
+    for (const Event::Update& one : event.updates) update(one);
+  }
+  for (const Projection& projection : problem.projections) {
+    f({projection.multiplier, &projection.constraint});
+    if (projection.potential) f({projection.multiplier, &*projection.potential});
+    for (const Event::Update& one : projection.updates) update(one);
+  }
+  if (problem.rate) f({"", &*problem.rate, false, true});
+  if (!problem.task) return;
+  for (const Loss& loss : problem.task->losses) f({"", &loss.value, true});
+}
+
+Influence::Influence(const Problem& problem, const Reading& program) {
+  const std::vector<Unknown>& unknowns = problem.task->unknowns;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    Reach& reach = reached_[unknowns[i].name];
+    reach.smooth.insert(i);
+    reach.any.insert(i);
+  }
+  add_edges(problem, program);
+  Reading losses;
+  for_each_formula_of_run(problem, [&](const Formula& formula) {
+    if (formula.is_of_loss) Reader(losses).read(*formula.value, true);
+  });
+  spread();
+  losses_ = on(losses);
+  look_back(losses);
+}
+
+void Influence::add_edges(const Problem& problem, const Reading& program) {
+  for_each_formula_of_run(problem, [&](const Formula& formula) {
+    if (formula.is_of_loss) return;
+    Reading reading = reading_of(*formula.value);
+    if (!formula.is_of_length) return edges_.push_back({formula.makes, std::move(reading)});
+    for (const State& state : problem.states) edges_.push_back({state.name, {{}, reading.any}});
+  });
+  for (const State& state : problem.states) {
+    if (!state.velocity_of.empty()) add_edge(state.velocity_of, state.name);
+    if (state.history_of.empty()) continue;
+    add_edge(state.name, state.history_of);
+    add_edge(state.history_of, state.name);
+  }
+  if (problem.program.empty()) return;
+  for (const State& state : problem.states) edges_.push_back({state.name, program});
+}
+
+void Influence::spread() {
+  bool changes = true;
+  while (changes) {
+    changes = false;
+    for (const Edge& edge : edges_) {
+      const Reach from = on(edge.from);
+      Reach& to = reached_[edge.to];
+      const Reach before = to;
+      add(to.smooth, from.smooth);
+      add(to.any, from.any);
+      changes = changes || !(to == before);
+    }
+  }
+}
+
+void Influence::look_back(const Reading& losses) {
+  wanted_ = losses.any;
+  std::size_t before = 0;
+  while (wanted_.size() != before) {
+    before = wanted_.size();
+    for (const Edge& edge : edges_) {
+      if (wanted_.contains(edge.to)) wanted_.insert(edge.from.any.begin(), edge.from.any.end());
+    }
+  }
+}
+
+const Influence::Reach& Influence::on(const std::string& name) const {
+  const auto found = reached_.find(name);
+  return found == reached_.end() ? none_ : found->second;
+}
+
+Influence::Reach Influence::on(const Reading& reading) const {
+  Reach result;
+  for (const std::string& name : reading.smooth) add(result.smooth, on(name).smooth);
+  for (const std::string& name : reading.any) add(result.any, on(name).any);
+  return result;
+}
+
+}  // namespace dpde::model

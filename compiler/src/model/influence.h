@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the unknowns of a task reach: which values of a run change with them, and which have a derivative by them. A
+// condition, sign and the length of steps pass changes on, but no derivative.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+/// Names that an expression is made of: of fields, parameters and networks.
+struct Reading {
+  std::set<std::string> smooth, any;  // smooth is part of any
+};
+Reading reading_of(const Expr& e);
+
+/// A formula that a run is made of.
+struct Formula {
+  std::string makes;  // a state, a coefficient, or nothing: a loss
+  const Expr* value;
+  bool is_of_loss = false;
+  bool is_of_length = false;  // of steps, which have no derivative
+};
+/// All on which the losses of the task can hang, but for a hand-written step.
+void for_each_formula_of_run(const Problem& problem, const std::function<void(const Formula&)>& f);
+
+class Influence {
+ public:
+  /// Of problem.task, which is there. `program`: what a hand-written step reads.
+  Influence(const Problem& problem, const Reading& program);
+
+  /// By their places in task.unknowns.
+  using Unknowns = std::set<std::size_t>;
+  struct Reach {
+    Unknowns smooth, any;
+    bool operator==(const Reach&) const = default;
+  };
+  /// What reaches a state, coefficient, parameter or network.
+  const Reach& on(const std::string& name) const;
+  Reach on(const Reading& reading) const;
+  const Reach& on_losses() const { return losses_; }
+  /// Whether a loss can change with it.
+  bool reaches_losses(const std::string& name) const { return wanted_.contains(name); }
+
+ private:
+  struct Edge {
+    std::string to;
+    Reading from;
+  };
+  void add_edges(const Problem& problem, const Reading& program);
+  void add_edge(const std::string& to, const std::string& from) { edges_.push_back({to, {{from}, {from}}}); }
+  void spread();
+  void look_back(const Reading& losses);
+
+  std::vector<Edge> edges_;
+  std::map<std::string, Reach> reached_;
+  std::set<std::string> wanted_;
+  Reach losses_, none_;
+};
+
+}  // namespace dpde::model

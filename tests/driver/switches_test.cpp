@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Unknowns that move switches: in each slot of a problem, of each kind, with branches that meet and that do not.
+#include "driver/driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// The first error of the gradient of task t; "" where there is none.
+std::string refusal(const std::string& text, bool takes_jumps = false) {
+  const SourceFile source("switch.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.takes_jumps = takes_jumps;
+  DiagnosticSink sink;
+  driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) {
+    if (d.kind->severity != Severity::error) continue;
+    EXPECT_TRUE(d.range.is_known()) << all_messages(source, sink);
+    return std::string(d.kind->code);
+  }
+  return "";
+}
+
+/// What stands in the places of a problem; the rest is smooth.
+struct Slots {
+  std::string declarations, rate = "-u + 0.1*c*f", held = "", items = "", initial = "1 + x/8", coefficient = "2 + x/8",
+                            control = "0.3*t", event = "u", loss = "u^2", unknowns = "unknown a;";
+};
+
+std::string text_of(const Slots& s) {
+  return s.declarations + "\nnetwork n(q) { initial he, seed 1; conv 4, 3; tanh; conv 1, 3 }\n" +
+         "model m { field u, v; param a = 0.4, b = 0.7; coefficient c; control field f; mask wall\n" + s.held +
+         "\n dt(u) = " + s.rate + "\n dt(v) = 0.1*lap(u) - v + 0.01*a + 0.01*b\n}\nscene s : m {\n" +
+         " grid x = 0 .. 8, cells 8, periodic\n initial u = " + s.initial +
+         "\n initial v = 0.2\n c = " + s.coefficient + "\n f = " + s.control +
+         " every 1/8\n wall = x < 1\n at t = 0.5: u = " + s.event + "\n " + s.items +
+         "\n time 0 .. 1, step 1/16\n}\ntask t : s { " + s.unknowns + " minimise mean(" + s.loss + ") + mean(v^2) }\n";
+}
+
+TEST(Switches, TheTemplateIsSmooth) { EXPECT_EQ(refusal(text_of({})), ""); }
+
+struct Case {
+  const char* name;
+  Slots slots;
+  const char* code;  // "" is taken
+};
+
+void expect_codes(const std::vector<Case>& cases) {
+  for (const Case& one : cases) EXPECT_EQ(refusal(text_of(one.slots)), one.code) << one.name;
+}
+
+/// v depends on a and b smoothly, so that a switch of them in u jumps beside; where nothing else depends on q it is
+/// alone.
+TEST(Switches, InEachSlotWhatJumpsIsRefused) {
+  expect_codes({
+      {"rate", {.rate = "-if(u > a, 1, 0.2)"}, "E0609"},
+      {"rate by a state", {.rate = "-a*if(u > 0.5, 1, 0.2)"}, "E0609"},
+      {"sign", {.rate = "-a*sign(u - 0.5)"}, "E0609"},
+      {"fraction", {.rate = "-a*fraction(u)"}, "E0609"},
+      {"inside a derivative", {.rate = "-a*dx(if(u > 0.5, 1, 0.2))"}, "E0609"},
+      {"inside a neighbour",
+       {.declarations = "operator up(q) order 0 = if(q[-1] > 0.5, q, 2*q)", .rate = "-a*up(u)"},
+       "E0609"},
+      {"inside a mean", {.rate = "-a*u*mean(if(u > 0.5, 1, 0.2))"}, "E0609"},
+      {"inside an advection", {.rate = "-advect(if(u > 0.5, 1, 0.2), u) + a"}, "E0609"},
+      {"inside a network's argument", {.rate = "a*n(if(u > 0.5, 1, 0.2))"}, "E0609"},
+      {"inside a solve", {.rate = "-a*u + w", .held = " solve lap(w) - w = if(u > 0.5, 1, 0.2) for w"}, "E0609"},
+      {"user function", {.declarations = "function h(q) = if(q > 0.5, 1, 0.2)", .rate = "-a*h(u)"}, "E0609"},
+      {"nested", {.rate = "-a*if(u > 0, if(v > 0.5, 1, 0.2), u)"}, "E0609"},
+      {"and, not", {.rate = "-a*if(not (u > 0.5 and v < 1), 1, 0.2)"}, "E0609"},
+      {"initial", {.initial = "if(x < 8*a, 1, 0)"}, "E0609"},
+      {"coefficient", {.coefficient = "if(x < 8*a, 1, 2)"}, "E0609"},
+      {"event", {.event = "if(u > 0.5, 0.5*u, u + a)"}, "E0609"},
+      {"held", {.held = " u = if(v > a, 1, 0) inside wall"}, "E0609"},
+      {"loss", {.loss = "if(u > a, 1, 0)"}, "E0609"},
+      {"time", {.rate = "if(t < a, 1, 0)"}, "E0609"},
+      {"an initial state that moves it", {.rate = "-if(v > 0.3, 1, 0.2)", .unknowns = "unknown initial v;"}, "E0609"},
+      {"a coefficient that moves it", {.rate = "-if(c > 2, 1, 0.2) + c", .unknowns = "unknown c;"}, "E0609"},
+      {"a control that moves it", {.rate = "-if(f > 0.1, 1, 0.2) + f", .unknowns = "unknown f;"}, "E0609"},
+      {"a network that moves it", {.rate = "-if(n(u) > 0.1, 1, 0.2) + n(u)", .unknowns = "learn n;"}, "E0609"},
+  });
+}
+
+TEST(Switches, WhatOnlyMovesASwitchIsRefused) {
+  const std::string rate = "-u + if(t < q, 1, 0)";
+  const auto with = [](const Slots& slots) {
+    std::string text = text_of(slots);
+    text.replace(text.find("b = 0.7"), 7, "b = 0.7, q = 0.437");
+    return refusal(text);
+  };
+  EXPECT_EQ(with({.rate = rate, .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.rate = rate, .unknowns = "unknown q; unknown a;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-u + sign(q - t)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-u + if(abs(x - 10*q) < 1, 1, 0)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.initial = "if(x < 10*q, 1, 0)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.coefficient = "if(x < 10*q, 1, 0)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.event = "if(u > q, 0.5, u)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.loss = "if(u > q, 1, 0)", .unknowns = "unknown q;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-u + if(f > 0.1, 1, 0)", .unknowns = "unknown f;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-u + if(c > 2.5, 1, 0)", .unknowns = "unknown c;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-u + if(n(u) > 0.1, 1, 0)", .unknowns = "learn n;"}), "E0607");
+  EXPECT_EQ(with({.rate = "-q*u", .unknowns = "unknown q;"}), "");
+}
+
+TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
+  expect_codes({
+      {"upwind by if", {.rate = "-if(u > 0, u*(u - v), u*(v - 2*u)) + a"}, ""},
+      {"the factor vanishes", {.rate = "-u*if(u > 0, u - v, v - 2*u) + a"}, ""},
+      {"limiter",
+       {.declarations = "function slope(p, q) = if(p*q > 0, 2*p*q/(p + q), 0)", .rate = "-slope(u, v) + a"},
+       ""},
+      {"clamp", {.rate = "-if(u > a, a, u)"}, ""},
+      {"root", {.rate = "-if(u > 0, sqrt(u), 0) + a"}, ""},
+      {"guard", {.rate = "-if(abs(u) > 1e-9, sin(u)/u, 1) + a"}, ""},
+      {"equality", {.rate = "-if(u == 0, 1, u) + a"}, ""},
+      {"sign of a square", {.rate = "-sign(u)*u^2 + a"}, ""},
+      {"minmod", {.rate = "-0.5*(sign(u) + sign(v))*min(abs(u), abs(v)) + a"}, ""},
+      {"coordinates", {.rate = "-a*if(x < 3 or x > 6, 1, 0.2)*u"}, ""},
+      {"time", {.rate = "-a*if(t < 0.3, 1, 0.2)*u"}, ""},
+      {"a parameter that is known", {.rate = "-a*if(x < 8*b, 1, 0.2)*u"}, ""},
+      {"max, min, abs", {.rate = "-max(u, a) + min(v, u) + abs(u)"}, ""},
+      {"two switches that meet", {.rate = "-a*(if(u > 0.5, 1, 0) + if(u > 0.5, 0, 1))"}, ""},
+      {"both branches of a clamp of time", {.rate = "if(t < a, a - t, 0)"}, ""},
+      {"nobody asks", {.rate = "-a*u", .items = "observe e = mean(if(u > 0.5, 1, 0))"}, ""},
+  });
+}
+
+TEST(Switches, AJumpIsTakenByForce) {
+  const std::string jump = text_of({.rate = "-a*if(u > 0.5, 1, 0.2)"});
+  EXPECT_EQ(refusal(jump), "E0609");
+  EXPECT_EQ(refusal(jump, true), "");
+}
+
+TEST(Switches, AnUnknownThatOnlySetsTheStepsIsRefused) {
+  EXPECT_EQ(refusal(R"(model m { field u; param q = 2; dt(u) = -0.5*dx(u) }
+scene s : m { grid x = 0 .. 8, cells 8, periodic; initial u = sin(x); time 0 .. 1, step 1/4, courant 0.5, speed q }
+task t : s { unknown q; minimise mean(u^2) }
+)"),
+            "E0607");
+}
+
+}  // namespace
+}  // namespace dpde::testing
