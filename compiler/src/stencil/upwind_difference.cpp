@@ -75,6 +75,10 @@ struct Towards1 {
 /// derivatives hold leaves the range; the product of all is a number.
 constexpr Towards1 scale_steps[] = {{48, -80, -48, 80}, {16, -32, -16, 32}, {5, -11, -5, 11}};
 
+/// Below it no rise is scaled, and weights are linear: seeds of adjoints are divided by the scale, and have to stay
+/// numbers.
+constexpr double smallest_single_size = 0x1p-104;
+
 /// Rises times a scale, and over the root of the sum of their squares.
 template <std::size_t count>
 struct ScaledRises {
@@ -107,14 +111,14 @@ ScaledRises<count> scaled_rises(const Rise& rise, const Share& share, Precision 
       scale = share("scale", scale);
       scale = scale * step.of(size * scale);
     }
-    result.scale = share("scale", scale);
+    result.scale = share("scale", select(binary(BinaryOp::greater, size, smallest_single_size), scale, 1.0));
     result.values = times(result.values, *result.scale, "part", share);
   }
   std::vector<Expr> squares;
   for (const Expr& value : result.values) squares.push_back(square(value));
   const Expr sum = sum_of(squares);
-  const Expr above_0 =
-      is_single ? select(binary(BinaryOp::greater, size, 0.0), sum, 1.0) : sum + smallest_rise * smallest_rise;
+  const Expr above_0 = is_single ? select(binary(BinaryOp::greater, size, smallest_single_size), sum, 1.0)
+                                 : sum + smallest_rise * smallest_rise;
   const Expr scale = share("scale", 1.0 / call(Fn::sqrt, {above_0}));
   result.ratios = times(result.values, scale, "ratio", share);
   return result;
