@@ -126,6 +126,20 @@ TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
   });
 }
 
+/// Hats between cells, made of conditions of the place that is sought.
+TEST(Switches, PlacesOfSourcesAndSamplesAreKinks) {
+  for (const char* const axis : {"", ", periodic", ", stretched x + 0.1*sin(2*pi*x)"}) {
+    const std::string walls = axis == std::string(", periodic") ? "" : "boundary u: x = 0\n";
+    EXPECT_EQ(refusal("model m { field u; param p = 0.4; dt(u) = lap(u) + inject(1, at = p) }\n"
+                      "scene s : m { grid x = 0 .. 1, cells 8" +
+                      std::string(axis) + "\n" + walls +
+                      "initial u = 0; time 0 .. 0.01, step 0.001 }\n"
+                      "task t : s { unknown p; minimise (sample(u, at = p) - 1)^2 }\n"),
+              "")
+        << axis;
+  }
+}
+
 TEST(Switches, AJumpIsTakenByForce) {
   const std::string jump = text_of({.rate = "-a*if(u > 0.5, 1, 0.2)"});
   EXPECT_EQ(refusal(jump), "E0609");

@@ -24,8 +24,12 @@ const Expr* operand_of_switch(const Expr& e) {
   return has_cases ? call->arguments.data() : nullptr;
 }
 
+/// What a person wrote has a place in the text. What the compiler makes of inject() and sample() beside walls has none:
+/// it is continuous, by spacings that symbols know nothing of.
+bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
+
 bool has_switch(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return operand_of_switch(part) != nullptr; });
+  return any_part(e, [](const Expr& part) { return operand_of_switch(part) != nullptr && !is_trusted(part); });
 }
 
 /// A formula as one of independent symbols. What is no arithmetic, as a derivative, is a symbol, and what stands inside
@@ -124,6 +128,7 @@ Piecewise::Id Converter::convert(const Expr& e, const Offset& offset) {
   const auto found = known_.find(key);
   if (found != known_.end()) return found->second;
   const Id id = convert_new(e, offset);
+  if (operand_of_switch(e) && is_trusted(e)) formula_.trust(id);
   known_.emplace(key, id);
   sources_.emplace(id, e);
   return id;

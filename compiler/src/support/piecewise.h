@@ -36,6 +36,9 @@ class Piecewise {
   /// if(condition, yes, no)
   Id choice(Id condition, Id yes, Id no);
 
+  /// It is known not to jump: no switch.
+  void trust(Id id) { nodes_[id].is_switch = false; }
+
   /// Whether a choice, sign, floor or fraction hangs on what moves.
   bool has_switch() const;
 
