@@ -192,8 +192,8 @@ void Simulation::Impl::look_for_blow_up() {
 
 std::string Simulation::Impl::text_of(const Growth& growth, int steps) const {
   return fmt::format(
-      "{} has grown from {:.3g} to {:.3g} in {} steps: with these values the step {} may be too large for the scheme",
-      growth.state, growth.before, growth.after, steps, engine.scene().step);
+      "{} has grown from {:.3g} to {:.3g} in {} step{}: with these values the step {} may be too large for the scheme",
+      growth.state, growth.before, growth.after, steps, steps == 1 ? "" : "s", engine.scene().step);
 }
 
 void Simulation::Impl::look_for_growth(const std::vector<double>& before, const std::vector<void*>& end, int steps,

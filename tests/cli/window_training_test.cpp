@@ -315,7 +315,9 @@ TEST_F(WindowControls, GoOnAfterCtrlCOrAKill) {
   EXPECT_LT(rest.json()["resumed_windows"], 8) << "a damaged one is sought again";
   for (const char* variable : {"u", "made", "time"})
     EXPECT_EQ(read("o/find.nc", variable), read("whole/find.nc", variable)) << variable;
-  for (const auto& file : fs::directory_iterator(path("o"))) EXPECT_EQ(file.path().filename(), "find.nc");
+  for (const auto& file : fs::directory_iterator(path("o"))) {
+    if (file.path().filename() != ".dpde") EXPECT_EQ(file.path().filename(), "find.nc");
+  }
   const Outcome over = dpde("optimize slow.dpde find --resume --out o --json"),
                 words = dpde("optimize slow.dpde find --resume --out o");
   ASSERT_EQ(over.status, 0) << over.err;
@@ -357,9 +359,7 @@ TEST_F(WindowControls, ThatBlowUpDoNotEndTheSearch) {
   ASSERT_EQ(json["left_out"].size(), 3U) << json;
   EXPECT_EQ(json["left_out"][1]["run"], 1);
   EXPECT_EQ(json["left_out"][1]["frame"], 5);
-  EXPECT_NE(json["left_out"][1]["why"].get<std::string>().find("u is no longer finite after 2 steps"),
-            std::string::npos)
-      << json;
+  EXPECT_NE(json["left_out"][1]["why"].get<std::string>().find("u has grown from "), std::string::npos) << json;
   EXPECT_NE(found.err.find("the window from frame 5 of run 1"), std::string::npos) << found.err;
   EXPECT_NE(found.err.find("bounds of the controls"), std::string::npos) << found.err;
   EXPECT_EQ(json["windows"], 3);
