@@ -202,9 +202,10 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     found = evidence_for(part);
   }
   if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt)
-    return leave_out(name, fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
-                                       "left: the gradient is off by {:.2e}",
-                                       note->unknown, note->residual, found.error.value_or(NAN)));
+    return leave_out(name,
+                     fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
+                                 "left: the gradient is off by {:.2e}",
+                                 note->unknown, note->residual, found.error.value_or(NAN)));
   if (jumps(part)) return;
   if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,

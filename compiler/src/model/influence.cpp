@@ -2,6 +2,8 @@
 #include "model/influence.h"
 
 #include "model/build.h"
+#include "model/uses.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -60,16 +62,6 @@ class Reader {
   Reading& reading_;
 };
 
-void for_each_formula_of_state(const State& state, const std::function<void(const Formula&)>& f) {
-  const auto make = [&](const Expr& e) { f({state.name, &e}); };
-  if (state.rhs) make(*state.rhs);
-  if (state.initial.formula) make(*state.initial.formula);
-  if (state.held) make(state.held->inside), make(state.held->value);
-  for (const AxisSides& sides : state.boundary) {
-    for (const Side* side : {&sides.low, &sides.high}) make(side->value), make(side->a), make(side->b);
-  }
-}
-
 void add(Influence::Unknowns& to, const Influence::Unknowns& from) { to.insert(from.begin(), from.end()); }
 
 }  // namespace
@@ -81,22 +73,35 @@ Reading reading_of(const Expr& e) {
 }
 
 void for_each_formula_of_run(const Problem& problem, const std::function<void(const Formula&)>& f) {
-  for (const State& state : problem.states) for_each_formula_of_state(state, f);
-  for (const Coefficient& coefficient : problem.coefficients) {
-    if (coefficient.value.formula) f({coefficient.name, &*coefficient.value.formula});
-  }
-  const auto update = [&](const Event::Update& one) { f({one.state, &one.value}); };
-  for (const Event& event : problem.events) {
-    for (const Event::Update& one : event.updates) update(one);
-  }
-  for (const Projection& projection : problem.projections) {
-    f({projection.multiplier, &projection.constraint});
-    if (projection.potential) f({projection.multiplier, &*projection.potential});
-    for (const Event::Update& one : projection.updates) update(one);
-  }
-  if (problem.rate) f({"", &*problem.rate, false, true});
-  if (!problem.task) return;
-  for (const Loss& loss : problem.task->losses) f({"", &loss.value, true});
+  for_each_formula(problem, [&](const Use& use) {
+    switch (use.kind) {
+      case UseKind::equation:
+      case UseKind::potential:
+      case UseKind::constraint:
+      case UseKind::correction:
+      case UseKind::held_where:
+      case UseKind::held_value:
+      case UseKind::event:
+      case UseKind::initial:
+      case UseKind::coefficient:
+      case UseKind::boundary_value:
+      case UseKind::boundary_weight: return f({use.owner, &use.formula});
+      case UseKind::courant_rate: return f({"", &use.formula, false, true});
+      case UseKind::loss: return f({"", &use.formula, true});
+      case UseKind::observable:  // no loss reads them
+      case UseKind::output:
+      case UseKind::test:
+      case UseKind::test_field:
+      case UseKind::exact: return;
+      case UseKind::control:  // values of intervals, which are unknowns themselves or numbers
+      case UseKind::control_start:
+      case UseKind::unknown_start:
+      case UseKind::stretch_map:  // of numbers
+      case UseKind::metric:
+      case UseKind::stated_operator: return;  // measured, never run
+    }
+    unreachable("kind of use");
+  });
 }
 
 Influence::Influence(const Problem& problem, const Reading& program) {
