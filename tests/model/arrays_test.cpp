@@ -120,7 +120,7 @@ TEST(Arrays, WithMistakesAreReported) {
             "as c");
   EXPECT_EQ(said("let a[i] = 1").substr(0, 4), "a[i]");
   EXPECT_EQ(said("param b[0]"),
-            "b[0] is no element of an array: an array is declared with its number of elements, 1 to 1000: c[3]");
+            "b[0] is no element of an array: an array is declared with its number of elements, 1 to 1000 in all: c[3]");
   EXPECT_EQ(said("param b[100, 100]").substr(0, 11), "b[100, 100]");
   EXPECT_EQ(said("param p[1000]; let a = sum(sum(sum(p[i]*p[j]*p[l], i), j), l)").substr(0, 14), "the expression");
   EXPECT_EQ(said("param p[1000]; let a[i, j, l] = p[i]*p[j]*p[l]").substr(0, 10), "a[i, j, l]");

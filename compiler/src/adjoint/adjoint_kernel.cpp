@@ -6,8 +6,8 @@
 #include <iterator>
 #include <set>
 
-#include "adjoint/guards.h"
 #include "adjoint/shared_values.h"
+#include "adjoint/walk.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
@@ -29,31 +29,6 @@ constexpr int stream_cost = 12;
 /// Operations at each point; what saves so many with one field more is faster without counting.
 constexpr int plain_gain = 1000;
 
-/// Operations of a let that is written out where a guard has to reach what it reads.
-constexpr int short_let = 8;
-
-/// Values that differ from point to point: what is left of an expression once its uniform factors are combined.
-int point_values(const Expr& e) {
-  int count = 0;
-  visit(e, [&](const Expr& part) {
-    const Kind& k = part->kind;
-    count += std::holds_alternative<Access>(k) || std::holds_alternative<Local>(k) || std::holds_alternative<Interp>(k);
-  });
-  return count;
-}
-
-bool is_leaf(const Expr& e) {
-  bool has_child = false;
-  for_each_child(e, [&](const Expr&) { has_child = true; });
-  return !has_child;
-}
-
-int operations(const Expr& e) {
-  int count = 0;
-  visit(e, [&](const Expr& part) { count += is_leaf(part) ? 0 : 1; });
-  return count;
-}
-
 std::string shift_suffix(const Offset& k, int rank) {
   std::string suffix;
   for (int axis = 0; axis < rank; ++axis) {
@@ -64,140 +39,6 @@ std::string shift_suffix(const Offset& k, int rank) {
 }
 
 Offset minus(const Offset& k) { return {-k[0], -k[1], -k[2]}; }
-
-/// The backward walk: from seeds of results to one expression (at the same point) for each read, param and interp.
-class Walk {
- public:
-  Walk(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names)
-      : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {
-    terms.lets = kernel.lets;
-    for (const Let& let : kernel.lets) values_.emplace(let.name, let.value);
-    push_results(run);
-    for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) push_let(*let);
-  }
-
-  PointTerms terms;               // their lets are those of the kernel, then the bars
-  std::vector<Scatter> scatters;  // target.field is the primal field
-
- private:
-  void push_results(const RunContext& run) {
-    for (const Store& store : kernel_.stores) {
-      if (!varied_.fields.contains(store.field)) continue;
-      if (const auto seed = run.seed(store.field)) push(store.value, *seed, {});
-    }
-    for (const Sum& sum : kernel_.sums) push(sum.value, param(names_.of(sum.name)), {});
-    for (const Scatter& scatter : kernel_.scatters) push_scatter(scatter, run);
-  }
-
-  /// field(at d) += value reads, transposed, value_bar = field_bar(at d) and d_bar = value * slope of field_bar at d.
-  void push_scatter(const Scatter& scatter, const RunContext& run) {
-    if (!varied_.fields.contains(scatter.target.field) || !run.seed(scatter.target.field)) return;
-    Interp seed = scatter.target;
-    seed.field = names_.of(seed.field);
-    push(scatter.value, interp(seed), {});
-    push_displacements(seed, scatter.value, {});
-  }
-
-  void push_displacements(const Interp& i, const Expr& x, const Guards& guards) {
-    for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
-      const std::optional<Along> derivative = derivative_of(i.along[axis]);
-      if (!derivative || !is_varied(i.displacement[axis], varied_)) continue;
-      Interp slope = i;
-      slope.along[axis] = *derivative;
-      push(i.displacement[axis], x * interp(slope), guards);
-    }
-  }
-
-  void push_let(const Let& let) {
-    const auto found = local_bars_.find(let.name);
-    if (found == local_bars_.end()) return;
-    for (const auto& [guards, bar] : found->second)
-      push(let.value, is_leaf(bar) ? bar : named(bar, let.name + "_bar"), guards);
-  }
-
-  /// Gives `e` a let of its own.
-  Expr named(const Expr& e, const std::string& wish) {
-    const std::string name = names_.fresh(wish);
-    terms.lets.push_back({name, e});
-    return local(name);
-  }
-
-  void push(const Expr& e, const Expr& x, const Guards& guards) {
-    if (is_literal(x, 0) || !is_varied(e, varied_)) return;
-    match(
-        e->kind,  //
-        [&](const Literal&) {}, [&](const Inside&) {}, [&](const Param& p) { add_param(p.name, guarded(x, guards)); },
-        [&](const Local& l) { push_local(l, x, guards); },
-        [&](const Access& a) { add_read(a.field, a.offset, guarded(x, guards)); },
-        [&](const Interp& i) {
-          if (varied_.fields.contains(i.field)) scatters.push_back({guarded(i, guards), guarded(x, guards)});
-          push_displacements(i, x, guards);
-        },
-        [&](const Neg&) { push_parts(e, x, guards); }, [&](const Binary&) { push_parts(e, x, guards); },
-        [&](const Call&) { push_parts(e, x, guards); },
-        [&](const Select& s) {
-          Guards inner = guards;
-          inner.push_back({s.condition, true});
-          push(s.yes, x, inner);
-          inner.back().yes = false;
-          push(s.no, x, inner);
-        });
-  }
-
-  /// A guard has to reach the reads, past this let, which is taken apart once for all uses under the same guards. What
-  /// is short is taken apart at each: that leaves less to read again.
-  void push_local(const Local& l, const Expr& x, const Guards& guards) {
-    const Expr& value = values_.at(l.name);
-    if (!guards.empty() && operations(value) <= short_let) return push(value, x, guards);
-    std::vector<GuardedBar>& bars = local_bars_[l.name];
-    const auto known = std::ranges::find(bars, guards, &GuardedBar::guards);
-    if (known == bars.end()) {
-      bars.push_back({guards, x});
-    } else {
-      known->bar = known->bar + x;
-    }
-  }
-
-  void push_parts(const Expr& e, const Expr& x, const Guards& guards) {
-    int varied_children = 0;
-    for_each_child(e, [&](const Expr& child) { varied_children += is_varied(child, varied_) ? 1 : 0; });
-    const bool is_shared = varied_children > 1 && guards.empty() && point_values(x) > 2;
-    const Expr bar = is_shared ? named(x, "bar") : x;
-    int index = 0;
-    for_each_child(e, [&](const Expr& child) {
-      if (is_varied(child, varied_)) push(child, times_partial(e, index, bar), guards);
-      ++index;
-    });
-  }
-
-  void add_param(const std::string& name, const Expr& x) {
-    for (auto& [known, sum] : terms.params) {
-      if (known == name) {
-        sum = sum + x;
-        return;
-      }
-    }
-    terms.params.emplace_back(name, x);
-  }
-
-  void add_read(const std::string& field, const Offset& k, const Expr& x) {
-    auto& reads = terms.reads;
-    auto bars = std::find_if(reads.begin(), reads.end(), [&](const ReadBars& r) { return r.field == field; });
-    if (bars == reads.end()) bars = reads.insert(reads.end(), {field, {}});
-    const auto [sum, is_new] = bars->by_offset.emplace(k, x);
-    if (!is_new) sum->second = sum->second + x;
-  }
-
-  const Kernel& kernel_;
-  const Varied varied_;
-  DerivedNames& names_;
-  std::map<std::string, Expr> values_;  // lets of the primal
-  struct GuardedBar {
-    Guards guards;
-    Expr bar;
-  };
-  std::map<std::string, std::vector<GuardedBar>> local_bars_;  // local -> sums of what its uses pushed
-};
 
 /// Collects the lets of a walk at several displacements.
 class ShiftedLets {
@@ -314,7 +155,7 @@ void add_gathers(const PointTerms& terms, const RunContext& run, DerivedNames& n
   }
 }
 
-void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names,
+void add_scatters(const Kernel& kernel, const WalkedBack& walk, const RunContext& run, DerivedNames& names,
                   KernelAdjoint& result) {
   for (const Scatter& scatter : walk.scatters) {
     const std::string field = scatter.target.field;
@@ -481,7 +322,7 @@ class Gathering {
 }  // namespace
 
 KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names) {
-  const Walk walk(kernel, varied, run, names);
+  const WalkedBack walk = walk_back(kernel, varied, run, names);
   KernelAdjoint result = Gathering(kernel, walk.terms, varied, run).cheapest(names);
   add_scatters(kernel, walk, run, names, result);
   if (!result.scatter.scatters.empty()) {

@@ -33,4 +33,14 @@ inline stencil::Interp guarded(stencil::Interp i, const Guards& guards) {
   return i;
 }
 
+/// What counts where all of its guards hold.
+struct GuardedBar {
+  Guards guards;
+  stencil::Expr bar;
+};
+/// Their sum: each condition is asked once, for all that hang on it.
+stencil::Expr sum_of(const std::vector<GuardedBar>& bars);
+/// 1 where the guards of any of them hold, else 0; 1 by itself where they leave nothing out.
+stencil::Expr any_of(const std::vector<GuardedBar>& bars);
+
 }  // namespace dpde::adjoint

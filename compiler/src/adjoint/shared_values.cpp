@@ -2,9 +2,11 @@
 #include "adjoint/shared_values.h"
 
 #include <algorithm>
-#include <iterator>
+#include <bit>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "stencil/build.h"
@@ -26,6 +28,27 @@ std::set<std::string> decisive_lets(const PointTerms& terms) {
   for (const auto& [name, term] : terms.params) kernel.sums.push_back({name, term});
   return stencil::decisive_lets(kernel);
 }
+
+/// A set of small numbers.
+class Bits {
+ public:
+  void insert(std::size_t number) {
+    words_.resize(std::max(words_.size(), number / 64 + 1));
+    words_[number / 64] |= std::uint64_t{1} << number % 64;
+  }
+  void merge(const Bits& other) {
+    words_.resize(std::max(words_.size(), other.words_.size()));
+    for (std::size_t i = 0; i < other.words_.size(); ++i) words_[i] |= other.words_[i];
+  }
+  int count() const {
+    int count = 0;
+    for (const std::uint64_t word : words_) count += std::popcount(word);
+    return count;
+  }
+
+ private:
+  std::vector<std::uint64_t> words_;
+};
 
 /// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as
 /// it is written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
@@ -53,7 +76,7 @@ class Uses {
   int saved(int number) const {
     const Known& known = of_[number];
     if (!known.may_be_stored || known.is_truth || known.is_kept || numbering_[number].uniform) return 0;
-    return (known.displacements - 1) * (static_cast<int>(known.reads.size()) - 1 + numbering_[number].cost);
+    return (known.displacements - 1) * (known.reads.count() - 1 + numbering_[number].cost);
   }
 
   int operations_saved(int number) const { return (of_[number].displacements - 1) * (numbering_[number].cost - 1); }
@@ -70,17 +93,24 @@ class Uses {
 
   bool is_decisive(const Let& let) const { return decisive_.contains(let.name); }
 
-  /// `e` with `replacement` for that value.
+  /// `e` with `replacement` for that value, the same in all calls. What does not hold it stays the same node.
   Expr replaced(const Expr& e, int number, const Expr& replacement) {
     if (numbering_.number(e) == number) return replacement;
     if (is_decision(e)) return e;
-    return map_children(e, [&](const Expr& child) { return replaced(child, number, replacement); });
+    if (const auto known = replaced_.find(&e.node()); known != replaced_.end()) return known->second;
+    bool is_same = true;
+    const Expr mapped = map_children(e, [&](const Expr& child) {
+      const Expr part = replaced(child, number, replacement);
+      is_same = is_same && &part.node() == &child.node();
+      return part;
+    });
+    return replaced_.emplace(&e.node(), is_same ? e : mapped).first->second;
   }
 
  private:
   struct Known {
     Expr expression = 0.0;
-    std::vector<int> reads;  // numbers of what it loads, in order
+    Bits reads;  // what it loads
     int displacements = 0;
     int last_displacement = 0;
     bool may_be_stored = true;
@@ -100,15 +130,13 @@ class Uses {
     known.is_truth = is_truth(e);
     known.is_decision = is_decision(e);
     if (const Access* a = std::get_if<Access>(&e->kind)) {
-      known.reads.push_back(number);
+      known.reads.insert(loads_++);
       known.may_be_stored = std::ranges::none_of(stored_, [&](const Let& field) { return field.name == a->field; });
     }
     if (std::holds_alternative<Interp>(e->kind)) known.may_be_stored = false;
     for_each_child(e, [&](const Expr& child) {
       const Known& part = of_[note(child)];
-      std::vector<int> both;
-      std::ranges::set_union(known.reads, part.reads, std::back_inserter(both));
-      known.reads = std::move(both);
+      known.reads.merge(part.reads);
       known.may_be_stored = known.may_be_stored && part.may_be_stored;
     });
     if (number >= static_cast<int>(of_.size())) of_.resize(number + 1);
@@ -138,6 +166,8 @@ class Uses {
   const std::set<std::string> decisive_;
   Numbering numbering_;
   std::vector<Known> of_;  // by number
+  std::size_t loads_ = 0;  // that differ
+  std::unordered_map<const Node*, Expr> replaced_;
 };
 
 }  // namespace

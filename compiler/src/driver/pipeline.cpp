@@ -19,6 +19,7 @@
 #include "driver/over_time.h"
 #include "driver/switches.h"
 #include "driver/tuning.h"
+#include "driver/values_of_programs.h"
 #include "driver/wide_formulas.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
@@ -174,6 +175,7 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   stencil::Module result = extract(written, wanted);
   std::erase_if(wanted, [&](const std::string& name) { return result.find_program(name) != nullptr; });
   merge(result, with_own_kernels(extract(module, wanted), result));
+  check_values(compiled.ast, *compiled.problem, result, sink);
   return result;
 }
 

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <map>
 
 #include "model/build.h"
 #include "model/placement.h"
 #include "model/print_model.h"
 #include "stencil/build.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::driver {
@@ -19,7 +19,7 @@ namespace {
 
 using Values = std::map<std::string, double>;
 
-/// `e` with numbers in place of parameters: a scene of a program knows only the parameters that the program reads.
+/// `e` with numbers in place of parameters that no program of the scene takes: a scene of programs knows the others.
 model::Expr with_values(const model::Expr& e, const Values& values) {
   const auto all = [&](std::vector<model::Expr> parts) {
     for (model::Expr& part : parts) part = with_values(part, values);
@@ -64,8 +64,31 @@ std::string text_of(const model::Source& source, const Values& values) {
   return source.formula ? print(with_values(*source.formula, values)) : print(source);
 }
 
-bool is_input(const stencil::Interface& interface, const std::string& field) {
-  return std::find(interface.inputs.begin(), interface.inputs.end(), field) != interface.inputs.end();
+/// What the programs of the scene take from outside: of the step, and then of the others, so that the text reads back
+/// to itself.
+struct Taken {
+  std::vector<std::string> params, fields;
+};
+
+Taken taken_by(const Compiled& compiled) {
+  std::vector<std::string> programs{compiled.step_name()};
+  for (const std::string& name : compiled.primal_programs) {
+    if (name != programs.front()) programs.push_back(name);
+  }
+  Taken taken;
+  const auto add = [](std::vector<std::string>& to, const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+      if (!contains(to, name)) to.push_back(name);
+    }
+  };
+  for (const std::string& name : programs) {
+    const stencil::Program* program = compiled.stencil.find_program(name);
+    if (program == nullptr) continue;
+    const stencil::Interface interface = stencil::interface_of(compiled.stencil, *program);
+    add(taken.params, interface.params);
+    add(taken.fields, interface.inputs);
+  }
+  return taken;
 }
 
 /// What the words of a scene of a program cannot say.
@@ -109,35 +132,42 @@ std::string scene_text(const Compiled& compiled) {
   if (!reasons.empty())
     return fmt::format("# scene {} is left out: that of a program has no words for {}\n", problem.scene,
                        fmt::join(reasons, ", "));
-  const std::string step = compiled.step_name();
-  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));
-  std::string text = fmt::format("scene {} : {} {{\n", problem.scene, step);
+  const Taken taken = taken_by(compiled);
+  std::string text = problem.task ? fmt::format("# task {} is left out: its losses are programs\n", problem.task->name)
+                                  : std::string();
+  text += fmt::format("scene {} : {} {{\n", problem.scene, compiled.step_name());
   for (const model::Axis& axis : problem.axes) {
     text += fmt::format("  grid {} = {} .. {}, cells {}{}\n", axis.name, axis.low, axis.high, axis.cells,
                         axis.topology == Topology::periodic ? ", periodic" : "");
   }
   Values values;
   for (const model::Parameter& param : problem.params) {
-    const std::vector<std::string>& used = interface.params;
-    if (std::find(used.begin(), used.end(), param.name) == used.end()) values[param.name] = param.value;
+    if (!contains(taken.params, param.name)) values[param.name] = param.value;
   }
-  for (const std::string& name : interface.params) {  // the program's order, so that the text reads back to itself
+  for (const std::string& name : taken.params) {
     if (const model::Parameter* param = problem.find_param(name))
       text += fmt::format("  {} = {}\n", name, param->value);
   }
   for (const model::Axis& axis : problem.axes) values["h" + axis.name] = axis.spacing();
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (is_input(interface, coefficient.name))
+    if (contains(taken.fields, coefficient.name))
       text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
   }
+  for (const model::GivenWeights& given : problem.weights)
+    text += fmt::format("  {} = load(\"{}\")\n", given.network, given.from.file);
   for (const model::State& state : problem.states) {
     if (state.initial.formula || !state.initial.file.empty()) {
       text += fmt::format("  initial {} = {}\n", state.name, text_of(state.initial, values));
     }
     if (state.exact) text += fmt::format("  exact {} = {}\n", state.name, print(with_values(*state.exact, values)));
   }
-  text += fmt::format("  time {} .. {}, step {}\n", problem.t_begin, problem.t_begin + problem.steps * problem.step,
-                      problem.step);
+  text += fmt::format("  time {} .. {}, step {}{}\n", problem.t_begin, problem.t_begin + problem.steps * problem.step,
+                      problem.step, problem.steady > 0 ? fmt::format(", until steady {}", problem.steady) : "");
+  if (problem.accuracy) {
+    const std::vector<std::string>& states = problem.accuracy->states;
+    text += fmt::format("  accuracy {}{}\n", problem.accuracy->tolerance,
+                        states.empty() ? "" : fmt::format(" on {}", fmt::join(states, ", ")));
+  }
   for (const model::Quantity& quantity : problem.observables) {
     text += fmt::format("  observe {} = {}\n", quantity.name, print(with_values(quantity.value, values)));
   }

@@ -107,7 +107,7 @@ double value_at(const Expr& formula, const std::array<double, 3>& place) {
       [&](const Coordinate& c) { return place[static_cast<std::size_t>(c.axis)]; },
       [&](const Neg& n) { return -value(n.operand); },
       [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
-      [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments.front()), value(c.arguments.back())); },
+      [&](const Call& c) { return evaluate_call_of(c.fn, c.arguments, value); },
       [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); },
       [&](const Param& e) { return none(e); }, [&](const Field& e) { return none(e); },
       [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },

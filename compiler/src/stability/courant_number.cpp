@@ -32,7 +32,7 @@ double value_at(const model::Expr& e, const FrozenPoint& point) {
   if (const auto* b = std::get_if<model::Binary>(&e->kind))
     return evaluate_binary(b->op, value_at(b->left, point), value_at(b->right, point));
   if (const auto* c = std::get_if<model::Call>(&e->kind))
-    return evaluate_call(c->fn, value_at(c->arguments.front(), point), value_at(c->arguments.back(), point));
+    return evaluate_call_of(c->fn, c->arguments, [&](const model::Expr& part) { return value_at(part, point); });
   return not_known;
 }
 

@@ -133,14 +133,24 @@ bool holds_param(const Expr& e, const std::string& name) {
 
 /// Schemes with a memory ask whether t < dt/2, which is their first step: it is not that one which is analysed, however
 /// long the step is.
-double Evaluation::condition_of(const Expr& e) {
-  if (!holds_param(e, "t") || !holds_param(e, "dt")) return value(e).number;
+Evaluation::Condition Evaluation::condition_of(const Expr& e) {
+  if (!holds_param(e, "t") || !holds_param(e, "dt")) return compared(e);
   const double step = std::exchange(dt_, 0);
   is_late_ = std::isnan(parameter("t"));
-  const double condition = value(e).number;
+  const double truth = value(e).number;
   is_late_ = false;
   dt_ = step;
-  return condition;
+  return {truth};
+}
+
+/// A tie: both sides are the same but for rounding, and not 0: two rises of a straight line as an example.
+Evaluation::Condition Evaluation::compared(const Expr& e) {
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  constexpr BinaryOp comparisons[] = {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
+  if (b == nullptr || std::ranges::find(comparisons, b->op) == std::end(comparisons)) return {value(e).number};
+  const double left = value(b->left).number, right = value(b->right).number;
+  if (std::isnan(left) || std::isnan(right)) return {unknown_value};
+  return {evaluate_binary(b->op, left, right), left != 0 && std::abs(left - right) <= tie * std::abs(left)};
 }
 
 Value Evaluation::value(const Expr& e) {
@@ -159,29 +169,24 @@ Value Evaluation::value(const Expr& e) {
       },
       [&](const Neg& n) { return -value(n.operand); }, [&](const Binary& b) { return binary(b); },
       [&](const Call& c) {
-        const double a = value(c.arguments.front()).number, b = value(c.arguments.back()).number;
-        const bool is_known = !std::isnan(a) && !std::isnan(b);
-        return Value{is_known ? evaluate_call(c.fn, a, b) : unknown_value, {}};
+        bool is_known = true;
+        const double result = evaluate_call_of(c.fn, c.arguments, [&](const Expr& argument) {
+          const double number = value(argument).number;
+          is_known = is_known && !std::isnan(number);
+          return number;
+        });
+        return Value{is_known ? result : unknown_value, {}};
       },
       [&](const Select& s) { return select(s); });
 }
 
-/// Both sides are the same but for rounding, and not 0: two rises of a straight line as an example.
-bool Evaluation::is_tie(const Expr& condition) {
-  const Binary* compared = std::get_if<Binary>(&condition->kind);
-  constexpr BinaryOp comparisons[] = {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
-  if (compared == nullptr || std::ranges::find(comparisons, compared->op) == std::end(comparisons)) return false;
-  const double left = value(compared->left).number, right = value(compared->right).number;
-  return left != 0 && std::abs(left - right) <= tie * std::abs(left);
-}
-
 /// At a kink the tangent is the mean of those of both sides: rounding would choose one of them.
 Value Evaluation::select(const Select& s) {
-  const double condition = condition_of(s.condition);
-  if (std::isnan(condition)) return (value(s.yes) + value(s.no)) * Value{unknown_value} + Value{unknown_value};
-  Value result = value(condition != 0 ? s.yes : s.no);
-  if (!is_tie(s.condition)) return result;
-  const Value other = value(condition != 0 ? s.no : s.yes);
+  const auto [truth, is_tie] = condition_of(s.condition);
+  if (std::isnan(truth)) return (value(s.yes) + value(s.no)) * Value{unknown_value} + Value{unknown_value};
+  Value result = value(truth != 0 ? s.yes : s.no);
+  if (!is_tie) return result;
+  const Value other = value(truth != 0 ? s.no : s.yes);
   const bool is_kink = std::abs(other.number - result.number) <= tie * std::abs(result.number);
   return is_kink ? (result + other) * Value{0.5} : result;
 }

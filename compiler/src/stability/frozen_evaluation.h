@@ -50,8 +50,12 @@ class Evaluation {
   Value interpolate(const stencil::Interp& interp);
   Value binary(const stencil::Binary& b);
   Value value(const stencil::Expr& e);
-  double condition_of(const stencil::Expr& e);
-  bool is_tie(const stencil::Expr& condition);
+  struct Condition {
+    double truth = 0;  // 1, 0, or not known
+    bool is_tie = false;
+  };
+  Condition condition_of(const stencil::Expr& e);
+  Condition compared(const stencil::Expr& e);
   Value select(const stencil::Select& s);
   std::vector<Value> stored_values(const stencil::Kernel& kernel);
   std::optional<std::vector<FrozenValue>> frozen_values(const stencil::Kernel& kernel);

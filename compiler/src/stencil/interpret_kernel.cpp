@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule
 // "reads see the fields as they were" holds by construction. Names are looked up once a run of a kernel.
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <variant>
@@ -95,7 +97,7 @@ struct BoundBinary {
 };
 struct BoundCall {
   Fn fn;
-  Operand first, last;
+  std::vector<Operand> arguments;
 };
 struct BoundSelect {
   Operand condition, yes, no;
@@ -144,9 +146,11 @@ Operand bind(const Expr& e, const Scope& scope) {
                                              : make(BoundBinary{b.op, std::move(left), std::move(right)});
       },
       [&](const Call& c) {
-        Operand first = of(c.arguments[0]), last = of(c.arguments.back());
-        return number(first) && number(last) ? make(evaluate_call(c.fn, *number(first), *number(last)))
-                                             : make(BoundCall{c.fn, std::move(first), std::move(last)});
+        std::vector<Operand> arguments;
+        std::ranges::transform(c.arguments, std::back_inserter(arguments), of);
+        return std::ranges::all_of(arguments, number)
+                   ? make(evaluate_call_of(c.fn, arguments, [&](const Operand& a) { return *number(a); }))
+                   : make(BoundCall{c.fn, std::move(arguments)});
       },
       [&](const Select& s) {
         return make(BoundSelect{of(s.condition), of(s.yes), of(s.no)});
@@ -175,7 +179,9 @@ class Evaluation {
         [&](const Inside& i) { return is_inside(i, at) ? 1.0 : 0.0; },
         [&](const BoundNeg& n) { return -value(n.operand, at); },
         [&](const BoundBinary& b) { return evaluate_binary(b.op, value(b.left, at), value(b.right, at)); },
-        [&](const BoundCall& c) { return evaluate_call(c.fn, value(c.first, at), value(c.last, at)); },
+        [&](const BoundCall& c) {
+          return evaluate_call_of(c.fn, c.arguments, [&](const Operand& a) { return value(a, at); });
+        },
         [&](const BoundSelect& s) { return value(s.condition, at) != 0 ? value(s.yes, at) : value(s.no, at); });
   }
 

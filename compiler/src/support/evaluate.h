@@ -13,6 +13,13 @@ namespace dpde {
 double evaluate_binary(BinaryOp op, double a, double b);
 /// `b` is not looked at by functions of one argument.
 double evaluate_call(Fn fn, double a, double b);
+/// The same of arguments that `value` gives, each of which is asked for once: twice at each level would be a million
+/// times where calls are 20 deep.
+template <class Arguments, class ValueOf>
+double evaluate_call_of(Fn fn, const Arguments& arguments, const ValueOf& value) {
+  const double first = value(arguments.front());
+  return evaluate_call(fn, first, arguments.size() > 1 ? value(arguments.back()) : first);
+}
 
 /// The value as messages show it: not a number has no sign.
 inline double shown(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }

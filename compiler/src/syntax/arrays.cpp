@@ -120,7 +120,7 @@ class ArrayBlock {
   }
   void refuse_size(const Identifier& name) {
     sink_.report("bad-index", name.range, {name.name},
-                 fmt::format("an array is declared with its number of elements, 1 to {}: c[3]", most_elements));
+                 fmt::format("an array is declared with its number of elements, 1 to {} in all: c[3]", most_elements));
   }
 
   /// let r[i] = k[i]*c[i]: as many as the formula has.

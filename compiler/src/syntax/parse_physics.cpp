@@ -99,6 +99,7 @@ ItemKind parse_constraint(Cursor& cursor) {
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
+  if (cursor.at_word("solve") && second == TokenKind::left_paren) return false;
   const bool is_name = cursor.at(TokenKind::identifier);
   const bool is_part = second == TokenKind::dot || second == TokenKind::left_bracket;
   const bool is_slash = second == TokenKind::slash;

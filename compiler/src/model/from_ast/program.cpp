@@ -58,22 +58,31 @@ void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::strin
   }
 }
 
-void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::string>& written) {
+using OfName = std::function<void(const std::string& name, SourceRange range)>;
+
+/// The names in a value of a side, or in a multiplier, that are no words of it.
+void for_each_name(const ast::Expr& e, const OfName& f) {
   match(
       e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
       [&](const ast::Name& n) {
-        if (!is_side_word(n.name) && !written.contains(n.name)) declare_param(draft, n.name, e.range());
+        if (!is_side_word(n.name)) f(n.name, e.range());
       },
-      [&](const ast::Unary& u) { declare_names_of(draft, u.operand, written); },
+      [&](const ast::Unary& u) { for_each_name(u.operand, f); },
       [&](const ast::Binary& b) {
-        declare_names_of(draft, b.left, written);
-        declare_names_of(draft, b.right, written);
+        for_each_name(b.left, f);
+        for_each_name(b.right, f);
       },
       [&](const ast::Call& c) {
-        for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value, written);
+        for (const ast::Argument& argument : c.arguments) for_each_name(argument.value, f);
       },
-      [&](const ast::Component& c) { declare_names_of(draft, c.operand, written); }, [](const ast::Tuple&) {},
+      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Tuple&) {},
       [](const ast::Offsets&) {}, [](const ast::Error&) {});
+}
+
+void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::string>& written) {
+  for_each_name(e, [&](const std::string& name, SourceRange range) {
+    if (!written.contains(name)) declare_param(draft, name, range);
+  });
 }
 
 int largest_rank(const ast::Expr& e) {
@@ -109,19 +118,53 @@ int rank_of(const ast::Kernel& kernel) {
   return rank;
 }
 
-std::vector<const ast::Kernel*> kernels_of(const Draft& draft) {
+std::vector<const ast::Kernel*> kernels_of(const Draft& draft, const ast::Program& program) {
   std::vector<const ast::Kernel*> kernels;
-  for (const auto& [run, range] : items_of<ast::RunItem>(draft.program->items)) {
+  for (const auto& [run, range] : items_of<ast::RunItem>(program.items)) {
     const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
     if (kernel) kernels.push_back(kernel);  // one that is missing is reported by the stencil level
   }
   return kernels;
 }
 
+/// What the scene gives a value, its task seeks or the command sets.
+std::set<std::string> names_given(const Draft& draft) {
+  std::set<std::string> names;
+  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) names.insert(item.name.name);
+  for (const auto& [name, text] : draft.selection.overrides) names.insert(name);
+  if (draft.task == nullptr) return names;
+  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) names.insert(unknown.name.name);
+  return names;
+}
+
+/// The other programs of the file may be those of the scene's starts, coefficients, observables and losses, in text
+/// that was emitted: what they take, and the scene gives, is a parameter or coefficient as of the step.
+void declare_what_others_take(Draft& draft) {
+  const std::set<std::string> given = names_given(draft);
+  const auto declare_given_param = [&](const std::string& name, SourceRange range) {
+    if (given.contains(name)) declare_param(draft, name, range);
+  };
+  for (const ast::Declaration& declaration : draft.file.declarations) {
+    const auto* program = std::get_if<ast::Program>(&declaration.kind);
+    if (program == nullptr || program == draft.program) continue;
+    for (const ast::Kernel* kernel : kernels_of(draft, *program)) {
+      for (const ast::KernelParameter& parameter : kernel->parameters) {
+        if (parameter.role == ast::KernelRole::param)
+          declare_given_param(parameter.name.name, parameter.name.range);
+        else if (parameter.role == ast::KernelRole::in && given.contains(parameter.name.name))
+          declare_input(draft, parameter.name, {});
+      }
+    }
+    for (const auto& [fill, range] : items_of<ast::FillItem>(program->items)) {
+      for (const ast::BoundarySide& side : fill.sides) for_each_name(side.value, declare_given_param);
+    }
+  }
+}
+
 void check_ranks(Draft& draft) {
   const int axes = static_cast<int>(draft.problem.axes.size());
   std::set<int> seen;  // of a kernel and its copies in a repeat one is enough
-  for (const ast::Kernel* kernel : kernels_of(draft)) {
+  for (const ast::Kernel* kernel : kernels_of(draft, *draft.program)) {
     const int rank = rank_of(*kernel);
     if (rank == 0 || rank == axes || !seen.insert(kernel->name.range.begin).second) continue;
     const auto words = [](int count) { return fmt::format("{} {}", count, count == 1 ? "axis" : "axes"); };
@@ -196,7 +239,7 @@ void declare_program(Draft& draft) {
     if (repeat.counter) written.insert(repeat.counter->name);
   }
   for (const auto& [load, range] : items_of<ast::StackItem>(draft.program->items)) written.insert(load.field.name);
-  for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
+  for (const ast::Kernel* kernel : kernels_of(draft, *draft.program)) declare_kernel(draft, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
   for (const auto& [solve, range] : solves) {
     for (const ast::Identifier& right : solve.rights) declare_input(draft, right, written);
@@ -215,6 +258,7 @@ void declare_program(Draft& draft) {
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
     for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value, written);
   }
+  declare_what_others_take(draft);
 }
 
 void bind_fills(Draft& draft) {

@@ -11,6 +11,7 @@
 #include "model/from_ast/parts.h"
 #include "model/uses.h"
 #include "support/assert.h"
+#include "syntax/calls.h"
 
 namespace dpde::model {
 
@@ -46,6 +47,25 @@ const Origin* change_in_time(const Problem& problem) {
   return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
 }
 
+/// Where a kernel that the program runs, or one of its sides, takes the time.
+std::optional<Origin> time_in_program(const Draft& draft) {
+  std::optional<Origin> found;
+  for (const auto& [run, range] : items_of<ast::RunItem>(draft.program->items)) {
+    const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
+    for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
+      if (kernel->parameters[i].name.name == "t") found = Origin{kernel->parameters[i].name.range};
+    }
+  }
+  for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
+    for (const ast::BoundarySide& side : fill.sides) {
+      ast::for_each_name(side.value, [&](const std::string& name) {
+        if (name == "t") found = Origin{side.value.range()};
+      });
+    }
+  }
+  return found;
+}
+
 void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {
   draft.sink.report("not-allowed-here", origin.range, {what, "a task of a scene that runs until steady"}, hint);
 }
@@ -66,8 +86,10 @@ void check_task(Draft& draft, const Task& task) {
       refuse(draft, unknown.origin, "an unknown initial state",
              "the steady state does not depend on where the run begins; leave until steady out");
   }
-  if (const Origin* change = change_in_time(problem))
-    refuse(draft, *change, "a step that depends on time",
+  const Origin* change = change_in_time(problem);
+  const std::optional<Origin> in_program = draft.program ? time_in_program(draft) : std::nullopt;
+  if (change != nullptr || in_program)
+    refuse(draft, change != nullptr ? *change : *in_program, "a step that depends on time",
            "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
 }
 
@@ -80,9 +102,6 @@ void check_steady(Draft& draft) {
   const auto tolerance = evaluate(draft, written, "the tolerance");
   if (!tolerance) return;
   if (!(*tolerance > 0)) draft.sink.report("bad-step", written.range(), {"tolerance", fmt::format("{}", *tolerance)});
-  if (draft.program)
-    draft.sink.report("not-allowed-here", written.range(), {"until steady", "a scene of a program"},
-                      "write a model, or run the program for a given time");
   const bool has_control_fields = std::ranges::any_of(draft.problem.coefficients, &Coefficient::is_control);
   if (!draft.problem.controls.empty() || has_control_fields)
     draft.sink.report("not-allowed-here", written.range(),

@@ -2,8 +2,11 @@
 // Value numbering: equal expressions get equal numbers, and a local has the number of what it stands for.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "stencil/stencil.h"
@@ -35,11 +38,19 @@ class Numbering {
   const Value& operator[](int number) const { return values_[number]; }
 
  private:
+  /// A node by numbers: its kind and what it says, with names by their own numbers, and its children's.
+  using Key = std::vector<std::int64_t>;
+  struct Hash {
+    std::size_t operator()(const Key& key) const;
+  };
   int find_number(const Expr& e);
+  Key describe(const Expr& e, Value& value);
+  std::int64_t number_of_name(const std::string& name);
 
-  std::map<std::string, int> numbers_;
+  std::unordered_map<Key, int, Hash> numbers_;
+  std::unordered_map<std::string, std::int64_t> names_;
   std::vector<Value> values_;
-  std::map<const Node*, int> by_node_;
+  std::unordered_map<const Node*, int> by_node_;
   std::vector<Expr> kept_;  // keeps the nodes of by_node_ alive
   std::map<std::string, int> locals_;
 };
