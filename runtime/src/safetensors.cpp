@@ -23,7 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 constexpr std::size_t most_axes = 32, length_bytes = 8;
 
-struct Entry {
+struct TensorEntry {
   std::string type;
   std::vector<int64_t> shape, offsets;
 };
@@ -34,8 +34,8 @@ class HeaderReader : public HeaderText {
  public:
   HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".safetensors") {}
 
-  std::vector<std::pair<std::string, Entry>> read() {
-    std::vector<std::pair<std::string, Entry>> entries;
+  std::vector<std::pair<std::string, TensorEntry>> read() {
+    std::vector<std::pair<std::string, TensorEntry>> entries;
     for_each_member([&](const std::string& key) {
       if (key == "__metadata__") {
         for_each_member([&](const std::string&) { text(); });
@@ -129,8 +129,8 @@ class HeaderReader : public HeaderText {
     return values;
   }
 
-  Entry entry(const std::string& name) {
-    Entry entry;
+  TensorEntry entry(const std::string& name) {
+    TensorEntry entry;
     for_each_member([&](const std::string& key) {
       if (key == "dtype") {
         entry.type = text();
@@ -155,7 +155,8 @@ std::vector<double> numbers(std::string_view data) {
   return {raw.begin(), raw.end()};
 }
 
-NamedArray array_of(const HeaderReader& reader, const std::string& name, const Entry& entry, std::string_view data) {
+NamedArray array_of(const HeaderReader& reader, const std::string& name, const TensorEntry& entry,
+                    std::string_view data) {
   const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
   const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
   if (end > data.size())
@@ -174,8 +175,8 @@ NamedArray array_of(const HeaderReader& reader, const std::string& name, const E
 }
 
 /// As the format wants it: every byte belongs to one entry.
-void check_bytes_are_used_once(const HeaderReader& reader, const std::vector<std::pair<std::string, Entry>>& entries,
-                               std::size_t bytes) {
+void check_bytes_are_used_once(const HeaderReader& reader,
+                               const std::vector<std::pair<std::string, TensorEntry>>& entries, std::size_t bytes) {
   std::vector<std::pair<std::vector<int64_t>, std::string>> parts;
   for (const auto& [name, entry] : entries) parts.emplace_back(entry.offsets, name);
   std::ranges::sort(parts);

@@ -12,8 +12,8 @@
 namespace dpde {
 namespace {
 
-constexpr std::int64_t most_factored = 100'000;  // cells: factors of more take long
-constexpr double too_many = 20;                  // iterations over those that were made
+constexpr std::int64_t most_tried = 100'000;  // cells: factors of more take long
+constexpr double too_many = 20;               // iterations over those that were made
 
 bool solves(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right) {
   std::vector<double> x(right.size(), 0.0);
@@ -36,7 +36,7 @@ std::vector<std::string> others_that_solve(const StencilMatrix& matrix, SolveOpt
   std::vector<std::string> found;
   for (const SolverMethod method :
        {SolverMethod::cg, SolverMethod::bicgstab, SolverMethod::gmres, SolverMethod::direct}) {
-    if (method == failed || (method == SolverMethod::direct && matrix.size() > most_factored)) continue;
+    if (method == failed || (method == SolverMethod::direct && matrix.size() > most_tried)) continue;
     options.method = method;
     if (solves(matrix, options, right)) found.emplace_back(name_of(method));
   }

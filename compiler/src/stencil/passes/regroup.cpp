@@ -184,9 +184,9 @@ struct Updates {
 /// Which fields are stages of which one: u_1 = u + dt*(...), u_2 = (3*u + u_1)/4 + dt*(...). They are of its size, and
 /// so are the rounding errors of c*u_1[k] in an update of u. What is a mean of several, or a difference, is a stage of
 /// none.
-class Stages {
+class StagesOfUpdates {
  public:
-  explicit Stages(const Module& module) {
+  explicit StagesOfUpdates(const Module& module) {
     for (const Kernel& kernel : module.kernels) {
       Atoms atoms;
       Expansion expansion(kernel, atoms);
@@ -238,7 +238,7 @@ std::size_t defined_terms(const Atoms& atoms) {
 }
 
 /// None if a number overflows or there are too many terms.
-std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
+std::optional<Updates> updates_of(const Kernel& kernel, const StagesOfUpdates& stages) {
   Updates updates;
   Expansion expansion(kernel, updates.atoms);
   std::size_t terms = 0;
@@ -272,7 +272,7 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
   return with_lets_inlined(result);
 }
 
-Kernel cheapest(const Kernel& kernel, const Stages& stages) {
+Kernel cheapest(const Kernel& kernel, const StagesOfUpdates& stages) {
   const std::optional<Updates> updates = updates_of(kernel, stages);
   if (!updates || updates->stores.empty()) return kernel;
   Kernel best = kernel;
@@ -286,7 +286,7 @@ Kernel cheapest(const Kernel& kernel, const Stages& stages) {
 }  // namespace
 
 Module regroup_updates(const Module& module) {
-  const Stages stages(module);
+  const StagesOfUpdates stages(module);
   Module result = module;
   for (Kernel& kernel : result.kernels) kernel = cheapest(kernel, stages);
   return result;
