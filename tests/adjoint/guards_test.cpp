@@ -33,12 +33,12 @@ TEST(Guards, AskEachConditionOnce) {
   EXPECT_EQ(text(any_of(two)), "max(if(a, 1, 0), if(b, 0, 1))");
 }
 
-struct Case {
+struct GuardCase {
   std::string name, kernel;
 };
 
 /// Each let is used in several branches, under conditions that meet, exclude one another, or neither.
-const Case cases[] = {
+const GuardCase guard_cases[] = {
     {"both branches", "let a = sin(u)*c\n let b = u^2\n w = if(u > 1, a*b, a + b)"},
     {"one of three", "let a = sin(u)*c\n let b = a^2 + u*c\n w = if(u > 1.2, a, if(c > 1, b, b*a))"},
     {"neither", "let a = sin(u)*c + u*c*c*u*u*c\n w = if(u > 1, a, 0.2*u) + if(c > 1, a*u, 0)"},
@@ -50,7 +50,7 @@ const Case cases[] = {
     {"params", "let a = if(u > 1, u*k, k)\n let b = if(c > 1, a*k, a)\n w = if(u > c, a*b, b)"}};
 
 TEST(Guards, DerivativesAreThoseOfTheBranchesTaken) {
-  for (const Case& c : cases) {
+  for (const GuardCase& c : guard_cases) {
     const stencil::Module module =
         testing::parse_module("kernel f(u: field, c: field, out w: field, k: param) {\n " + c.kernel +
                               "\n}\nprogram p { fill u x.low = 0.7, x.high = zero_gradient; fill c x.low = 1.2, x.high "

@@ -78,7 +78,7 @@ TEST(FalseAlarms, NewtonOfTheInterpreterWhereMasksCloseGaps) {
 /// Buckley and Leverett's shock: the third derivative of the loss is so large that no remainder above rounding falls as
 /// a cube. Differences of the gradient come to the Hessian.
 TEST(FalseAlarms, AHessianBesideAShock) {
-  const auto certificate = certificate_of(R"(function frac(s, a) = s^2/(s^2 + a*(1 - s)^2)
+  const auto certificate = testing::certificate_of(R"(function frac(s, a) = s^2/(s^2 + a*(1 - s)^2)
 operator up(s, a) order 1 = (frac(s, a) - frac(s[-1], a))/hx
 model bl { field s; param a = 0.5; dt(s) = -up(s, a) }
 scheme fv { time = ssp_rk3 }
@@ -90,7 +90,7 @@ scene core : bl with fv {
 }
 task t : core { unknown a in 0.1 .. 3; minimise mean((s - 0.3*x)^2) at t = 0.4 }
 )",
-                                          true);
+                                                   true);
   ASSERT_TRUE(certificate && certificate->second);
   EXPECT_TRUE(certificate->passed());
   EXPECT_TRUE(certificate->second->passed());
@@ -113,12 +113,12 @@ TEST(FalseAlarms, AHessianThatNothingProvesIsNoFaultOfTheGradient) {
 /// A network of a state that is 0: its derivative is rounding.
 TEST(FalseAlarms, NothingIsNoProof) {
   const auto certificate =
-      certificate_of(R"(network stress(q) { initial he, seed 1; conv 4, 3; tanh; conv out, 3, gain = 0.1 }
+      testing::certificate_of(R"(network stress(q) { initial he, seed 1; conv 4, 3; tanh; conv out, 3, gain = 0.1 }
 model m { field q; dt(q) = -q + dx(stress(q)) }
 scene s : m { grid x = 0 .. 2*pi, cells 8, periodic; initial q = 0; time 0 .. 0.25, step 1/16 }
 task t : s { learn stress; minimise mean((q - 1)^2) }
 )",
-                     false);
+                              false);
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->tests_nothing());
 }

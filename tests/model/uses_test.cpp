@@ -63,7 +63,7 @@ struct Thing {
 };
 
 /// A task t that has the formula in the place of this name, and numbers in the others.
-std::string text_with(const Thing& thing, const std::string& slot) {
+std::string text_with_thing(const Thing& thing, const std::string& slot) {
   const auto at = [&](const std::string& name) { return name == slot ? thing.formula : std::string("0.5"); };
   const bool has_constraint = slot == "constraint";
   return thing.before + "model m {\n  field u, v\n  mask solid\n" + thing.in_model +
@@ -179,8 +179,8 @@ TEST(Uses, PartsAreMappedAsTheyAreVisited) {
 TEST(Uses, SeamsAreSeenInEachPlace) {
   const Thing jump{.formula = "dy(beta*y)", .in_model = "  param beta = 1\n"};
   for (const auto& [kind, slot] : slots())
-    EXPECT_EQ(codes(outcome_of(text_with(jump, slot), {.name = "t"})), "W0303") << slot;
-  EXPECT_EQ(codes(outcome_of(text_with(jump, "none"), {.name = "t"})), "W0301") << "nothing uses beta";
+    EXPECT_EQ(codes(outcome_of(text_with_thing(jump, slot), {.name = "t"})), "W0303") << slot;
+  EXPECT_EQ(codes(outcome_of(text_with_thing(jump, "none"), {.name = "t"})), "W0301") << "nothing uses beta";
 }
 
 /// What is divided by a length of 0 where it is taken.
@@ -193,7 +193,7 @@ TEST(Uses, PolesAreSeenInEachPlace) {
                       .grid = "  grid lon = 0 .. 2*pi, cells 8, periodic\n  grid lat = -pi/2 .. pi/2, cells 4\n"};
   for (const auto& [kind, slot] : slots()) {
     if (slot == "constraint") continue;  // a solve for its potential reads across no pole
-    std::string text = text_with(on_pole, slot);
+    std::string text = text_with_thing(on_pole, slot);
     text.replace(text.find("solid = x < 0.5"), 15, "solid = lon < 2");
     EXPECT_EQ(codes(outcome_of(text, {.name = "t"})), "E0441") << slot;
   }
@@ -202,7 +202,7 @@ TEST(Uses, PolesAreSeenInEachPlace) {
 TEST(Uses, SolvesAreSeenInEachPlace) {
   const Thing solved{.formula = "phi", .in_model = "  solve lap(phi) - phi = u for phi\n"};
   for (const auto& [kind, slot] : slots()) {
-    const Outcome outcome = outcome_of(text_with(solved, slot), {.name = "t"});
+    const Outcome outcome = outcome_of(text_with_thing(solved, slot), {.name = "t"});
     ASSERT_TRUE(outcome.problem) << slot << ": " << outcome.code_and_hint();
     const std::vector<const Solve*> solves = solves_of(*outcome.problem);
     EXPECT_EQ(std::ranges::count(solves, "phi", [](const Solve* solve) { return solve->name; }), 1) << slot;
@@ -217,7 +217,7 @@ TEST(Uses, SolutionsAreKeptWhereStepsFindThem) {
                    .in_model = "  solve lap(phi) - phi = u for phi\n",
                    .scheme = "solve = multigrid; smoother = jacobi; guess = last"};
   for (const auto& [kind, slot] : slots()) {
-    const Outcome outcome = outcome_of(text_with(kept, slot), {.name = "t"});
+    const Outcome outcome = outcome_of(text_with_thing(kept, slot), {.name = "t"});
     ASSERT_TRUE(outcome.problem) << slot << ": " << outcome.code_and_hint();
     const bool is_of_step = time_of(kind) == UseTime::step && kind != UseKind::courant_rate;
     EXPECT_EQ(outcome.problem->find_state("phi_last") != nullptr, is_of_step) << slot;
@@ -235,13 +235,13 @@ TEST(Uses, WhatIsReadInAPlaceIsKept) {
   const Thing given{.formula = "twice(u)",
                     .before = "operator twice(a) order 0 = 2*a\n  adjoint a_bar = 2*twice_bar\n"};
   for (const auto& [kind, slot] : slots()) {
-    const Outcome read = outcome_of(text_with(coefficient, slot), {.name = "t"});
+    const Outcome read = outcome_of(text_with_thing(coefficient, slot), {.name = "t"});
     ASSERT_TRUE(read.problem) << slot << ": " << read.code_and_hint();
     EXPECT_NE(read.problem->find_coefficient("c"), nullptr) << slot;
     EXPECT_TRUE(read.problem->dropped.empty()) << slot;
-    const Outcome called = outcome_of(text_with(network, slot), {.name = "t"});
+    const Outcome called = outcome_of(text_with_thing(network, slot), {.name = "t"});
     if (called.problem) EXPECT_NE(called.problem->find_network("n"), nullptr) << slot;
-    const Outcome applied = outcome_of(text_with(given, slot), {.name = "t"});
+    const Outcome applied = outcome_of(text_with_thing(given, slot), {.name = "t"});
     if (applied.problem) EXPECT_NE(print(*applied.problem).find("operator twice"), std::string::npos) << slot;
     EXPECT_TRUE(called.problem && applied.problem) << slot << ": " << called.code_and_hint() << applied.code_and_hint();
   }
@@ -251,7 +251,7 @@ TEST(Uses, WhatIsReadInAPlaceIsKept) {
 TEST(Uses, TimeIsSeenInStepsThatEndSteady) {
   const Thing in_time{.formula = "sin(t)"};
   for (const auto& [kind, slot] : slots()) {
-    std::string text = text_with(in_time, slot);
+    std::string text = text_with_thing(in_time, slot);
     text.replace(text.find("unknown initial u"), 17, "unknown rest");
     text.replace(text.find("field u, v"), 10, "param rest = 1; field u, v");
     text.replace(text.find("dt(v) = 0"), 9, "dt(v) = rest - v");
