@@ -14,7 +14,7 @@
 namespace dpde::testing {
 namespace {
 
-double order_of(const std::string& text, const std::string& scene, const std::string& field, int cells) {
+double order_at_walls(const std::string& text, const std::string& scene, const std::string& field, int cells) {
   const auto error = [&](int n) { return run_scene(text, scene, {{"cells", std::to_string(n)}}).l2.at(field); };
   return std::log2(error(cells) / error(2 * cells));
 }
@@ -33,8 +33,9 @@ std::string plate(const std::string& time, const std::string& lap = "central(2)"
 }
 
 TEST(WallFormulas, SlopesAreOfOrderTwo) {
-  for (const char* time : {"rk4", "ssp_rk3", "ab2"}) EXPECT_NEAR(order_of(plate(time), "hot", "T", 16), 2, 0.1) << time;
-  EXPECT_NEAR(order_of(plate("rk4", "central(4)"), "hot", "T", 32), 2, 0.35);
+  for (const char* time : {"rk4", "ssp_rk3", "ab2"})
+    EXPECT_NEAR(order_at_walls(plate(time), "hot", "T", 16), 2, 0.1) << time;
+  EXPECT_NEAR(order_at_walls(plate("rk4", "central(4)"), "hot", "T", 32), 2, 0.35);
 }
 
 /// gradient(-2*u) is mixed(2, 1, 0), and x.low = v the value of v, with errors of order 2.
