@@ -85,6 +85,7 @@ class JumpSearch {
   bool is_open(const Look& one, const Look& other) const;
   std::optional<Id> judge(double before, double behind);
   std::vector<bool> needed(const Look& look) const;
+  bool is_defined(const Look& look, const std::vector<bool>& needed) const;
 
   const Piecewise& formula_;
   std::vector<Id> switches_;
@@ -197,6 +198,15 @@ std::vector<bool> JumpSearch::needed(const Look& look) const {
   return result;
 }
 
+/// Whether nothing that the result hangs on is nan there. min and max of nan and a number are that number, but where a
+/// root in them ceases to be real is the end of the formula's domain and no switch.
+bool JumpSearch::is_defined(const Look& look, const std::vector<bool>& needed) const {
+  for (Id id = 0; id < formula_.nodes_.size(); ++id) {
+    if (needed[id] && std::isnan(look.values[id])) return false;
+  }
+  return true;
+}
+
 /// Whether a switch that was not judged often enough is on another side.
 bool JumpSearch::is_open(const Look& one, const Look& other) const {
   for (std::size_t i = 0; i < switches_.size(); ++i) {
@@ -210,6 +220,7 @@ bool JumpSearch::is_open(const Look& one, const Look& other) const {
 std::optional<Piecewise::Id> JumpSearch::judge(double before, double behind) {
   const Look low = look(before), high = look(behind);
   const std::vector<bool> needed_low = needed(low), needed_high = needed(high);
+  if (!is_defined(low, needed_low) || !is_defined(high, needed_high)) return std::nullopt;
   std::optional<Id> changed;
   for (std::size_t i = 0; i < switches_.size() && !changed; ++i) {
     if (low.sides[i] != high.sides[i] && (needed_low[switches_[i]] || needed_high[switches_[i]]))
