@@ -2,6 +2,7 @@
 // The meaning of a solve: the matrix of the operator, a column for each cell, and its pseudo-inverse.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -20,11 +21,15 @@ std::vector<double> image_of(const Image& image, std::vector<double> values, dou
   return image(values);
 }
 
-/// Values between 1 and 2, no two alike.
+/// Numbers between -1 and 1 that are the same in each run. No stencil makes 0 of them, as it would of a regular
+/// sequence.
 std::vector<double> arbitrary(std::size_t count) {
   std::vector<double> values(count);
-  for (std::size_t i = 0; i < count; ++i)
-    values[i] = 1 + std::fmod(0.618033988749895 * static_cast<double>(i + 1), 1.0);
+  std::uint64_t state = 0x9e3779b97f4a7c15;
+  for (double& value : values) {
+    state = state * 6364136223846793005 + 1442695040888963407;
+    value = static_cast<double>(state >> 11) * 0x1p-52 - 1;
+  }
   return values;
 }
 
