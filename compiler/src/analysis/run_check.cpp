@@ -169,9 +169,7 @@ bool RunChecker::jumps(const driver::Inverse::Part* part) {
                                                      rounding_of(loss, precisions_.spacing, precisions_.unit));
   if (!jump) return false;
   const std::string name = part == nullptr ? "all unknowns" : part->name;
-  const std::string what =
-      fmt::format("the loss of {} steps on {} cells jumps by {:.2e}", result_.steps, result_.grid, jump->size);
-  leave_out(name, what);
+  leave_out(name, fmt::format("the loss of {} jumps by {:.2e}", run_text(), jump->size));
   return true;
 }
 
