@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "analysis/program_check.h"
+#include "analysis/solve_tolerance.h"
 #include "dpde/runtime/error.h"
 #include "driver/interpreter_backend.h"
 #include "loop/from_stencil.h"
@@ -251,16 +252,8 @@ std::vector<DotCase> telling(std::vector<DotCase> cases, const std::vector<doubl
 /// left out; nothing where the text of a program says that they stop early.
 std::vector<DotCase> told_when_solved(const SourceFile& source, const driver::Compiled& compiled,
                                       const std::string& name, bool single) {
-  constexpr int enough_iterations = 1000;
   if (!compiled.problem) return {};
-  SolveBy by = compiled.problem->scheme.solve;
-  by.method = SolveMethod::automatic;
-  by.tolerance = std::min(by.tolerance, SolveBy{}.tolerance);
-  by.most_iterations = std::max(by.most_iterations, enough_iterations);
-  by.warns = false;
-  driver::CompileOptions options = compiled.options;
-  options.selection.overrides["solve"] = model::print(by);
-  const std::optional<driver::Compiled> again = compile_with_tangents(source, options);
+  const std::optional<driver::Compiled> again = compile_with_tangents(source, with_solves_done(compiled));
   const std::optional<TangentCode> tangent = again ? tangent_in(*again, name) : std::nullopt;
   if (!tangent || may_stop_early(again->stencil.find_program(name)->body)) return {};
   std::vector<double> scales;
