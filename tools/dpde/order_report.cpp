@@ -231,7 +231,7 @@ std::string report_operators(const model::Problem& problem, Json& result) {
   return text;
 }
 
-std::string in_words(const Order& order) { return order.is_spectral ? "spectral" : std::to_string(order.space); }
+std::string space_in_words(const Order& order) { return order.is_spectral ? "spectral" : std::to_string(order.space); }
 
 }  // namespace
 
@@ -269,10 +269,10 @@ std::string report_order(const model::Problem& problem, Json& result, const std:
   }
   std::string text = "order: ";
   if (order.is_spectral || order.space != 0 || inside.space != 0) {  // else nothing is differentiated
-    text += in_words(order) + " in space";
+    text += space_in_words(order) + " in space";
     if (smooth.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
     if (order.space != smooth.space)
-      text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), in_words(smooth));
+      text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), space_in_words(smooth));
     text += ", ";
   }
   result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";

@@ -49,17 +49,17 @@ const Origin* change_in_time(const Problem& problem) {
   return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
 }
 
-using Place = std::optional<Origin>;
+using PlaceInText = std::optional<Origin>;
 
-Place time_in(const ast::Expr& e) {
-  Place found;
+PlaceInText time_in(const ast::Expr& e) {
+  PlaceInText found;
   ast::for_each_name(e, [&](const std::string& name) {
     if (name == "t") found = Origin{e.range()};
   });
   return found;
 }
 
-Place time_in(const Draft& draft, const ast::RunItem& run) {
+PlaceInText time_in(const Draft& draft, const ast::RunItem& run) {
   const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
   for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
     if (kernel->parameters[i].name.name == "t") return Origin{kernel->parameters[i].name.range};
@@ -69,15 +69,15 @@ Place time_in(const Draft& draft, const ast::RunItem& run) {
 
 /// What `place_in` finds in the first of these that has it.
 template <class Parts, class PlaceIn>
-Place first_place(const Parts& parts, const PlaceIn& place_in) {
+PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
   for (const auto& part : parts) {
-    if (const Place found = place_in(part)) return found;
+    if (const PlaceInText found = place_in(part)) return found;
   }
   return std::nullopt;
 }
 
 /// Where the lines of a program, or of a block in it, take the time: kernels that are run, sides and multipliers.
-Place time_in(const Draft& draft, const std::vector<ast::Item>& items) {
+PlaceInText time_in(const Draft& draft, const std::vector<ast::Item>& items) {
   return first_place(items, [&](const ast::Item& item) {
     return match(
         item.kind, [&](const ast::RunItem& run) { return time_in(draft, run); },
@@ -90,8 +90,8 @@ Place time_in(const Draft& draft, const std::vector<ast::Item>& items) {
         [&](const ast::RepeatItem& repeat) { return time_in(draft, repeat.items); },
         [&](const ast::SolveItem& solve) { return time_in(draft, solve.items); },
         [](const ast::OneOf<ast::ReduceItem, ast::SwapItem, ast::StackItem, ast::KeepItem, ast::AxesItem,
-                            ast::ApplyItem> auto&) { return Place(); },
-        [](const ast::OutsidePrograms auto&) { return Place(); });
+                            ast::ApplyItem> auto&) { return PlaceInText(); },
+        [](const ast::OutsidePrograms auto&) { return PlaceInText(); });
   });
 }
 
@@ -116,7 +116,7 @@ void check_task(Draft& draft, const Task& task) {
              "the steady state does not depend on where the run begins; leave until steady out");
   }
   const Origin* change = change_in_time(problem);
-  const Place in_program = draft.program ? time_in(draft, draft.program->items) : std::nullopt;
+  const PlaceInText in_program = draft.program ? time_in(draft, draft.program->items) : std::nullopt;
   if (change != nullptr || in_program)
     refuse(draft, change != nullptr ? *change : *in_program, "a step that depends on time",
            "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
