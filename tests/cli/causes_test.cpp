@@ -102,6 +102,18 @@ TEST_F(Causes, JumpsInFluxesLowerTheOrder) {
   }
 }
 
+TEST_F(Causes, JumpsInFluxesLeaveSpectralDerivativesOrderOne) {
+  const auto order_with = [&](const std::string& k) {
+    return checked(ring("field u; coefficient k; dt(u) = div(k*grad(u))", "dx = spectral; lap = spectral; time = rk4",
+                        "initial u = sin(2*pi*x)\n  k = " + k))
+        .json()["order"];
+  };
+  const Json jumping = order_with("if(x < 0.5, 1, 10)"), smooth = order_with("2 + sin(2*pi*x)");
+  EXPECT_EQ(jumping["space"], 1);
+  EXPECT_EQ(jumping["space_inside"], "inf");
+  EXPECT_EQ(smooth["space"], "inf");
+}
+
 /// What the hint writes: the steady flux through a slab of two halves is 2/(1/1 + 1/1000) on any grid.
 TEST_F(Causes, HarmonicMeansAreExactBetweenCells) {
   for (const int cells : {8, 16}) {

@@ -53,7 +53,7 @@ class Conditions : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Conditions, AtEveryLevelAndByEveryVerb) {
   const std::string text = scene_text(GetParam());
-  testing::OpenedScene scene(text, "find", {.adjoint = true});
+  testing::OpenedScene scene(text, "find", {.adjoint = true, .tangent = true});
   ASSERT_NE(scene.session, nullptr);
   EXPECT_FALSE(loop::print(scene.session->compiled().loop).empty());
   const auto inverse = scene.inverse();
@@ -65,6 +65,7 @@ TEST_P(Conditions, AtEveryLevelAndByEveryVerb) {
   constexpr double h = 1e-4;
   const double difference = (inverse->value(x + h * direction) - inverse->value(x - h * direction)) / (2 * h);
   EXPECT_NEAR(difference, gradient.dot(direction), 1e-6 * gradient.norm() * direction.norm());
+  EXPECT_NEAR(inverse->rate_along(x, direction), gradient.dot(direction), 1e-11 * gradient.norm() * direction.norm());
   const testing::SceneResult compiled = testing::run_scene(text, "string"),
                              interpreted = testing::run_scene(text, "string", {}, Backend::interpreter);
   for (std::size_t i = 0; i < compiled.state.at("u").size(); ++i)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Unknowns that move switches: in each slot of a problem, of each kind, with branches that meet and that do not.
+#include "driver/switches.h"
+
 #include "driver/driver_support.h"
 
 namespace dpde::testing {
@@ -152,6 +154,24 @@ scene s : m { grid x = 0 .. 8, cells 8, periodic; initial u = sin(x); time 0 .. 
 task t : s { unknown q; minimise mean(u^2) }
 )"),
             "E0607");
+}
+
+/// By force, certificates know of them.
+TEST(Switches, HandWrittenStepsThatJumpAreKnown) {
+  const auto jumps = [](const std::string& rate) {
+    const SourceFile source("step.dpde", "kernel grow(u: field, out v: field, dt, k: param) { v = u + dt*(" + rate +
+                                             ") }\nprogram p { axes x periodic; run grow; swap u, v }\n" +
+                                             "scene s : p {\n grid x = 0 .. 1, cells 8, periodic\n k = 0.5\n " +
+                                             "initial u = x\n time 0 .. 1, step 1/8\n}\n" +
+                                             "task t : s { unknown k; minimise mean(u^2) at t = 1 }\n");
+    driver::CompileOptions options;
+    options.selection.name = "t";
+    options.adjoint = options.takes_jumps = true;
+    const auto scene = compiled(source, options);
+    return scene ? driver::jumps_of(*scene).size() : 9;
+  };
+  EXPECT_EQ(jumps("if(u > k, k, 0.2)"), 1u);
+  EXPECT_EQ(jumps("k*max(u - k, 0)"), 0u);
 }
 
 }  // namespace

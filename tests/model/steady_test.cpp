@@ -39,6 +39,30 @@ TEST(UntilSteady, RefusesWhatItsGradientDoesNotKnow) {
   EXPECT_NE(of_nothing.find("must be positive"), std::string::npos);
 }
 
+/// Whatever line of a program takes the time.
+TEST(UntilSteady, RefusesProgramsThatDependOnTime) {
+  const auto said = [](const std::string& line) {
+    Selection selection;
+    selection.name = "find";
+    const Outcome outcome = outcome_of(
+        "kernel grow(u: field, out v: field, k: param) { v = k*u }\n"
+        "kernel drive(u: field, out v: field, k, t: param) { v = k*u + t }\n"
+        "program p { axes x periodic; " +
+            line +
+            "; swap u, v }\n"
+            "scene s : p { grid x = 0 .. 1, cells 8, periodic\n k = 1; initial u = x\n "
+            "time 0 .. 1, step 1/8, until steady 1e-6 }\n"
+            "task find : s { unknown k; minimise mean(u) }\n",
+        selection);
+    return outcome.problem ? "" : outcome.diagnostics.front().message;
+  };
+  EXPECT_EQ(said("run grow"), "");
+  EXPECT_NE(said("run drive").find("depends on time"), std::string::npos);
+  EXPECT_EQ(said("transform u by k*ikx^2 to v"), "");
+  EXPECT_NE(said("transform u by k*t*ikx^2 to v").find("depends on time"), std::string::npos);
+  EXPECT_NE(said("transform u by phi1(k*t*ikx^2)*k to v").find("depends on time"), std::string::npos);
+}
+
 TEST(SolveBy, IsAMethodWithATolerance) {
   const std::string text =
       "model m { field u; solve lap(p) = u for p; dt(u) = p }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n"

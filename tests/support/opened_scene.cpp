@@ -15,6 +15,7 @@ OpenedScene::OpenedScene(const std::string& text, const std::string& name, const
   options.selection.overrides = with.overrides;
   options.backend = with.backend;
   options.adjoint = with.adjoint;
+  options.tangent = with.tangent;
   options.verify = true;
   options.cache = kept_code();
   auto compiled = driver::compile(source, options, sink);

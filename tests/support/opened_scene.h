@@ -15,7 +15,7 @@ namespace dpde::testing {
 struct OpenWith {
   Overrides overrides = {};
   driver::Backend backend = driver::Backend::jit;
-  bool adjoint = false;
+  bool adjoint = false, tangent = false;
   driver::SessionOptions session = {};
   std::string path = "test.dpde";  // data files are looked for beside it
 };

@@ -231,6 +231,8 @@ std::string report_operators(const model::Problem& problem, Json& result) {
   return text;
 }
 
+std::string space_in_words(const Order& order) { return order.is_spectral ? "spectral" : std::to_string(order.space); }
+
 }  // namespace
 
 void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
@@ -255,17 +257,22 @@ std::string report_order(const model::Problem& problem, Json& result, const std:
                      {"time", order.time},
                      {"space_inside", inside.space},
                      {"walls", order.walls.empty() ? Json(nullptr) : Json(order.walls)}};
-  if (order.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
+  if (inside.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
   std::vector<std::string> names;
   for (const driver::Jump& jump : jumps) names.push_back(jump.coefficient.empty() ? "if(...)" : jump.coefficient);
   result["order"]["jumps"] = names;
-  const int smooth = order.space;
-  if (!jumps.empty()) result["order"]["space"] = order.space = std::min(order.space, 1);
+  const Order smooth = order;
+  if (!jumps.empty()) {
+    order.space = order.is_spectral ? 1 : std::min(order.space, 1);
+    order.is_spectral = false;
+    result["order"]["space"] = order.space;
+  }
   std::string text = "order: ";
   if (order.is_spectral || order.space != 0 || inside.space != 0) {  // else nothing is differentiated
-    text += fmt::format("{} in space", order.is_spectral ? "spectral" : std::to_string(order.space));
-    if (smooth != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
-    if (order.space != smooth) text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), smooth);
+    text += space_in_words(order) + " in space";
+    if (smooth.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    if (order.space != smooth.space)
+      text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), space_in_words(smooth));
     text += ", ";
   }
   result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";

@@ -50,6 +50,32 @@ class Bits {
   std::vector<std::uint64_t> words_;
 };
 
+/// Puts `replacement` where the value of a number stands. What does not hold it stays the same node.
+class Replacing {
+ public:
+  Replacing(Numbering& numbering, int number, Expr replacement)
+      : numbering_(numbering), number_(number), replacement_(std::move(replacement)) {}
+
+  Expr operator()(const Expr& e) {
+    if (numbering_.number(e) == number_) return replacement_;
+    if (is_decision(e)) return e;
+    if (const auto known = replaced_.find(&e.node()); known != replaced_.end()) return known->second;
+    bool is_same = true;
+    const Expr mapped = map_children(e, [&](const Expr& child) {
+      const Expr part = (*this)(child);
+      is_same = is_same && &part.node() == &child.node();
+      return part;
+    });
+    return replaced_.emplace(&e.node(), is_same ? e : mapped).first->second;
+  }
+
+ private:
+  Numbering& numbering_;  // keeps the nodes alive
+  int number_;
+  Expr replacement_;
+  std::unordered_map<const Node*, Expr> replaced_;
+};
+
 /// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as
 /// it is written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
 class Uses {
@@ -93,19 +119,7 @@ class Uses {
 
   bool is_decisive(const Let& let) const { return decisive_.contains(let.name); }
 
-  /// `e` with `replacement` for that value, the same in all calls. What does not hold it stays the same node.
-  Expr replaced(const Expr& e, int number, const Expr& replacement) {
-    if (numbering_.number(e) == number) return replacement;
-    if (is_decision(e)) return e;
-    if (const auto known = replaced_.find(&e.node()); known != replaced_.end()) return known->second;
-    bool is_same = true;
-    const Expr mapped = map_children(e, [&](const Expr& child) {
-      const Expr part = replaced(child, number, replacement);
-      is_same = is_same && &part.node() == &child.node();
-      return part;
-    });
-    return replaced_.emplace(&e.node(), is_same ? e : mapped).first->second;
-  }
+  Replacing replacing(int number, const Expr& replacement) { return {numbering_, number, replacement}; }
 
  private:
   struct Known {
@@ -167,7 +181,6 @@ class Uses {
   Numbering numbering_;
   std::vector<Known> of_;  // by number
   std::size_t loads_ = 0;  // that differ
-  std::unordered_map<const Node*, Expr> replaced_;
 };
 
 }  // namespace
@@ -179,7 +192,8 @@ std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vecto
   const auto [number, value] = uses.best();
   if (uses.saved(number) < least) return std::nullopt;
   SharedValue result{value, terms, uses.operations_saved(number)};
-  const auto replace = [&](Expr& e) { e = uses.replaced(e, number, access(field)); };
+  Replacing replacing = uses.replacing(number, access(field));
+  const auto replace = [&](Expr& e) { e = replacing(e); };
   for (Let& let : result.terms.lets) {
     if (!uses.is_decisive(let)) replace(let.value);
   }

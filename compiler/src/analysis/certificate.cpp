@@ -258,7 +258,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (!session) return false;
   const auto inverse = driver::Inverse::open(*session, source, sink);
   if (!inverse) return false;
-  const Point point = generic_point(*session, *inverse, random);
+  const Point& point = certificate.point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   certificate.start_is_finite =
       std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();

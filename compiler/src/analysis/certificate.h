@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/generic_point.h"
 #include "analysis/kinks_at_start.h"
 #include "analysis/taylor.h"
 #include "driver/session.h"
@@ -70,6 +71,7 @@ struct Certificate {
   bool tests_nothing() const;        // each case is 0, or so but for rounding
   std::optional<double> slope;       // of the remainder; absent when it is all rounding
   std::string note;                  // why the slope is absent, or where it was measured
+  Point point;                       // where the remainders are, and along what
   std::vector<Remainder> remainders;
   std::optional<QuotientEvidence> quotients;   // where the slope does not tell: see taylor.h
   std::optional<JumpOnLine> jump;              // of the loss, beside the point

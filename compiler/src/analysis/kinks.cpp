@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/switches.h"
+#include "driver/switches.h"
 #include "stencil/build.h"
 #include "support/match.h"
 
@@ -56,9 +56,6 @@ bool has_kinks(const driver::Compiled& compiled) {
   return found;
 }
 
-bool has_jumps(const driver::Compiled& compiled) {
-  if (!compiled.problem || !compiled.problem->task) return false;
-  return !model::jumps_of(*compiled.problem, model::Influence(*compiled.problem, {})).empty();
-}
+bool has_jumps(const driver::Compiled& compiled) { return !driver::jumps_of(compiled).empty(); }
 
 }  // namespace dpde::analysis

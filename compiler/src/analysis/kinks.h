@@ -9,8 +9,7 @@ namespace dpde::analysis {
 /// Of the programs that have derivatives. They may jump there too.
 bool has_kinks(const driver::Compiled& compiled);
 
-/// Whether formulas of the task jump where its unknowns or states move a switch. Jumps of schemes, as at the bounds of
-/// maccormack, do not count.
+/// Whether formulas or a hand-written step of the task jump where its unknowns or states move a switch.
 bool has_jumps(const driver::Compiled& compiled);
 
 }  // namespace dpde::analysis

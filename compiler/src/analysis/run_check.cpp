@@ -9,9 +9,11 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <utility>
 
 #include "analysis/generic_point.h"
 #include "analysis/kinks.h"
+#include "analysis/solve_tolerance.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
 #include "network/symmetrise.h"
@@ -169,9 +171,7 @@ bool RunChecker::jumps(const driver::Inverse::Part* part) {
                                                      rounding_of(loss, precisions_.spacing, precisions_.unit));
   if (!jump) return false;
   const std::string name = part == nullptr ? "all unknowns" : part->name;
-  const std::string what =
-      fmt::format("the loss of {} steps on {} cells jumps by {:.2e}", result_.steps, result_.grid, jump->size);
-  leave_out(name, what);
+  leave_out(name, fmt::format("the loss of {} jumps by {:.2e}", run_text(), jump->size));
   return true;
 }
 
@@ -201,11 +201,13 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     }
     found = evidence_for(part);
   }
-  if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt)
+  if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
+    result_.stops_early = true;
     return leave_out(name,
                      fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
                                  "left: the gradient is off by {:.2e}",
                                  note->unknown, note->residual, found.error.value_or(NAN)));
+  }
   if (jumps(part)) return;
   if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,
@@ -290,9 +292,9 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   return RunChecker(*session, *inverse, start, seconds, result).check();
 }
 
-}  // namespace
-
-RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds) {
+/// As it was compiled.
+RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                       double seconds) {
   const RunChecker::Clock::time_point start = RunChecker::Clock::now();
   RunCheck result;
   if (!compiled->problem || !compiled->problem->task) return result;
@@ -302,6 +304,18 @@ RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver:
   const bool lacked_time = result.lacked_time;
   check_steps(source, compiled, steps_of_run(problem), start, seconds, result);
   result.lacked_time = result.lacked_time || lacked_time;
+  return result;
+}
+
+}  // namespace
+
+RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds) {
+  RunCheck result = check_own_run(source, compiled, seconds);
+  if (!result.stops_early || !result.wrong.empty()) return result;
+  DiagnosticSink silent;
+  std::optional<driver::Compiled> done = driver::compile(source, with_solves_done(*compiled), silent);
+  if (done)
+    result.wrong = check_own_run(source, std::make_shared<const driver::Compiled>(std::move(*done)), seconds).wrong;
   return result;
 }
 

@@ -32,9 +32,12 @@ struct RunCheck {
   std::string wrong;                  // not empty: the quotients agree on another number
   bool lacked_time = false;
   bool is_in_doubt = false;  // they do so at one point, and no other one was finite
+  bool stops_early = false;  // they do so where a solve was stopped early, as warn says
 };
 
-/// Takes about `seconds`, and says what it has left out for lack of time.
+/// What solves that are stopped early have left is no fault of a gradient: where one was, and quotients and gradient
+/// differ, `wrong` is what they come to where those solves are done. Takes about `seconds`, or there again, and says
+/// what it has left out for lack of time.
 RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds);
 
 }  // namespace dpde::analysis

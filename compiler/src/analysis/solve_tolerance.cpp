@@ -53,6 +53,18 @@ std::optional<Found> gradient_with(const SourceFile& source, const driver::Compi
 
 }  // namespace
 
+driver::CompileOptions with_solves_done(const driver::Compiled& compiled) {
+  SolveBy by = compiled.problem->scheme.solve;
+  by.method = SolveMethod::automatic;
+  by.tolerance = std::min(by.tolerance, SolveBy{}.tolerance);
+  by.most_iterations = std::max(by.most_iterations, enough_iterations);
+  by.warns = false;
+  driver::CompileOptions options = compiled.options;
+  options.selection.overrides["solve"] = model::print(by);
+  options.after = {};
+  return options;
+}
+
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
                                                    const std::shared_ptr<const driver::Compiled>& compiled,
                                                    const CertifyOptions& options) {

@@ -29,4 +29,8 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
                                                    const std::shared_ptr<const driver::Compiled>& compiled,
                                                    const CertifyOptions& options);
 
+/// The same compilation with solves that go on to 1e-12, and are errors where they do not come there; of a problem.
+/// What the text of a hand-written program says of its solves stays.
+driver::CompileOptions with_solves_done(const driver::Compiled& compiled);
+
 }  // namespace dpde::analysis

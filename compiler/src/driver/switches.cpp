@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "adjoint/rules.h"
-#include "model/switches.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/jumps.h"
@@ -104,6 +104,24 @@ std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stenc
   return std::nullopt;
 }
 
+/// Where it is hand-written; else nullptr.
+const stencil::Program* written_step(const Compiled& compiled) {
+  return compiled.problem->program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
+}
+
+model::Influence influence_in(const Compiled& compiled) {
+  const stencil::Program* step = written_step(compiled);
+  return model::Influence(*compiled.problem, step ? reading_of(compiled.stencil, *step) : model::Reading{});
+}
+
+std::vector<model::Jump> jumps_by(const Compiled& compiled, const model::Influence& influence) {
+  std::vector<model::Jump> jumps = model::jumps_of(*compiled.problem, influence);
+  const stencil::Program* step = written_step(compiled);
+  std::optional<model::Jump> of_step = step ? jump_of_program(compiled, *step, influence) : std::nullopt;
+  if (of_step) jumps.push_back(std::move(*of_step));
+  return jumps;
+}
+
 /// Whether all that moves it are parameters, which a scene without a task has no need to seek.
 bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
   return std::ranges::all_of(jump.movers, [&](const std::string& name) { return problem.find_param(name) != nullptr; });
@@ -111,24 +129,23 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
 
 }  // namespace
 
+std::vector<model::Jump> jumps_of(const Compiled& compiled) {
+  if (!compiled.problem || !compiled.problem->task) return {};
+  return jumps_by(compiled, influence_in(compiled));
+}
+
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   if (!compiled.problem || !compiled.problem->task || options.by_everything) return;
   const model::Problem& problem = *compiled.problem;
   const model::Task& task = *problem.task;
-  const stencil::Program* program =
-      problem.program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
-  const model::Influence influence(problem, program ? reading_of(compiled.stencil, *program) : model::Reading{});
+  const model::Influence influence = influence_in(compiled);
   for (const model::OnlySwitching& found : only_switching(problem, influence)) {
     const model::Unknown& unknown = task.unknowns[found.unknown];
     if (!task.certifies) report(task, found, sink);
     if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
   }
   if ((options.takes_jumps && !task.certifies) || sink.has_errors()) return;
-  std::vector<model::Jump> jumps = jumps_of(problem, influence);
-  if (program) {
-    if (std::optional<model::Jump> jump = jump_of_program(compiled, *program, influence)) jumps.push_back(*jump);
-  }
-  for (const model::Jump& jump : jumps) {
+  for (const model::Jump& jump : jumps_by(compiled, influence)) {
     const bool is_left_out = task.certifies && is_by_parameters(problem, jump);
     for (const std::string& mover : jump.movers) {
       if (is_left_out) compiled.activity.params.erase(mover);

@@ -24,19 +24,21 @@ class Converter {
   Piecewise::Id convert(const Expr& e);
   const Piecewise& formula() const { return formula_; }
   /// What the switch hangs on.
-  std::set<std::string> movers_of(Piecewise::Id id) const;
+  std::set<std::string> movers_of(Piecewise::Id id);
 
  private:
   using Id = Piecewise::Id;
   Id convert_new(const Expr& e);
   Id local(const std::string& name);
   Id symbol(const Expr& e, const Piecewise::Symbol& symbol);
-  bool moves(const Expr& e) const { return !names_in(e).empty(); }
-  std::set<std::string> names_in(const Expr& e) const;
+  bool moves(const Expr& e) { return !names_in(e).empty(); }
+  std::set<std::string> names_in(const Expr& e);
+  const std::set<std::string>& names_in_let(const std::string& name);
 
   const Movement& movement_;
   std::map<std::string, Expr> lets_;
   std::map<std::string, Id> known_lets_;
+  std::map<std::string, std::set<std::string>> names_of_lets_;
   std::map<const Node*, Id> known_;
   std::map<Id, Expr> sources_;
   std::vector<std::pair<Expr, Id>> symbols_;
@@ -44,7 +46,7 @@ class Converter {
 };
 
 /// Of what moves.
-std::set<std::string> Converter::names_in(const Expr& e) const {
+std::set<std::string> Converter::names_in(const Expr& e) {
   std::set<std::string> names;
   const auto add = [&](const std::string& name) {
     if (movement_.moves(name)) names.insert(name);
@@ -54,12 +56,21 @@ std::set<std::string> Converter::names_in(const Expr& e) const {
     if (const auto* access = std::get_if<Access>(&part->kind)) add(access->field);
     if (const auto* interp = std::get_if<Interp>(&part->kind)) add(interp->field);
     const auto* local = std::get_if<Local>(&part->kind);
-    if (local && lets_.contains(local->name)) names.merge(names_in(lets_.at(local->name)));
+    if (local == nullptr || !lets_.contains(local->name)) return;
+    const std::set<std::string>& of_let = names_in_let(local->name);
+    names.insert(of_let.begin(), of_let.end());
   });
   return names;
 }
 
-std::set<std::string> Converter::movers_of(Piecewise::Id id) const {
+/// Once for each let: each of a chain may stand in the next one twice.
+const std::set<std::string>& Converter::names_in_let(const std::string& name) {
+  const auto found = names_of_lets_.find(name);
+  if (found != names_of_lets_.end()) return found->second;
+  return names_of_lets_.emplace(name, names_in(lets_.at(name))).first->second;
+}
+
+std::set<std::string> Converter::movers_of(Piecewise::Id id) {
   const Expr& e = sources_.at(id);
   const auto* select = std::get_if<Select>(&e->kind);
   return names_in(select ? select->condition : e);

@@ -11,7 +11,9 @@
 #include "model/from_ast/parts.h"
 #include "model/uses.h"
 #include "support/assert.h"
+#include "support/match.h"
 #include "syntax/calls.h"
+#include "syntax/item_kinds.h"
 
 namespace dpde::model {
 
@@ -47,23 +49,50 @@ const Origin* change_in_time(const Problem& problem) {
   return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
 }
 
-/// Where a kernel that the program runs, or one of its sides, takes the time.
-std::optional<Origin> time_in_program(const Draft& draft) {
-  std::optional<Origin> found;
-  for (const auto& [run, range] : items_of<ast::RunItem>(draft.program->items)) {
-    const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
-    for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
-      if (kernel->parameters[i].name.name == "t") found = Origin{kernel->parameters[i].name.range};
-    }
-  }
-  for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
-    for (const ast::BoundarySide& side : fill.sides) {
-      ast::for_each_name(side.value, [&](const std::string& name) {
-        if (name == "t") found = Origin{side.value.range()};
-      });
-    }
-  }
+using PlaceInText = std::optional<Origin>;
+
+PlaceInText time_in(const ast::Expr& e) {
+  PlaceInText found;
+  ast::for_each_name(e, [&](const std::string& name) {
+    if (name == "t") found = Origin{e.range()};
+  });
   return found;
+}
+
+PlaceInText time_in(const Draft& draft, const ast::RunItem& run) {
+  const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
+  for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
+    if (kernel->parameters[i].name.name == "t") return Origin{kernel->parameters[i].name.range};
+  }
+  return std::nullopt;
+}
+
+/// What `place_in` finds in the first of these that has it.
+template <class Parts, class PlaceIn>
+PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
+  for (const auto& part : parts) {
+    if (const PlaceInText found = place_in(part)) return found;
+  }
+  return std::nullopt;
+}
+
+/// Where the lines of a program, or of a block in it, take the time: kernels that are run, sides and multipliers.
+PlaceInText time_in(const Draft& draft, const std::vector<ast::Item>& items) {
+  return first_place(items, [&](const ast::Item& item) {
+    return match(
+        item.kind, [&](const ast::RunItem& run) { return time_in(draft, run); },
+        [](const ast::FillItem& fill) {
+          return first_place(fill.sides, [](const ast::BoundarySide& side) { return time_in(side.value); });
+        },
+        [](const ast::TransformItem& transform) {
+          return first_place(transform.terms, [](const ast::TransformItem::Term& term) { return time_in(term.by); });
+        },
+        [&](const ast::RepeatItem& repeat) { return time_in(draft, repeat.items); },
+        [&](const ast::SolveItem& solve) { return time_in(draft, solve.items); },
+        [](const ast::OneOf<ast::ReduceItem, ast::SwapItem, ast::StackItem, ast::KeepItem, ast::AxesItem,
+                            ast::ApplyItem> auto&) { return PlaceInText(); },
+        [](const ast::OutsidePrograms auto&) { return PlaceInText(); });
+  });
 }
 
 void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {
@@ -87,7 +116,7 @@ void check_task(Draft& draft, const Task& task) {
              "the steady state does not depend on where the run begins; leave until steady out");
   }
   const Origin* change = change_in_time(problem);
-  const std::optional<Origin> in_program = draft.program ? time_in_program(draft) : std::nullopt;
+  const PlaceInText in_program = draft.program ? time_in(draft, draft.program->items) : std::nullopt;
   if (change != nullptr || in_program)
     refuse(draft, change != nullptr ? *change : *in_program, "a step that depends on time",
            "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
