@@ -120,10 +120,14 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     loss_value = std::numeric_limits<double>::quiet_NaN();  // as little a result as of states that are not finite
 }
 
+/// Of the whole grid, so that all ranks say the same.
 bool Rollout::Impl::has_grown_beyond_reason(const StateBuffer& state) const {
+  const auto magnitude = [&](const void* base) {
+    return largest_of(setup.ranks, largest_magnitude(setup.layout, base));
+  };
   for (size_t s = 0; s < state.size(); ++s) {
-    const double now = largest_magnitude(setup.layout, state[s]);
-    if (grows_beyond_reason(largest_magnitude(setup.layout, buffers.front()[s]), now)) return true;
+    const double before = magnitude(buffers.front()[s]), now = magnitude(state[s]);
+    if (grows_beyond_reason(before, now)) return true;
   }
   return false;
 }
