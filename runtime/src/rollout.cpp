@@ -64,12 +64,12 @@ void Rollout::Impl::bind_buffers(BoundStep& step, const StateBuffer& from, const
   for (size_t i = 0; i < to.size(); ++i) step.program.executor.bind(step.next[i], to[i]);
 }
 
-/// A solve that finds nothing says in which step.
-void Rollout::Impl::run_in_step(Executor& executor, int n) const {
+/// A solve that finds nothing says in which step, and when the part of it begins that it belongs to.
+void Rollout::Impl::run_in_step(Executor& executor, int n, double begin) const {
   try {
     executor.run();
   } catch (Unsolved& error) {
-    error.set_place(n + 1, setup.steps, time(n));
+    error.set_place(n + 1, setup.steps, time(n) + begin);
     throw;
   }
 }
