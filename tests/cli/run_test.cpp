@@ -145,10 +145,12 @@ TEST_F(RunCommand, SavesAtOtherSignalsToo) {
 TEST_F(RunCommand, LeavesSignalsThatAreIgnored) {
   write("rod.dpde", rod_text);
   for (const std::string signal : {"INT", "HUP"}) {
-    const Outcome run = shell("env --ignore-signal=" + signal +
-                              " $DPDE run rod.dpde --set end=2e4 --json --checkpoint-every 1000 --out o" + signal +
-                              " & run=$!; for i in $(seq 6000); do [ -s o" + signal +
-                              "/rod.restart ] && break; sleep 0.01; done; kill -" + signal + " $run; wait $run");
+    const Outcome run = shell(
+        "env --ignore-signal=" + signal + " $DPDE run rod.dpde --set end=2e4 --json --checkpoint-every 1000 --out o" +
+        signal + " & run=$!; for i in $(seq 6000); do [ -s o" + signal +
+        "/rod.restart ] && break; sleep 0.01; done; { grep -q '^State:.[^Z]' /proc/$run/status && kill -" + signal +
+        " $run; } || { wait $run; exit 99; }; wait $run");
+    EXPECT_NE(run.status, 99) << "the run was over before the signal: " << run.err;
     EXPECT_EQ(run.status, 0) << run.err;
     EXPECT_EQ(run.json()["time"], 2e4);
   }
