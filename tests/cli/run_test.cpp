@@ -218,6 +218,22 @@ scene two : m { grid x = 0 .. 1, cells 4, periodic; initial u = 2; observe size 
   EXPECT_EQ(first_of("u.npy"), 1);
 }
 
+/// Nor is anything lost where two models have scenes of one name; one model is one, however it is called.
+TEST_F(RunCommand, ScenesOfOneNameShareAFolder) {
+  const auto model_of = [](const std::string& value) {
+    return "model m { field u; dt(u) = 0*u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = " + value +
+           "; time 0 .. 1, step 0.5 }\n";
+  };
+  write("a.dpde", model_of("1"));
+  write("b.dpde", model_of("2"));
+  for (const std::string call : {"a.dpde s", "./a.dpde", "b.dpde s", "a.dpde", "b.dpde s"})
+    ASSERT_EQ(dpde("run " + call + " --out o").status, 0) << call;
+  const auto first_of = [&](const std::string& file) { return values_of(path("o/" + file)).at(0); };
+  EXPECT_EQ(first_of("u.npy"), 2);
+  EXPECT_EQ(first_of("s_u.npy"), 1);
+  EXPECT_EQ(first_of("b_s_u.npy"), 2);
+}
+
 using CheckCommand = Command;
 
 TEST_F(CheckCommand, CountsBytesOrdersAndMemory) {

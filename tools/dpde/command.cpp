@@ -124,6 +124,12 @@ std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   return cache;
 }
 
+std::string Job::name() const {
+  if (!options_.name.empty() || !compiled_ || !compiled_->problem) return options_.name;
+  const model::Problem& problem = *compiled_->problem;
+  return problem.task ? problem.task->name : problem.scene;
+}
+
 SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }
 
 /// Of a solve its equation, of parts that are not short enough the line that asks for them.
