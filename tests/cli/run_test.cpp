@@ -196,6 +196,9 @@ TEST_F(RunCommand, CodeForFewerInstructions) {
     }
   }
   EXPECT_NE(shell("DPDE_ISA=portable $DPDE --version").out.find(", portable\n"), std::string::npos);
+  const Outcome unknown = shell("DPDE_ISA=AVX2 $DPDE run rod.dpde rod --quiet");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_NE(unknown.err.find("set it to portable, avx2 or avx512"), std::string::npos) << unknown.err;
 }
 
 /// u.npy is of the last scene; that of another keeps its values under its scene's name.
