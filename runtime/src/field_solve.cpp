@@ -105,14 +105,21 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   fail(why_not_, none);
 }
 
-/// The advice is found where somebody asks for it: a search that goes on with a shorter step does not.
+/// The advice is found where somebody asks for it: a search that goes on with a shorter step does not. Copies of the
+/// exception share the system.
 void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
-  throw Unsolved({.text = fmt::format("solve for {}: {}", name_, why),
-                  .method = std::string(name_of(report.method)),
-                  .residual = report.residual,
-                  .advice = [matrix = matrix_, options = options_, right = right_, report] {
-                    return advice_on(matrix, options, right, report);
-                  }});
+  struct System {
+    StencilMatrix matrix;
+    SolveOptions options;
+    std::vector<double> right;
+    SolveReport report;
+  };
+  const auto system = std::make_shared<const System>(System{matrix_, options_, right_, report});
+  throw Unsolved(
+      {.text = fmt::format("solve for {}: {}", name_, why),
+       .method = std::string(name_of(report.method)),
+       .residual = report.residual,
+       .advice = [system] { return advice_on(system->matrix, system->options, system->right, system->report); }});
 }
 
 /// Tapes name solvers by where they are, so that none may outlive its solver.

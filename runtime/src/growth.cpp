@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "dpde/runtime/communicator.h"
+
 namespace dpde {
 
 namespace {
@@ -25,8 +27,10 @@ std::vector<double> one_step_further(Engine& engine, const std::vector<void*>& e
   }
   const bool ends = further.run().blow_up.has_value();
   std::vector<double> result;
-  for (const void* const last : further.final_states())
-    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest_magnitude(layout, last));
+  for (const void* const last : further.final_states()) {
+    const double largest = largest_of(engine.options().ranks, largest_magnitude(layout, last));
+    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest);
+  }
   return result;
 }
 
@@ -51,8 +55,10 @@ std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before
                                int steps, double t, double suspicious) {
   std::vector<Growth> result;
   std::vector<double> further;
+  Communicator* const ranks = engine.options().ranks;  // of the whole grid: all of them look further, or none
   for (std::size_t s = 0; s < engine.states().size(); ++s) {
-    const Growth growth{engine.states()[s].name, before[s], largest_magnitude(engine.workspace().layout(), end[s])};
+    const Growth growth{engine.states()[s].name, largest_of(ranks, before[s]),
+                        largest_of(ranks, largest_magnitude(engine.workspace().layout(), end[s]))};
     if (growth.before == 0 || growth.after <= suspicious * growth.before) continue;
     if (growth.is_beyond_reason()) {
       result.push_back(growth);

@@ -64,12 +64,12 @@ void Rollout::Impl::bind_buffers(BoundStep& step, const StateBuffer& from, const
   for (size_t i = 0; i < to.size(); ++i) step.program.executor.bind(step.next[i], to[i]);
 }
 
-/// A solve that finds nothing says in which step.
-void Rollout::Impl::run_in_step(Executor& executor, int n) const {
+/// A solve that finds nothing says in which step, and when the part of it begins that it belongs to.
+void Rollout::Impl::run_in_step(Executor& executor, int n, double begin) const {
   try {
     executor.run();
   } catch (Unsolved& error) {
-    error.set_place(n + 1, setup.steps, time(n));
+    error.set_place(n + 1, setup.steps, time(n) + begin);
     throw;
   }
 }
@@ -120,10 +120,14 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     loss_value = std::numeric_limits<double>::quiet_NaN();  // as little a result as of states that are not finite
 }
 
+/// Of the whole grid, so that all ranks say the same.
 bool Rollout::Impl::has_grown_beyond_reason(const StateBuffer& state) const {
+  const auto magnitude = [&](const void* base) {
+    return largest_of(setup.ranks, largest_magnitude(setup.layout, base));
+  };
   for (size_t s = 0; s < state.size(); ++s) {
-    const double now = largest_magnitude(setup.layout, state[s]);
-    if (grows_beyond_reason(largest_magnitude(setup.layout, buffers.front()[s]), now)) return true;
+    const double before = magnitude(buffers.front()[s]), now = magnitude(state[s]);
+    if (grows_beyond_reason(before, now)) return true;
   }
   return false;
 }

@@ -338,7 +338,7 @@ void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& 
   bind_totals(n);
   bind_reverse(state, bar);
   if (part + 1 == parts && (setup.steady > 0 || has_losses(n + 1))) prepare_seeds();
-  run_in_step(backward->program.executor, n);
+  run_in_step(backward->program.executor, n, part_at(n, part, parts).begin);
   after_reverse(n);
 }
 

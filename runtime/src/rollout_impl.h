@@ -217,7 +217,7 @@ struct Rollout::Impl {
   void update_weights();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
-  void run_in_step(Executor& executor, int n) const;
+  void run_in_step(Executor& executor, int n, double begin = 0) const;
   void run_at_state(Executor& executor, int k) const;
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   static void bind_buffers(BoundStep& step, const StateBuffer& from, const StateBuffer& to);

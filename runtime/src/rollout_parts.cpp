@@ -56,7 +56,7 @@ void Rollout::Impl::begin_record(int first) {
 void Rollout::Impl::part_of_step(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to) {
   bind_buffers(*forward, from, to);
   set_part(forward->program, n, part);
-  run_in_step(forward->program.executor, n);
+  run_in_step(forward->program.executor, n, part.begin);
   ++parts_made;
 }
 

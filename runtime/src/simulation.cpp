@@ -15,6 +15,7 @@
 namespace dpde {
 namespace {
 
+constexpr double suspicious_growth = 1e8;
 constexpr int look_interval = 64;  // steps between looks for values that are not finite: under 1 % of the time
 
 template <class T>
@@ -167,6 +168,8 @@ void Simulation::Impl::begin_stepping() {
   began.clear();
   for (std::size_t s = 0; s < engine.states().size(); ++s)
     began.push_back(largest_magnitude(engine.workspace().layout(), stepper.present()[s]));
+  judged.assign(began.size(), 0.0);
+  grown.clear();
   has_begun = true;
   reached = looked_at = 0;
 }
@@ -196,13 +199,23 @@ std::string Simulation::Impl::text_of(const Growth& growth, int steps) const {
       growth.state, growth.before, growth.after, steps, steps == 1 ? "" : "s", engine.scene().step);
 }
 
-void Simulation::Impl::look_for_growth(const std::vector<double>& before, const std::vector<void*>& end, int steps,
-                                       double t) {
-  grown.clear();
-  for (const Growth& growth : growths_of(engine, before, end, steps, t)) {
-    if (growth.is_beyond_reason()) throw NotFinite(text_of(growth, steps));
-    grown += (grown.empty() ? "" : "; ") + text_of(growth, steps);
+void Simulation::Impl::look_for_growth() {
+  const std::vector<void*>& present = engine.stepper().present();
+  std::vector<double> far(present.size(), 0.0);
+  bool is_judged = true;
+  for (std::size_t s = 0; s < far.size(); ++s) {
+    const double now = largest_magnitude(engine.workspace().layout(), present[s]);
+    if (began[s] > 0 && now > suspicious_growth * began[s]) far[s] = now;
+    const bool is_known = judged[s] > 0 ? far[s] > 0 && far[s] <= suspicious_growth * judged[s] : far[s] == 0;
+    is_judged = is_judged && is_known;
   }
+  if (is_judged) return;
+  grown.clear();
+  for (const Growth& growth : growths_of(engine, began, present, reached, time(), suspicious_growth)) {
+    if (growth.is_beyond_reason()) throw NotFinite(text_of(growth, reached));
+    grown += (grown.empty() ? "" : "; ") + text_of(growth, reached);
+  }
+  judged = far;
 }
 
 bool Simulation::Impl::advance(int count, bool look) {
@@ -239,10 +252,10 @@ double Simulation::Impl::observe(std::string_view name) {
 }
 
 bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
-  const int count = std::max(0, step - (has_begun ? reached : 0));
-  grown.clear();
+  begin_stepping();
+  const int count = std::max(0, step - reached);
   const auto ended = [&] {
-    look_for_growth(began, engine.stepper().present(), reached, time());
+    look_for_growth();
     return true;
   };
   if (!progress) return advance(count, true) && ended();

@@ -68,9 +68,9 @@ struct Simulation::Impl {
   bool advance(int count, bool look);
   bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
-  /// Into `grown` what a run that has ended at `end` has left far above `before`. @throws NotFinite where it is beyond
-  /// reason.
-  void look_for_growth(const std::vector<double>& before, const std::vector<void*>& end, int steps, double t);
+  /// Into `grown` what stepping has left far above where it began. That takes another step: a verdict is kept until a
+  /// state is as far above what was judged. @throws NotFinite where it is beyond reason.
+  void look_for_growth();
   void measure_start(Rollout& rollout);
   std::string text_of(const Growth& growth, int steps) const;
   double time() const { return engine.t_begin() + reached * engine.scene().step; }
@@ -89,6 +89,7 @@ struct Simulation::Impl {
   std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
   std::vector<double> began, start;  // largest magnitudes of the states that stepping, and losses, begin with
+  std::vector<double> judged;        // magnitudes for which `grown` holds; 0: not far above where stepping began
   std::string grown;                 // of the last run; "": nothing has
   bool is_running = false;
   bool has_begun = false;

@@ -145,10 +145,12 @@ TEST_F(RunCommand, SavesAtOtherSignalsToo) {
 TEST_F(RunCommand, LeavesSignalsThatAreIgnored) {
   write("rod.dpde", rod_text);
   for (const std::string signal : {"INT", "HUP"}) {
-    const Outcome run = shell("env --ignore-signal=" + signal +
-                              " $DPDE run rod.dpde --set end=2e4 --json --checkpoint-every 1000 --out o" + signal +
-                              " & run=$!; for i in $(seq 6000); do [ -s o" + signal +
-                              "/rod.restart ] && break; sleep 0.01; done; kill -" + signal + " $run; wait $run");
+    const Outcome run = shell(
+        "env --ignore-signal=" + signal + " $DPDE run rod.dpde --set end=2e4 --json --checkpoint-every 1000 --out o" +
+        signal + " & run=$!; for i in $(seq 6000); do [ -s o" + signal +
+        "/rod.restart ] && break; sleep 0.01; done; { grep -q '^State:.[^Z]' /proc/$run/status && kill -" + signal +
+        " $run; } || { wait $run; exit 99; }; wait $run");
+    EXPECT_NE(run.status, 99) << "the run was over before the signal: " << run.err;
     EXPECT_EQ(run.status, 0) << run.err;
     EXPECT_EQ(run.json()["time"], 2e4);
   }
@@ -194,6 +196,9 @@ TEST_F(RunCommand, CodeForFewerInstructions) {
     }
   }
   EXPECT_NE(shell("DPDE_ISA=portable $DPDE --version").out.find(", portable\n"), std::string::npos);
+  const Outcome unknown = shell("DPDE_ISA=AVX2 $DPDE run rod.dpde rod --quiet");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_NE(unknown.err.find("set it to portable, avx2 or avx512"), std::string::npos) << unknown.err;
 }
 
 /// u.npy is of the last scene; that of another keeps its values under its scene's name.
@@ -214,6 +219,22 @@ scene two : m { grid x = 0 .. 1, cells 4, periodic; initial u = 2; observe size 
   EXPECT_NE(back.out.find("o/u.npy of two is two_u.npy now\n"), std::string::npos) << back.out;
   EXPECT_EQ(first_of("two_u.npy"), 2);
   EXPECT_EQ(first_of("u.npy"), 1);
+}
+
+/// Nor is anything lost where two models have scenes of one name; one model is one, however it is called.
+TEST_F(RunCommand, ScenesOfOneNameShareAFolder) {
+  const auto model_of = [](const std::string& value) {
+    return "model m { field u; dt(u) = 0*u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = " + value +
+           "; time 0 .. 1, step 0.5 }\n";
+  };
+  write("a.dpde", model_of("1"));
+  write("b.dpde", model_of("2"));
+  for (const std::string call : {"a.dpde s", "./a.dpde", "b.dpde s", "a.dpde", "b.dpde s"})
+    ASSERT_EQ(dpde("run " + call + " --out o").status, 0) << call;
+  const auto first_of = [&](const std::string& file) { return values_of(path("o/" + file)).at(0); };
+  EXPECT_EQ(first_of("u.npy"), 2);
+  EXPECT_EQ(first_of("s_u.npy"), 1);
+  EXPECT_EQ(first_of("b_s_u.npy"), 2);
 }
 
 using CheckCommand = Command;

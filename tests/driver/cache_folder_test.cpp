@@ -76,6 +76,16 @@ TEST_F(CacheFolderTest, IsOnlyThisUsers) {
   EXPECT_EQ(fs::status(folder_).permissions(), fs::perms::owner_all);
 }
 
+/// Where users have groups of their own the umask lets groups write.
+TEST_F(CacheFolderTest, IsOnlyThisUsersWhateverTheUmask) {
+  const mode_t before = ::umask(002);
+  const auto cache = open_cache(folder_ / "above" / "cache");
+  ::umask(before);
+  EXPECT_NE(cache, nullptr);
+  for (const fs::path& part : {folder_, folder_ / "above", folder_ / "above" / "cache"})
+    EXPECT_EQ(fs::status(part).permissions(), fs::perms::owner_all) << part;
+}
+
 TEST_F(CacheFolderTest, ThrowsAwayEntriesWithAnyByteChanged) {
   open()->store("key", "some code");
   const fs::path file = files().at(0);

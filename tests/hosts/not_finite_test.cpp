@@ -104,6 +104,13 @@ task fit : rod { unknown D from 0.05; minimise mean(u^2) at t = 1 }
   sim.reset();
   sim.run();
   EXPECT_NE(sim.growth().find("u has grown from 1 to "), std::string::npos) << sim.growth();
+  sim.reset();
+  EXPECT_EQ(sim.growth(), "");
+  sim.run_to(0.9);
+  const std::string judged = sim.growth();
+  EXPECT_NE(judged.find(" in 360 steps"), std::string::npos) << judged;
+  sim.run_to(0.95);  // 4 times as large: no other verdict
+  EXPECT_EQ(sim.growth(), judged);
   sim.set("D", 0.01);
   sim.reset();
   sim.run();

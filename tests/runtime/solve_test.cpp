@@ -334,6 +334,11 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] * x[i] - x[i];
   };
   EXPECT_NE(refusal(square, 1).find("not linear"), std::string::npos) << "nothing of a one and of a zero";
+  const LinearImage cut_off = [](std::span<const double> x, std::span<double> y) {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = std::min(x[i], 2.0);
+  };
+  const std::vector<std::vector<double>> ones{std::vector<double>(35, 1.0)};
+  EXPECT_EQ(probe(cut_off, matrix.cells, matrix.periodic, {1, 1, 0}, 1e-16, "p").values, ones) << "no rounding";
   // Implicit steps near a turning point: what is left of terms that cancel has their rounding.
   const LinearImage cancelling = [](std::span<const double> x, std::span<double> y) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] - (1 - 3e-4) * x[i];

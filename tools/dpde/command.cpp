@@ -111,17 +111,23 @@ std::optional<driver::CompileOptions> Job::compile_options() {
 /// None is no reason to fail, but for a folder that was asked for.
 std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   if (options_.no_cache) return nullptr;
-  if (!options_.cache.empty() && !files::make_folder(options_.cache, sink_)) return nullptr;
   const std::filesystem::path folder =
       options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
   if (folder.empty()) return nullptr;
-  std::shared_ptr<codegen::CodeCache> cache = driver::open_cache(folder);
+  std::shared_ptr<codegen::CodeCache> cache = driver::open_cache(folder);             // makes it, for this user alone
+  if (!options_.cache.empty() && !files::make_folder(folder, sink_)) return nullptr;  // says why it cannot be made
   const std::string why = cache == nullptr ? driver::why_not_private(folder) : "";
   const auto is_told = [](const Diagnostic& told) { return told.kind->name == "cache-not-private"; };
   if (!why.empty() && std::ranges::none_of(sink_.all(), is_told))
     sink_.report("cache-not-private", {}, {folder.string(), why},
                  "chmod go-w takes their right to write; --cache DIR or DPDE_CACHE name another folder");
   return cache;
+}
+
+std::string Job::name() const {
+  if (!options_.name.empty() || !compiled_ || !compiled_->problem) return options_.name;
+  const model::Problem& problem = *compiled_->problem;
+  return problem.task ? problem.task->name : problem.scene;
 }
 
 SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }

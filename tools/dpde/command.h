@@ -46,6 +46,8 @@ class Job {
   const SourceFile& source() const { return source_; }
   DiagnosticSink& sink() { return sink_; }
   bool failed() const { return sink_.has_errors(); }
+  /// The task or scene that the command names, else the one that is run; "" before that is known.
+  std::string name() const;
   /// Where the task or scene that the command names is declared.
   SourceRange place() const;
   /// Where the solve was written that `error` comes from, else that place.

@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "command.h"
+#include "dpde/instruction_set.h"
 #include "interrupt.h"
 #include "verbs.h"
 #include "version.h"
@@ -38,6 +40,17 @@ std::string unknown_verb(const CLI::App& app, int argc, char** argv) {
   if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return "";
   const std::string nearest = dpde::nearest_name(argv[1], verbs);
   return fmt::format("there is no verb {}{}", argv[1], nearest.empty() ? "" : "; did you mean " + nearest + "?");
+}
+
+/// "" where $DPDE_ISA is not set or names instructions; those that the processor lacks are left to it.
+std::string unknown_instruction_set() {
+  using dpde::InstructionSet;
+  const char* const value = std::getenv("DPDE_ISA");
+  const std::string asked = value == nullptr ? "" : value;
+  for (const InstructionSet set : {InstructionSet::portable, InstructionSet::v3, InstructionSet::v4}) {
+    if (asked.empty() || asked == dpde::word_of(set)) return "";
+  }
+  return fmt::format("DPDE_ISA is {}: set it to portable, avx2 or avx512, or unset it", asked);
 }
 
 bool wants_json(int argc, char** argv) {
@@ -79,7 +92,8 @@ int main(int argc, char** argv) {
   add_lsp(app, status);
   add_completion(app, status);
   add_man(app, status);
-  const std::string unknown = unknown_verb(app, argc, argv);
+  std::string unknown = unknown_verb(app, argc, argv);
+  if (unknown.empty()) unknown = unknown_instruction_set();
   if (!unknown.empty()) return flushed(report_usage(unknown, wants_json(argc, argv)));
   try {
     app.parse(argc, argv);

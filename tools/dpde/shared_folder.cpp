@@ -18,7 +18,8 @@ namespace {
 /// The scene or task of a model file, and what its files begin with once they are another's.
 struct Owner {
   std::string model, name;
-  std::string prefix() const { return name.empty() ? fs::path(model).stem().string() : name; }
+  std::string stem() const { return fs::path(model).stem().string(); }
+  std::string prefix() const { return name.empty() ? stem() : name; }
   bool operator==(const Owner&) const = default;
 };
 
@@ -39,20 +40,46 @@ std::map<std::string, Owner> owners_in(const fs::path& record) {
   return owners;
 }
 
+/// The same for one file and scene, however they are called on the command line.
+Owner owner_now(const Job& job) {
+  std::error_code error;
+  const fs::path model = fs::weakly_canonical(job.options().file, error);
+  return {error ? job.options().file : model.string(), job.name()};
+}
+
+/// What `file`, which is the owner's, is called from now on: a name that nothing of others has, as another model's may
+/// that has a scene of the same name.
+std::string free_name(const fs::path& file, const Owner& owner, const std::map<std::string, Owner>& owners) {
+  const std::string name = owner.prefix() + "_" + file.filename().string();
+  std::string found = name;
+  const auto is_of_others = [&] {
+    std::error_code error;
+    const auto known = owners.find(found);
+    const bool is_own = known != owners.end() && known->second == owner;
+    return !is_own && fs::exists(fs::symlink_status(file.parent_path() / found, error));
+  };
+  if (is_of_others()) found = owner.stem() + "_" + name;
+  for (int number = 2; is_of_others(); ++number) found = fmt::format("{}_{}_{}", owner.stem(), number, name);
+  return found;
+}
+
 }  // namespace
 
 void keep_file_of_others(Job& job, const fs::path& file) {
   const fs::path record = file.parent_path() / ".dpde";
   std::map<std::string, Owner> owners = owners_in(record);
-  const Owner own{job.options().file, job.options().name};
+  const Owner own = owner_now(job);
   const auto known = owners.find(file.filename().string());
   std::error_code error;
   if (known != owners.end() && known->second == own) return;
   if (known != owners.end() && fs::exists(file, error)) {
-    const std::string kept = known->second.prefix() + "_" + file.filename().string();
+    const Owner other = known->second;
+    const std::string kept = free_name(file, other, owners);
     fs::rename(file, file.parent_path() / kept, error);
-    if (!error) job.say(fmt::format("{} of {} is {} now\n", file.string(), known->second.prefix(), kept));
-    owners[kept] = known->second;
+    if (!error) {
+      job.say(fmt::format("{} of {} is {} now\n", file.string(), other.prefix(), kept));
+      owners[kept] = other;
+    }
   }
   owners[file.filename().string()] = own;
   std::string text;

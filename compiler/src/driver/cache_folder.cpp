@@ -190,6 +190,16 @@ std::string why_open_to_others(const fs::path& folder, bool is_parent) {
   return is_shared && !(is_parent && is_sticky) ? "others may write to " + folder.string() : "";
 }
 
+/// Makes what is missing of a folder and its parents, each for this user alone whatever the umask is: code that this
+/// user will run lies there. What fails is seen where the folder is looked at.
+void make_private(const fs::path& folder) {
+  fs::path part;
+  for (const fs::path& name : folder) {
+    part /= name;
+    ::mkdir(part.c_str(), 0700);
+  }
+}
+
 }  // namespace
 
 std::string why_not_private(const fs::path& folder) {
@@ -207,10 +217,8 @@ std::string why_not_private(const fs::path& folder) {
 std::shared_ptr<codegen::CodeCache> open_cache(const fs::path& folder, std::uint64_t most_bytes) {
   const std::string who = identity();
   if (who.empty()) return nullptr;
+  make_private(folder);
   std::error_code error;
-  const bool is_new = !fs::exists(folder, error);
-  fs::create_directories(folder, error);
-  if (is_new) fs::permissions(folder, fs::perms::owner_all, error);  // code that this user will run
   if (!fs::is_directory(folder, error) || !why_not_private(folder).empty()) return nullptr;
   return std::make_shared<CacheFolder>(folder, who, most_bytes);
 }

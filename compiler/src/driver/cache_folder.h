@@ -4,8 +4,7 @@
 //  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not
 //    at all; what is damaged, of another key, or open to other users' hands is not used, and thrown away where it can.
 //  - What is found is run: nobody but this user and root may be able to write to the folder, to what lies above it, or
-//  to
-//    an entry.
+//    to an entry.
 //  - Code of another dpde is never found: the identity of this executable and of the processor are part of every key.
 //  - When all entries together exceed the limit, those go that were not used for the longest time.
 #pragma once

@@ -33,18 +33,22 @@ std::vector<double> arbitrary(std::size_t count) {
   return values;
 }
 
-/// Of differences that cancel, as in one cell, nothing is left but for what rounding leaves. That is twice as large for
-/// values twice as large, but not three or five times. Such rows are 0.
+/// Of differences that cancel, as in one cell, nothing is left but for what rounding leaves. That is multiplied by
+/// powers of two exactly, but not by three or five. Such rows are 0.
 void drop_rounding(const Image& image, DenseMatrix& matrix, std::size_t cells) {
   const std::vector<double> values = cells == 1 ? std::vector<double>{1.0} : arbitrary(cells);
-  const std::vector<double> once = image_of(image, values, 1), twice = image_of(image, values, 2);
+  const std::vector<double> once = image_of(image, values, 1);
   std::vector<bool> is_rounding(cells, false);
   for (const double factor : {3.0, 5.0, 7.0, 11.0, 13.0}) {
     const std::vector<double> made = image_of(image, values, factor);
     for (std::size_t row = 0; row < cells; ++row) {
       const bool is_off = std::abs(made[row] - factor * once[row]) > 1e-3 * std::abs(factor * once[row]);
-      is_rounding[row] = is_rounding[row] || (is_off && twice[row] == 2 * once[row]);
+      is_rounding[row] = is_rounding[row] || is_off;
     }
+  }
+  for (const double power : {2.0, 4.0, 8.0, 16.0}) {
+    const std::vector<double> made = image_of(image, values, power);
+    for (std::size_t row = 0; row < cells; ++row) is_rounding[row] = is_rounding[row] && made[row] == power * once[row];
   }
   constexpr double near = 8;  // roundings of neighbouring rows
   double level = 0;

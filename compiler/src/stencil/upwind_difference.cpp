@@ -71,7 +71,7 @@ struct Towards1 {
                   select(binary(BinaryOp::less, size, std::exp2(below)), std::exp2(by_below), 1.0));
   }
 };
-/// One after the other they bring sizes of f32 from 2^-117 on between 2^-6 and 2^5, so that no power of them that
+/// One after the other they bring sizes of f32 from 2^-117 on between 2^-6 and 2^6, so that no power of them that
 /// derivatives hold leaves the range; the product of all is a number.
 constexpr Towards1 scale_steps[] = {{48, -80, -48, 80}, {16, -32, -16, 32}, {5, -11, -5, 11}};
 

@@ -110,18 +110,22 @@ std::vector<double> image_of(const LinearImage& image, std::span<const double> v
 }
 
 /// Which rows are nothing but rounding, as those of differences that cancel: in cells that are cut off from all others,
-/// and where an axis has one cell. Such a value is twice as large for values twice as large, but not three or five
-/// times; of an operator that is not linear either both are true or none.
+/// and where an axis has one cell. Rounding is multiplied by powers of two exactly, whatever the size of what cancels,
+/// but not by three or five. What an operator makes that is not linear, as min(v, 2), is not: not by all these powers.
 std::vector<bool> rows_of_rounding(const LinearImage& image, size_t size) {
   std::vector<bool> is_rounding(size, false);
   const std::vector<double> values = size == 1 ? std::vector<double>{1.0} : arbitrary(size);
-  const std::vector<double> once = image_of(image, values, 1), twice = image_of(image, values, 2);
+  const std::vector<double> once = image_of(image, values, 1);
   for (const double factor : {3.0, 5.0, 7.0, 11.0, 13.0}) {
     const std::vector<double> made = image_of(image, values, factor);
     for (size_t i = 0; i < size; ++i) {
       const bool is_off = std::abs(made[i] - factor * once[i]) > 1e-3 * std::abs(factor * once[i]);
-      is_rounding[i] = is_rounding[i] || (is_off && twice[i] == 2 * once[i]);
+      is_rounding[i] = is_rounding[i] || is_off;
     }
+  }
+  for (const double power : {2.0, 4.0, 8.0, 16.0}) {
+    const std::vector<double> made = image_of(image, values, power);
+    for (size_t i = 0; i < size; ++i) is_rounding[i] = is_rounding[i] && made[i] == power * once[i];
   }
   return is_rounding;
 }

@@ -11,7 +11,7 @@
 
 namespace dpde {
 
-/// `failed`: what the method of `options` has met.
+/// `failed`: what the method of `options` has met. "" on more cells than methods are tried on.
 std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
                       const SolveReport& failed);
 

@@ -98,6 +98,7 @@ class Scene:
         self._places.update({name: (_core.INITIAL, self.shape) for name in self.states})
         self._places.update({name: (_core.PARAM, ()) for name in self.params})
         self._sets = collections.Counter()  # how often each name was set
+        self._told_growth = ""
 
     def __repr__(self):
         axes = " x ".join(str(n) for n in reversed(self.shape)) or "no"
@@ -241,6 +242,7 @@ class Scene:
     def reset(self):
         """The initial state becomes the present one."""
         self._core.reset()
+        self._told_growth = ""
 
     def step(self, count=1):
         while count > 64:  # Ctrl-C ends it between two parts
@@ -254,15 +256,16 @@ class Scene:
         self._warn_of_growth()
 
     def _warn_of_growth(self):
-        """Of the last run, as the command does."""
+        """Of the last run, as the command does; once of each verdict."""
         text = self._core.growth()
-        if text:
+        is_new, self._told_growth = text != self._told_growth, text
+        if text and is_new:
             warnings.warn(CompilerWarning(text, [Message("W0801", "warning", text, "", 0, 0, "")]), stacklevel=3)
 
     def run(self, values=None, /, *, until=None, progress=None, every=64, **named):
         """From the initial state, with these values: run(u=u0, nu=0.01)."""
         self.assign(values, **named)
-        self._core.reset()
+        self.reset()
         self._core.run(until, _called(progress, every), every)
         self._warn_of_growth()
         return self.result()
