@@ -157,7 +157,7 @@ Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, c
   };
   const Expr on_wall = times(minus(1.0, share), taken(is_low ? Along::lower : Along::upper)),
              inside = times(share, taken(is_low ? Along::upper : Along::lower));
-  return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(Along::linear), origin);
+  return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(Along::linear));
 }
 
 /// Beside a wall with a slope, across a stretched axis: the halo has that slope over a cell as wide as the map has it
@@ -177,16 +177,15 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
     const Expr first = place_after(along, number_of_axis, 0.5);
     const Expr share = binary(BinaryOp::divide, minus(first, larger(place, along.low)),
                               times(h, value_at(slope, along.low)));  // of the halo's value
-    value =
-        select(binary(BinaryOp::less, place, first),
-               plus(times(share, taken(Along::lower)), times(minus(1.0, share), taken(Along::upper))), value, origin);
+    value = select(binary(BinaryOp::less, place, first),
+                   plus(times(share, taken(Along::lower)), times(minus(1.0, share), taken(Along::upper))), value);
   }
   if (condition_of(sides.high.kind).gives_slope()) {
     const Expr last = place_before(along, number_of_axis, 0.5);
     const Expr share =
         binary(BinaryOp::divide, minus(smaller(place, along.high), last), times(h, value_at(slope, along.high)));
     value = select(binary(BinaryOp::less, place, last), value,
-                   plus(times(minus(1.0, share), taken(Along::lower)), times(share, taken(Along::upper))), origin);
+                   plus(times(minus(1.0, share), taken(Along::lower)), times(share, taken(Along::upper))));
   }
   return value;
 }
