@@ -115,8 +115,9 @@ TEST_F(DeepNesting, EndsInEveryPlace) {
   for (const Kind& kind : kinds()) {
     if (!kind.by_day && !is_thorough()) continue;
     write("deep.dpde", scene_of(kind));
-    for (const std::string command : {"check deep.dpde s --no-cache", "run deep.dpde s --quiet",
-                                      "run deep.dpde s --quiet --backend interpreter", "gradient deep.dpde t"}) {
+    for (const std::string command :
+         {"check deep.dpde s --no-cache", "run deep.dpde s --quiet", "run deep.dpde s --quiet --backend interpreter",
+          "gradient deep.dpde t --force"}) {
       const Outcome outcome = shell("timeout 60 $DPDE " + command);
       EXPECT_LT(outcome.status, 2) << kind.name << ": " << command << "\n" << outcome.err;
     }
@@ -137,7 +138,7 @@ task t : s { unknown initial u from 0.3; minimise mean(u^2) at t = 0.2 }
     texts.push_back(fmt::format(fmt::runtime(kernel), lets_of(next)) + scene);
   for (const std::string& text : texts) {
     write("lets.dpde", text);
-    const Outcome outcome = shell("timeout 60 $DPDE gradient lets.dpde t");
+    const Outcome outcome = shell("timeout 60 $DPDE gradient lets.dpde t --force");
     EXPECT_EQ(outcome.status, 0) << text << outcome.err;
   }
 }

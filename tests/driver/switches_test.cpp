@@ -53,6 +53,34 @@ void expect_codes(const std::vector<Case>& cases) {
 }
 
 /// v depends on a and b smoothly, so that a switch of them in u jumps beside; where nothing else depends on q it is
+/// As users write limiters, fluxes and phase changes: branches that meet, some where a root or a parameter's sign ends
+/// the domain.
+TEST(Switches, FormulasOfTheFieldAreTaken) {
+  const auto scene = [](const std::string& declarations, const std::string& rate) {
+    return refusal(declarations + "\nmodel m { field u, v; param k = 0.7; dt(u) = " + rate +
+                   "; dt(v) = -v + 0*k }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n initial u = 0.5 + "
+                   "0.4*sin(2*pi*x); initial v = 1; time 0 .. 0.1, step 0.01 }\n"
+                   "task t : s { unknown k; unknown initial u; minimise mean(u^2) }\n");
+  };
+  EXPECT_EQ(
+      scene("operator r(u, k) order 1 = -k*if((u[+1] - u)*(u - u[-1]) <= 0, 0, if(abs(u[+1] - u) < abs(u - u[-1]), "
+            "u[+1] - u, u - u[-1]))/hx",
+            "r(u, k)"),
+      "");
+  EXPECT_EQ(scene("function g(a, b) = if(a > b, if(a + b > 0, a^2/2, b^2/2), if(a > 0, a^2/2, if(b < 0, b^2/2, 0)))\n"
+                  "operator r(u, k) order 1 = -k*(g(u, u[+1]) - g(u[-1], u))/hx",
+                  "r(u, k)"),
+            "");
+  EXPECT_EQ(scene("function hll(sl, sr, fl, fr, a, b) = if(sl >= 0, fl, if(sr <= 0, fr, (sr*fl - sl*fr + sl*sr*(b - "
+                  "a))/(sr - sl)))\nfunction f(a, p, b, q) = hll(min(a - sqrt(p), b - sqrt(q)), max(a + sqrt(p), b + "
+                  "sqrt(q)), a^2, b^2, a, b)\n"
+                  "operator r(u, v) order 1 = (f(u, v, u[+1], v[+1]) - f(u[-1], v[-1], u, v))/hx",
+                  "-0.01*r(u, v) - k*u"),
+            "");
+  EXPECT_EQ(scene("function T(H, L) = if(H < 0, H/2, if(H > L, (H - L)/2, 0))", "0.01*lap(T(u - 0.5, 0.2*k))"), "");
+  EXPECT_EQ(scene("", "-k*if(u > 0.6, exp(-1/u), 0)"), "E0609");
+}
+
 /// alone.
 TEST(Switches, InEachSlotWhatJumpsIsRefused) {
   expect_codes({

@@ -105,6 +105,18 @@ Piecewise::Id Converter::param(const Expr& e, const std::string& name) {
     result.value = problem_.step;
   } else if (const Parameter* known = problem_.find_param(name); known && !problem_.find_control(name)) {
     result.value = known->value;
+    const auto& unknowns = problem_.task->unknowns;
+    const auto sought = std::ranges::find_if(unknowns, [&](const Unknown& unknown) {
+      return unknown.kind == Unknown::Kind::parameter && unknown.name == name && unknown.is_bounded();
+    });
+    if (sought != unknowns.end()) {
+      result.low = sought->low;
+      result.high = sought->high;
+    } else if (known->value > 0) {  // as a length or a rate: formulas are written for its sign
+      result.low = 0;
+    } else if (known->value < 0) {
+      result.high = 0;
+    }
   }
   return symbol(e, here, result);
 }

@@ -86,6 +86,7 @@ class JumpSearch {
   std::optional<Id> judge(double before, double behind);
   std::vector<bool> needed(const Look& look) const;
   bool is_defined(const Look& look, const std::vector<bool>& needed) const;
+  bool is_possible(double s) const;
 
   const Piecewise& formula_;
   std::vector<Id> switches_;
@@ -198,6 +199,16 @@ std::vector<bool> JumpSearch::needed(const Look& look) const {
   return result;
 }
 
+/// Whether all that moves is where it may be.
+bool JumpSearch::is_possible(double s) const {
+  for (std::size_t i = 0; i < formula_.symbols_.size(); ++i) {
+    const Piecewise::Symbol& symbol = formula_.symbols_[i];
+    const double value = base_[i] + s * direction_[i];
+    if (symbol.moves && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
+  }
+  return true;
+}
+
 /// Whether nothing that the result hangs on is nan there. min and max of nan and a number are that number, but where a
 /// root in them ceases to be real is the end of the formula's domain and no switch.
 bool JumpSearch::is_defined(const Look& look, const std::vector<bool>& needed) const {
@@ -218,6 +229,7 @@ bool JumpSearch::is_open(const Look& one, const Look& other) const {
 
 /// Between the places no number lies, or next to none, and a switch is on another side.
 std::optional<Piecewise::Id> JumpSearch::judge(double before, double behind) {
+  if (!is_possible(before) || !is_possible(behind)) return std::nullopt;
   const Look low = look(before), high = look(behind);
   const std::vector<bool> needed_low = needed(low), needed_high = needed(high);
   if (!is_defined(low, needed_low) || !is_defined(high, needed_high)) return std::nullopt;

@@ -20,7 +20,7 @@ class Piecewise {
  public:
   using Id = std::size_t;
 
-  /// What is not known has any value, or one between `low` and `high`.
+  /// What is not known has any value, or one between `low` and `high`. What moves stays there.
   struct Symbol {
     bool moves = false;
     std::optional<double> value = {};
