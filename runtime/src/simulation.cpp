@@ -449,7 +449,7 @@ void Simulation::reset() {
 
 bool Simulation::step(int count) {
   const Running running(impl_->is_running);
-  return impl_->explained([&] { return impl_->advance(count, false); });
+  return impl_->explained([&] { return impl_->advance(count, count >= look_interval); });
 }
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
