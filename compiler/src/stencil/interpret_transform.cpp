@@ -118,7 +118,11 @@ int signed_mode(int m, int n) { return 2 * m <= n ? m : m - n; }
 class Factor {
  public:
   Factor(const Multiplier& by, const State& state, const Params& params, const std::array<bool, max_rank>& axes)
-      : by_(by), state_(state), params_(params), axes_(axes) {}
+      : by_(by),
+        state_(state),
+        params_(params),
+        axes_(axes),
+        has_numbers_(holds_wave_number(by.factor) || (by.function && holds_wave_number(by.argument))) {}
 
   Complex at(const Cell& mode) const {
     const Cell& n = state_.grid().cells;
@@ -142,7 +146,7 @@ class Factor {
         const int n = state_.grid().cells[axis], m = signed_mode(mode[axis], n);
         const bool turns = (signs >> axis & 1) != 0;
         is_new = is_new && (!turns || (axes_[axis] && 2 * m == n));
-        if (axes_[axis])
+        if (axes_[axis] && has_numbers_)
           waves.numbers[axis] = Complex(0, (turns ? -m : m) * 2 * std::numbers::pi / (n * spacing(axis)));
         waves.are_shortest[axis] = axes_[axis] && 2 * m == n;
       }
@@ -178,6 +182,7 @@ class Factor {
   const State& state_;
   const Params& params_;
   const std::array<bool, max_rank> axes_;
+  const bool has_numbers_;  // else the program has no need of spacings, and is given none
 };
 
 }  // namespace
