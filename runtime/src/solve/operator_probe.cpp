@@ -191,8 +191,8 @@ StencilMatrix probe(const LinearImage& image, const std::array<std::int64_t, 3>&
                     const std::array<bool, 3>& periodic, const std::array<std::int64_t, 3>& reach, double rounding,
                     const std::string& what) {
   StencilMatrix matrix = Probe(image, cells, periodic, reach).run();
-  constexpr std::int64_t few =
-      64;  // where looking for rounding costs nothing, and where differences cancel in all rows
+  // On so few cells it costs nothing to look for rounding, and differences may cancel in all rows.
+  constexpr std::int64_t few = 64;
   if (matrix.size() > 1) check_zero(image, static_cast<size_t>(matrix.size()), what);
   double level = matrix.size() <= few ? drop_rounding(image, matrix) : 0;
   if (matrix.size() <= 1) return matrix;
