@@ -60,6 +60,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["growth_per_step"] = json_number(verdict.growth);
   result["steps_to_hundredfold"] = json_number(verdict.hundredfold());
   result["growth_rate"] = json_number(verdict.growth_rate);
+  result["growth_by_events"] = json_number(verdict.growth_by_events);
   if (verdict.short_waves)
     result["short_waves"] = {{"growth_rate", verdict.short_waves->rate}, {"cells", verdict.short_waves->cells}};
   result["field"] = verdict.field;
@@ -125,6 +126,10 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);
+  constexpr double least_shown = 5e-4;  // of four digits
+  if (verdict.growth_by_events > least_shown)
+    text += fmt::format("  what ends each step multiplies waves by up to {:.4g}, however short the step is\n",
+                        std::exp(verdict.growth_by_events));
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
