@@ -63,7 +63,7 @@ scene r : m {
   grid x = 0 .. 1, cells 6, periodic
   grid y = 0 .. 1, cells 6, periodic
   initial u = (start(x).q, y); initial s = start(x*y).p
-  time 0 .. 0.4, step 0.1
+  time 0 .. 0.2, step 0.1
 })");
   ASSERT_EQ(dpde("emit n.dpde r --stage stencil -o step.dpde").status, 0);
   ASSERT_EQ(dpde("run n.dpde r --quiet --backend interpreter --out a").status, 0);

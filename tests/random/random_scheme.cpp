@@ -29,6 +29,9 @@ Scheme random_scheme(SplitMix& random, SplitMix& parts) {
   const std::vector<std::string> times = {"euler",   "rk2", "ab2",        "ab3",    "leapfrog", "verlet",
                                           "ssp_rk3", "rk4", "imex_euler", "ars222", "ars443"};
   scheme.time = times[static_cast<std::size_t>(random.weighted({5, 5, 2, 2, 2, 3, 2, 3, 1, 2, 1}))];
+  SplitMix waves = parts;  // draws that others do not see: models of seeds that were looked at stay as they are
+  waves.next();
+  if (waves.percent(8)) scheme.time = waves.percent(50) ? "etdrk2" : "etdrk4";
   scheme.solves = scheme.time[0] == 'i' || scheme.time.starts_with("ars");
   scheme.second_order = scheme.time == "verlet" || (scheme.time == "leapfrog" && random.percent(50));
   scheme.remembers = scheme.time == "ab2" || scheme.time == "ab3" || scheme.time == "leapfrog";
