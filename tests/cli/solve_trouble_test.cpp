@@ -198,7 +198,7 @@ TEST_F(SolveTrouble, GradientsWarnOfMissedConstraintsAndBackFlow) {
            "0.05\n"
            "  initial u = 0\n" +
            sides +
-           "  time 0 .. 0.3, step 0.01\n}\n"
+           "  time 0 .. 1, step 0.01\n}\n"
            "task t : s { unknown nu in 0.05 .. 0.0501; minimise mean(u.x^2); using lbfgs, iterations 1 }\n";
   };
   write("miss.dpde",
