@@ -25,6 +25,23 @@ TEST_F(Machine, TooLittleMemoryIsItsFault) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
 }
 
+/// Limits of processes do not hold for root; with stacks that fit no address space threads fail in the same way.
+TEST_F(Machine, AThreadThatCannotBeMadeIsTold) {
+  if (is_sanitized) GTEST_SKIP() << "the sanitizers end a program whose threads cannot be made";
+  write("rod.dpde", rod_text);
+  const std::string no_threads = "ulimit -s 99999999999 || exit 99; ";
+  if (shell(no_threads + "true").status == 99) GTEST_SKIP() << "stacks have a limit here that cannot be raised";
+  for (const std::string arguments : {"check rod.dpde rod", "run rod.dpde rod", "gradient rod.dpde find",
+                                      "optimize rod.dpde find", "verify rod.dpde find", "stability rod.dpde rod"}) {
+    const Outcome outcome = shell(no_threads + "$DPDE " + arguments + " --json --threads 4");
+    EXPECT_EQ(outcome.status, 3) << arguments;
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"}) << arguments << outcome.err;
+    EXPECT_NE(outcome.err.find("no further thread"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("ulimit -u"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("--threads 1"), std::string::npos) << outcome.err;
+  }
+}
+
 TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
   const Outcome outcome = dpde("gradient " + example("heat/heat.dpde") + " recover --memory lots --json");
   EXPECT_EQ(outcome.status, 2);

@@ -243,5 +243,32 @@ TEST(LinearSolverLimits, LargeCoarsestGrids) {
   EXPECT_LE(report.iterations, 12);
 }
 
+/// Images have, by rounding, what A takes to 0: far into a long and stiff grid, where they are small beside x, that
+/// would be all that is left of residuals, and corrections would be made of it.
+TEST(LinearSolverLimits, WhatIsSingularAndStiffComesToItsTolerance) {
+  const std::int64_t n = 300;
+  for (const bool is_ring : {true, false}) {
+    for (const double along : {1e-7, 1e-8, 1e-9, 1e-10}) {
+      for (const bool has_rooms : {false, true}) {
+        const auto k = [&](std::int64_t cell, std::size_t axis) {
+          const bool is_cut = has_rooms && (cell / 3 == 99 || cell / 3 == n - 1);  // two rooms
+          return axis == 0 ? 1.0 : is_cut ? 0.0 : 70 * along;
+        };
+        const StencilMatrix matrix = diffusion({3, n, 1}, is_ring ? rings : slopes, 0, k);
+        for (const SolverMethod method : {SolverMethod::cg, SolverMethod::bicgstab, SolverMethod::gmres}) {
+          for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+            const std::vector<double> b = arbitrary_values(matrix.size(), seed);
+            std::vector<double> x(b.size(), 0.0);
+            const SolveReport report = LinearSolver(matrix, {.method = method}).solve(b, x);
+            EXPECT_TRUE(report.converged) << name_of(method) << " " << along << ": " << report.residual;
+            EXPECT_LE(report.residual, report.bound) << name_of(method) << " " << along;
+            EXPECT_LE(report.iterations, 20) << name_of(method) << " " << along << " " << has_rooms;
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dpde

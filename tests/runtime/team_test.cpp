@@ -4,6 +4,7 @@
 #include "dpde/runtime/team.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <array>
@@ -15,10 +16,12 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "dpde/runtime/float_mode.h"
+#include "dpde/runtime/thread_ranks.h"
 
 namespace dpde {
 namespace {
@@ -140,6 +143,23 @@ TEST(Team, EndsAtAnyTime) {
     team = 1;
     EXPECT_EQ(done, i % 3 > 0 ? 8 : 0);
   }
+}
+
+/// What threads that cannot be made would have done others do.
+TEST(Team, ThreadsThatCannotBeMadeAreMissedByNobody) {
+  pthread_attr_t usual, huge;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_attr_init(&huge), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 46), 0);
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  const Team team(4);
+  std::atomic<int> done{0};
+  for (int i = 0; i < 20; ++i) team.run(100, [&](std::int64_t, int thread) { done += thread == 0 ? 1 : 0; });
+  EXPECT_THROW(run_ranks({2, 1, 1}, [](Communicator&) {}), std::system_error);
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  EXPECT_EQ(done, 2000);
+  pthread_attr_destroy(&huge);
+  pthread_attr_destroy(&usual);
 }
 
 /// The mode of who calls, and each thread its own again afterwards.

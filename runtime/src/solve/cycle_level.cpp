@@ -250,6 +250,25 @@ void CycleLevel::multiply(const double* x, double* y) const {
   });
 }
 
+void CycleLevel::subtract(double value, double* vector) const {
+  for_each_row([&](const Row& row) {
+    for (const int which : {0, 1}) {
+      double* const values = half(vector, row, which);
+      for (std::int64_t i = 0; i < rows_.count(which); ++i) values[i] -= value;
+    }
+  });
+}
+
+std::vector<std::uint32_t> CycleLevel::places_of(std::span<const std::uint32_t> cells) const {
+  std::vector<std::uint32_t> places;
+  for (const std::int64_t cell : cells) {
+    const std::int64_t number = cell / cells_[0], x = cell % cells_[0];
+    const Row row{number, number % cells_[1], number / cells_[1]};
+    places.push_back(static_cast<std::uint32_t>(place(row, static_cast<int>(x % 2)) + x / 2));
+  }
+  return places;
+}
+
 void CycleLevel::gather(const Row& coarse, int which, RowSum& sum) const {
   const auto for_each = [&](std::size_t axis, std::int64_t at, const auto& f) {
     const AxisInterpolation& from = from_[axis];

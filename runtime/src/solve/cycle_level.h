@@ -25,6 +25,7 @@ class CycleLevel {
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }
+  std::size_t cell_count() const { return static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]); }
   /// Of right sides the rooms stay 0, so that dot products with them are those of the cells.
   void pack_right(std::span<const double> cells, double factor, double* vector) const;
   void pack(std::span<const double> cells, double* vector) const;
@@ -40,6 +41,10 @@ class CycleLevel {
   /// |b - A*x|^2
   double squared_residual(const double* b, const double* x) const;
   void multiply(const double* x, double* y) const;
+  /// Of all cells; the rooms stay as they are.
+  void subtract(double value, double* vector) const;
+  /// Where the cells that `cells` numbers are in a vector.
+  std::vector<std::uint32_t> places_of(std::span<const std::uint32_t> cells) const;
 
   Numbers b, x;  // of levels below the finest
 

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "solve/finite.h"
+
 namespace dpde {
 namespace {
 
@@ -31,6 +33,29 @@ void Multigrid::descend(std::size_t level, const double* b, double* x) {
   here.descend(b, x, true, coarse);
   descend(level + 1, coarse.b.data(), coarse.x.data());
   here.ascend(b, x, is_symmetric_, coarse);
+}
+
+void Multigrid::multiply(std::span<const double> x, std::span<double> y) const {
+  levels_.front().multiply(x.data(), y.data());
+  if (singular_cells_ > 0) {
+    const double sum = sums_of(y).sum;  // the rooms of images are 0
+    levels_.front().subtract(sum / static_cast<double>(singular_cells_), y.data());
+  }
+  for (const std::vector<std::uint32_t>& part : singular_parts_) {
+    double sum = 0;
+    for (const std::uint32_t place : part) sum += y[place];
+    const double mean = sum / static_cast<double>(part.size());
+    for (const std::uint32_t place : part) y[place] -= mean;
+  }
+}
+
+void Multigrid::know_null_space(const NullSpace& null_space) {
+  const CycleLevel& finest = levels_.front();
+  for (const std::vector<std::uint32_t>& part : null_space.parts()) {
+    if (part.size() == finest.cell_count()) singular_cells_ = part.size();
+    if (part.size() == finest.cell_count() || part.size() == 1) continue;  // the image of a cell alone is 0
+    singular_parts_.push_back(finest.places_of(part));
+  }
 }
 
 double Multigrid::residual(std::span<const double> b, std::span<const double> x) const {

@@ -50,7 +50,9 @@ class Multigrid {
   void cycle(std::span<const double> b, std::span<double> x) { descend(0, b.data(), x.data()); }
   /// Cycles until |b - A*x| is at most the tolerance times |b|, or `rounding` times |x|.
   IterationReport iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding, int most);
-  void multiply(std::span<const double> x, std::span<double> y) const { levels_.front().multiply(x.data(), y.data()); }
+  /// Without what rounding leaves of the null space in the image: residuals that are carried along would keep it, as no
+  /// correction takes it away, until it hides the rest.
+  void multiply(std::span<const double> x, std::span<double> y) const;
   double residual(std::span<const double> b, std::span<const double> x) const;  // |b - A*x|
   SmootherKind smoother() const { return smoother_; }
   int levels() const { return static_cast<int>(levels_.size()); }
@@ -58,11 +60,14 @@ class Multigrid {
  private:
   static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
                                        std::string& why);
+  void know_null_space(const NullSpace& null_space);
   void descend(std::size_t level, const double* b, double* x);
 
   std::vector<CycleLevel> levels_;
   std::optional<SymmetricFactors> coarsest_;
   std::vector<double> coarsest_b_, coarsest_x_;
+  std::size_t singular_cells_ = 0;  // where the one singular part is the whole grid: their number
+  std::vector<std::vector<std::uint32_t>> singular_parts_;  // else: where their cells are in a vector
   double sign_ = 1;
   bool is_symmetric_ = false;
   SmootherKind smoother_ = SmootherKind::red_black;

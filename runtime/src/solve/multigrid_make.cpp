@@ -130,7 +130,9 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
   for (const auto& part : null_space.parts()) {
     for (const std::uint32_t cell : part) level.rest[cell] = 0;  // rounding has left no more
   }
-  return make(std::move(level), sign, options, why);
+  std::optional<Multigrid> made = make(std::move(level), sign, options, why);
+  if (made) made->know_null_space(null_space);
+  return made;
 }
 
 std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, const MultigridOptions& options,
