@@ -102,7 +102,8 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
   for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
 }
 
-/// Axes of one cell have one wave, which stays as it is: they are first only where all are such.
+/// Axes of one cell have one wave, which stays as it is: they are first only where all are such. Where nothing is
+/// transformed, as by phi0(0) of a step without linear terms, values stay as they are along x.
 void FieldTransform::choose_axes(const dpde_layout& layout) {
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(layout.rank); ++axis) {
     waves_.cells[axis] = layout.cells[axis];
@@ -151,7 +152,7 @@ void FieldTransform::read_line(const Real* from, Lines& own, Complex* waves) con
   if (own.first) {
     own.first->forward(own.real.data(), waves);
   } else {
-    *waves = own.real.front();
+    std::ranges::copy(own.real, waves);
   }
 }
 
@@ -163,7 +164,7 @@ void FieldTransform::write_line(Complex* waves, Lines& own, Real* to) const {
   if (own.first) {
     own.first->backward(waves, own.real.data());
   } else {
-    own.real.front() = waves->real();
+    std::transform(waves, waves + own.real.size(), own.real.begin(), [](const Complex& value) { return value.real(); });
   }
   scatter(own.real, to, stride_[first_]);
 }
