@@ -102,6 +102,77 @@ TEST_F(Causes, JumpsInFluxesLowerTheOrder) {
   }
 }
 
+/// By masks, masks that move, states and operators; not where the branches meet, nor where the flux is 0 at the switch.
+TEST_F(Causes, JumpsOfStatesAndMasksLowerTheOrder) {
+  struct Case {
+    std::string flux, names;
+  };
+  for (const Case& c : std::vector<Case>{{"(1 + 9*still)*grad(u)", "still"},
+                                         {"(1 + 9*moving)*grad(u)", "moving"},
+                                         {"if(u > 0.5, 1, 10)*grad(u)", "if(...)"},
+                                         {"(2 + sign(u))*grad(u)", "sign(...)"},
+                                         {"(2 + fraction(u))*grad(u)", "fraction(...)"},
+                                         {"if(x < 0.5, 1 + x, 2 + x)*grad(u)", "if(...)"},
+                                         {"grad(u)/interpolate(1/(1 + 9*moving))", ""},
+                                         {"grad(u)/interpolate(1/if(u > 0.5, 1, 10))", ""},
+                                         {"if(u > 0.5, 1, u + 0.5)*grad(u)", ""},
+                                         {"max(u, 0.1)*grad(u)", ""},
+                                         {"u*if(u > 0, 1, 2)*grad(u)", ""},
+                                         {"if(dx(u) > 0, 1, 2)*grad(u)", ""},
+                                         {"if(t < 0.5, 1, 2)*grad(u)", ""}}) {
+    const Outcome check = checked(ring("field u; mask still, moving; dt(u) = div(" + c.flux + ")", "time = rk4",
+                                       "initial u = sin(2*pi*x)\n  still = x < 0.5\n  moving = x < 0.3 + t"));
+    const Json order = check.json()["order"];
+    EXPECT_EQ(order["jumps"], c.names.empty() ? Json::array() : Json::array({c.names})) << c.flux;
+    EXPECT_EQ(order["space"], c.names.empty() ? 2 : 1) << c.flux;
+    EXPECT_EQ(told(check, "W0509"), !c.names.empty()) << c.flux;
+  }
+}
+
+/// Of all that moves states: what stands in events and held values, too. Observables do not count.
+TEST_F(Causes, TheOrderIsOfAllThatStepsCompute) {
+  const auto space = [&](const std::string& model, const std::string& scene) {
+    return checked(ring(model, "lap = central(4); dx = central(2); time = rk4", "initial u = sin(2*pi*x)\n  " + scene))
+        .json()["order"]["space"];
+  };
+  EXPECT_EQ(space("field u; dt(u) = lap(u)", ""), 4);
+  EXPECT_EQ(space("field u; dt(u) = lap(u)", "after step: u = u - 1e-6*dx(u)"), 2);
+  EXPECT_EQ(space("field u, v; mask w; dt(u) = lap(u); dt(v) = 0; v = dx(u) inside w", "w = x < 0.5\n  initial v = 0"),
+            2);
+  EXPECT_EQ(space("field u; dt(u) = lap(u)", "observe e = mean(dx(u)^2)"), 4);
+}
+
+/// Both forms are the same where div(u) = 0; upwind differences are another method.
+TEST_F(Causes, VelocitiesOnFacesHaveAFluxForm) {
+  const auto forms = [&](const std::string& advection, const std::string& scheme, const std::string& constraint) {
+    const Outcome check =
+        checked("model m {\n  vector u on faces\n  field p\n  dt(u) = " + advection + " - grad(p) + 0.1*lap(u)\n  " +
+                constraint + "\n}\nscheme q { " + scheme +
+                " }\nscene s : m with q {\n  grid x = 0 .. 1, cells 8, periodic\n  grid y = 0 .. 1, "
+                "cells 8, periodic\n  initial u = (0, 0)\n  initial p = 0\n  time 0 .. 0.1, step 0.01\n}\n");
+    return check.json()["advective_form"];
+  };
+  const std::string bound = "0 = div(u) gives p";
+  EXPECT_EQ(forms("-advect(u, u)", "time = rk2", bound), Json::array({"u"}));
+  EXPECT_EQ(forms("-div(outer(interpolate(u), interpolate(u)))", "time = rk2", bound), Json::array());
+  EXPECT_EQ(forms("-advect(u, u)", "time = rk2; advect = upwind(3)", bound), Json::array());
+  EXPECT_EQ(forms("-advect(u, u)", "time = rk2", "dt(p) = -div(u)"), Json::array());
+}
+
+/// What a gradient refuses, beside all else that check says.
+TEST_F(Causes, ChecksOfTasksThatJumpSayAllElse) {
+  write("jump.dpde",
+        "model m { field u; param k = 1; dt(u) = -k*if(u > 0.5, 1, 0.2) }\n"
+        "scene s : m { initial u = 1; time 0 .. 1, step 0.1 }\n"
+        "task t : s { unknown k; minimise u }\n");
+  const Outcome check = dpde("check jump.dpde t --json");
+  EXPECT_EQ(check.status, 2);
+  EXPECT_EQ(check.codes(), std::vector<std::string>{"E0609"});
+  const Json json = check.json();
+  for (const char* key : {"order", "stability", "cost", "memory_bytes", "gradient_memory_bytes"})
+    EXPECT_TRUE(json.contains(key)) << key;
+}
+
 TEST_F(Causes, JumpsInFluxesLeaveSpectralDerivativesOrderOne) {
   const auto order_with = [&](const std::string& k) {
     return checked(ring("field u; coefficient k; dt(u) = div(k*grad(u))", "dx = spectral; lap = spectral; time = rk4",

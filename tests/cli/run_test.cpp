@@ -298,7 +298,7 @@ TEST_F(CheckCommand, SaysWhatIsSaved) {
   EXPECT_EQ(saved["stored_bytes_per_point"], 8);
   write("floor.dpde", std::string(text).replace(text.find("c*w*u"), 5, "floor(w)*u"));
   saved = dpde("check floor.dpde t --json").json()["saved"];
-  EXPECT_TRUE(saved["adjoint_bytes_per_point"].is_null()) << "no derivative by w";
+  EXPECT_GT(saved["adjoint_bytes_per_point"], 0) << "that by w is 0";
   EXPECT_EQ(saved["step_bytes_per_point"], 0);
   write("all.dpde", std::string(text).replace(text.find("unknown initial u"), 17,
                                               "unknown initial u; unknown w; unknown c from 2"));

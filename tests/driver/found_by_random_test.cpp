@@ -65,6 +65,23 @@ scene s : m with q {
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-14);
 }
 
+/// Exponential steps without linear terms lost all of a line but its first value: nothing is transformed there.
+TEST(FoundByRandomModels, ExponentialStepsWithoutLinearTerms) {
+  for (const std::string time : {"etdrk2", "etdrk4"}) {
+    for (const std::string rate : {"-u^2", "div((1 + u)*grad(u))", "0.4*div(k*grad(u))"}) {
+      for (const std::string more : {"", "  grid y = 0 .. 2, cells 3, periodic\n"}) {
+        const std::string text = "model m { field u; coefficient k; dt(u) = " + rate + " }\nscheme q { time = " + time +
+                                 " }\nscene s : m with q {\n  grid x = 0 .. 4, cells 6, periodic\n" + more +
+                                 "  k = 0.4\n  initial u = 0.6 + 0.3*sin(pi*x/2)\n  time 0 .. 0.04, step 0.02\n}\n";
+        const auto wanted = run_scene(text, "s", {}, driver::Backend::interpreter).state.at("u"),
+                   got = run_scene(text, "s").state.at("u");
+        ASSERT_EQ(got.size(), wanted.size());
+        for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-14) << time << " " << rate;
+      }
+    }
+  }
+}
+
 /// It was an error of the rollout, without a place.
 TEST(FoundByRandomModels, ALossOfNothingThatVariesIsRefusedInItsPlace) {
   const SourceFile source("loss.dpde", R"(model m { field u; param a; dt(u) = a*lap(u) }

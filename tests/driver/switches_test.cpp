@@ -52,7 +52,6 @@ void expect_codes(const std::vector<Case>& cases) {
   for (const Case& one : cases) EXPECT_EQ(refusal(text_of(one.slots)), one.code) << one.name;
 }
 
-/// v depends on a and b smoothly, so that a switch of them in u jumps beside; where nothing else depends on q it is
 /// As users write limiters, fluxes and phase changes: branches that meet, some where a root or a parameter's sign ends
 /// the domain.
 TEST(Switches, FormulasOfTheFieldAreTaken) {
@@ -81,13 +80,21 @@ TEST(Switches, FormulasOfTheFieldAreTaken) {
   EXPECT_EQ(scene("", "-k*if(u > 0.6, exp(-1/u), 0)"), "E0609");
 }
 
-/// alone.
+/// v depends on a and b smoothly, so that a switch of them in u jumps beside.
 TEST(Switches, InEachSlotWhatJumpsIsRefused) {
   expect_codes({
       {"rate", {.rate = "-if(u > a, 1, 0.2)"}, "E0609"},
       {"rate by a state", {.rate = "-a*if(u > 0.5, 1, 0.2)"}, "E0609"},
       {"sign", {.rate = "-a*sign(u - 0.5)"}, "E0609"},
       {"fraction", {.rate = "-a*fraction(u)"}, "E0609"},
+      {"floor", {.rate = "-a*floor(u)"}, "E0601"},
+      {"fraction by floor", {.rate = "-a*(u - floor(u))"}, "E0601"},
+      {"floor of a parameter", {.coefficient = "2 + floor(3*a)"}, "E0601"},
+      {"floor in a loss", {.loss = "v - floor(3*v)"}, "E0601"},
+      {"inside an operator by place",
+       {.declarations = "operator w(q) order 1 = hx*if(q > 0.5, 1, 0.2)", .rate = "-a*w(u)"},
+       "E0609"},
+      {"a parameter without bounds at 0", {.rate = "-if(a > 0, 1, 0.2)*u"}, "E0609"},
       {"inside a derivative", {.rate = "-a*dx(if(u > 0.5, 1, 0.2))"}, "E0609"},
       {"inside a neighbour",
        {.declarations = "operator up(q) order 0 = if(q[-1] > 0.5, q, 2*q)", .rate = "-a*up(u)"},
@@ -150,6 +157,10 @@ TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
       {"time", {.rate = "-a*if(t < 0.3, 1, 0.2)*u"}, ""},
       {"a parameter that is known", {.rate = "-a*if(x < 8*b, 1, 0.2)*u"}, ""},
       {"max, min, abs", {.rate = "-max(u, a) + min(v, u) + abs(u)"}, ""},
+      {"a parameter with bounds", {.rate = "-(1 + a)*if(a > 0, 1, 0.2)*u", .unknowns = "unknown a in 0.1 .. 1;"}, ""},
+      {"floor of a coordinate", {.rate = "-a*floor(x/2)*u"}, ""},
+      {"a wave by floor", {.rate = "-a*(u - floor(u))*(1 - u + floor(u))"}, ""},
+      {"a length that is positive", {.rate = "-if(u < 0, u/2, if(u > 0.2*a, (u - 0.2*a)/2, 0)) + a"}, ""},
       {"two switches that meet", {.rate = "-a*(if(u > 0.5, 1, 0) + if(u > 0.5, 0, 1))"}, ""},
       {"both branches of a clamp of time", {.rate = "if(t < a, a - t, 0)"}, ""},
       {"nobody asks", {.rate = "-a*u", .items = "observe e = mean(if(u > 0.5, 1, 0))"}, ""},
@@ -176,6 +187,19 @@ TEST(Switches, AJumpIsTakenByForce) {
   EXPECT_EQ(refusal(jump, true), "");
 }
 
+/// Two ways to write one formula are both taken, or both refused.
+TEST(Switches, FormsOfOneFormulaAreJudgedAlike) {
+  for (const bool is_forced : {false, true}) {
+    const auto is_taken = [&](const std::string& rate) {
+      return refusal(text_of({.rate = "-a*(" + rate + ")"}), is_forced).empty();
+    };
+    EXPECT_EQ(is_taken("fraction(0.1*u + 3.3)"), is_forced);
+    EXPECT_EQ(is_taken("0.1*u + 3.3 - floor(0.1*u + 3.3)"), is_forced);
+    EXPECT_EQ(is_taken("sign(u - 0.5)"), is_forced);
+    EXPECT_EQ(is_taken("if(u > 0.5, 1, if(u < 0.5, -1, 0))"), is_forced);
+  }
+}
+
 TEST(Switches, AnUnknownThatOnlySetsTheStepsIsRefused) {
   EXPECT_EQ(refusal(R"(model m { field u; param q = 2; dt(u) = -0.5*dx(u) }
 scene s : m { grid x = 0 .. 8, cells 8, periodic; initial u = sin(x); time 0 .. 1, step 1/4, courant 0.5, speed q }
@@ -200,6 +224,9 @@ TEST(Switches, HandWrittenStepsThatJumpAreKnown) {
   };
   EXPECT_EQ(jumps("if(u > k, k, 0.2)"), 1u);
   EXPECT_EQ(jumps("k*max(u - k, 0)"), 0u);
+  EXPECT_EQ(jumps("k*floor(u)"), 1u);
+  EXPECT_EQ(jumps("k*(u - floor(u))*(1 - u + floor(u))"), 0u);
+  EXPECT_EQ(jumps("if(u < 0, u/2, if(u > 0.2*k, (u - 0.2*k)/2, 0))"), 0u);
 }
 
 }  // namespace

@@ -160,6 +160,30 @@ TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("if(u > 0 and k, 1, 2)"), "E0308 compare it with something, as in u > 0");
 }
 
+/// A field that stands in an integral over s as a factor or a term is that of the point, wherever s is.
+TEST(Diagnostics, FieldsInIntegralsOfFormulas) {
+  const auto code = [](const std::string& rate, const std::string& observed) {
+    const Outcome outcome =
+        outcome_of("function K(z) = exp(-8*z^2)\nmodel m { field u; coefficient c; param k = 1\n dt(u) = " + rate +
+                   "\n}\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 1\n c = 2\n"
+                   " time 0 .. 1, step 1/8\n observe e = " +
+                   observed + "\n}\n");
+    return outcome.diagnostics.empty() ? std::string() : std::string(outcome.diagnostics[0].kind->code);
+  };
+  for (const char* formula : {"K(x - s)*u", "u", "(u^2 + s)*c", "K(s)*c", "K(x - s)/u", "-u*s", "if(s < x, dx(u), 0)",
+                              "K(x - s)*(u - mean(u))", "s + k*u"}) {
+    const std::string integral = std::string("integral(") + formula + ", s, from = 0, to = 1)";
+    EXPECT_EQ(code(integral + " - u", "mean(u)"), "E0311") << formula;
+    EXPECT_EQ(code("-u", "mean(" + integral + ")"), "E0311") << formula;
+  }
+  for (const char* formula : {"K(x - s)", "exp(-s*u)", "u^s", "K(x - s)*mean(u)", "k*s", "if(s < u, s, 0)"}) {
+    const std::string integral = std::string("u*integral(") + formula + ", s, from = 0, to = 1)";
+    EXPECT_EQ(code(integral, "mean(u)"), "") << formula;
+  }
+  EXPECT_EQ(code("-u", "integral(K(s)*sample(u, at = s), s, from = 0, to = 1)"), "");
+  EXPECT_EQ(code("integral(s, s, from = 0, to = u)", "mean(u)"), "");
+}
+
 TEST(Diagnostics, CountAxes) {
   const Outcome outcome = outcome_of(text_with("dot(cross(u, (u, u, u)), (k, c, w))", 3));
   ASSERT_EQ(outcome.diagnostics.size(), 1u);

@@ -21,7 +21,9 @@
 #include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
+#include "driver/switches.h"
 #include "driver/whole_grid_cost.h"
+#include "flux_form.h"
 #include "model/build.h"
 #include "model/chart.h"
 #include "model/solves.h"
@@ -357,6 +359,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
       session == nullptr ? std::vector<driver::Jump>{} : driver::jumps_in_fluxes(*session);
   text += report_order(problem, result, jumps);
   warn_of_jumps(job, jumps);
+  text += report_flux_form(problem, result);
   text += report_stability(job, session.get(), options.waves, result);
   if (problem.task) text += report_stability_of_start(*problem.task, session.get(), result);
   text += report_solves(session.get(), result);
@@ -396,6 +399,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   compile_options->backend.reset();
   compile_options->verify = true;
   compile_options->adjoint = true;
+  compile_options->takes_jumps = true;  // they are told beside all else
   const Preparing preparing(job, "stopped before the check was complete");
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
@@ -408,6 +412,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   }
   for (const std::string& chart : model::chart_names(compiled->ast))
     model::chart_from_ast(compiled->ast, chart, job.sink());
+  driver::report_jumps(*compiled, job.sink());
   return result;
 }
 

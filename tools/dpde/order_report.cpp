@@ -10,6 +10,7 @@
 #include "model/build.h"
 #include "model/implicit_part.h"
 #include "model/metric.h"
+#include "model/uses.h"
 #include "model/wall_coefficient.h"
 #include "stencil/operator_order.h"
 #include "stencil/waves.h"
@@ -90,14 +91,20 @@ std::string mirrored_in(const model::Problem& problem, const model::Expr& operan
   return "";
 }
 
+/// What decides how near the states come to the solution: all that steps compute. Observables and losses are of states
+/// that are there, and `speed` says how long steps are.
+bool moves_states(model::UseKind kind) {
+  return model::time_of(kind) == model::UseTime::step && kind != model::UseKind::courant_rate;
+}
+
 /// Values beyond walls are of order 2, coefficients that are mirrored there of order 1.
 void limit_at_walls(const model::Problem& problem, Order& order) {
   const auto is_bounded = [&](int axis) {
     return problem.axes[static_cast<std::size_t>(axis)].topology == Topology::bounded;
   };
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!moves_states(use.kind)) return;
+    model::any_part(use.formula, [&](const model::Expr& e) {
       const auto look = [&](const model::Expr& operand, int axis) {
         if (!is_bounded(axis)) return;
         order.space = std::min(order.space, order_of_walls);
@@ -112,7 +119,7 @@ void limit_at_walls(const model::Problem& problem, Order& order) {
       }
       return false;
     });
-  }
+  });
 }
 
 /// What an exponential time scheme does without error.
@@ -175,25 +182,26 @@ Order order_inside(const model::Problem& problem) {
     uses_waves = uses_waves || order == model::spectral;
   };
   bool transports = false, split = false;
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!moves_states(use.kind)) return;
+    const bool is_rate = use.kind == model::UseKind::equation;
     const auto look = [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) {
         add(model::transport_of(scheme, std::get<model::Advect>(e->kind)).order);
-        transports = true;
-        split = split || !is_transport_alone(*state.rhs);
+        transports = transports || is_rate;
+        split = split || (is_rate && !is_transport_alone(use.formula));
       }
       if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
         add(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
       }
       return false;
     };
-    for (const model::Term& term : model::terms_of(*state.rhs)) {
-      const bool is_exact = is_exact_part(scheme, term.value);
+    for (const model::Term& term : model::terms_of(use.formula)) {
+      const bool is_exact = is_rate && is_exact_part(scheme, term.value);
       uses_waves = uses_waves || is_exact;
       if (!is_exact) model::any_part(term.value, look);
     }
-  }
+  });
   for (const model::StatedOrder& stated : problem.operators) {
     if (stated.in_equations) space.push_back(stated.order);
   }
@@ -237,11 +245,11 @@ std::string space_in_words(const Order& order) { return order.is_spectral ? "spe
 
 void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
   for (const driver::Jump& jump : jumps) {
-    const std::string name = jump.coefficient.empty() ? "if(...)" : jump.coefficient;
-    job.sink().report("jump-in-coefficient", jump.range, {name, "at a face differences take the mean of both sides"},
+    job.sink().report("jump-in-coefficient", jump.range,
+                      {jump.name, "at a face differences take the mean of both sides"},
                       fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
                                   "order 2 where {0} jumps between cells",
-                                  jump.coefficient.empty() ? "k" : name));
+                                  jump.is_formula ? "k" : jump.name));
   }
 }
 
@@ -259,7 +267,7 @@ std::string report_order(const model::Problem& problem, Json& result, const std:
                      {"walls", order.walls.empty() ? Json(nullptr) : Json(order.walls)}};
   if (inside.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
   std::vector<std::string> names;
-  for (const driver::Jump& jump : jumps) names.push_back(jump.coefficient.empty() ? "if(...)" : jump.coefficient);
+  for (const driver::Jump& jump : jumps) names.push_back(jump.name);
   result["order"]["jumps"] = names;
   const Order smooth = order;
   if (!jumps.empty()) {

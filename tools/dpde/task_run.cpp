@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <limits>
 
 #include "analysis/instability.h"
 #include "driver/back_flow.h"
@@ -164,10 +166,25 @@ void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
   driver::report_missed_constraints(session, session.misses(end, session.rollout().final_states()), job.sink());
 }
 
+/// Of f32, whose squares end at 3e38.
+bool is_beyond_single(driver::Session& session) {
+  if (session.problem().scheme.real != Precision::f32) return false;
+  const double most = std::sqrt(static_cast<double>(std::numeric_limits<float>::max()));
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    for (const double value : session.initial(s)) {
+      if (std::abs(value) > most) return true;
+    }
+  }
+  return false;
+}
+
 std::string help_at_start(const TaskRun& run, bool has_loss) {
   const std::string unstable = analysis::instability(*run.session);
   if (!unstable.empty())
     return fmt::format("{}: a smaller step than {} may help (--set step=...)", unstable, run.session->problem().step);
+  if (is_beyond_single(*run.session))
+    return fmt::format("{} leaves the range of f32: --set real=f64, or units in which fields are near 1",
+                       has_loss ? "a derivative" : "a value");
   if (!has_loss)
     return "a formula has no value where the task begins, as log(u) at 0: begin elsewhere (unknown ... from ...)";
   return "a formula has no derivative where the task begins, as sqrt(u) at 0: begin elsewhere (unknown ... from ...), "

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjoint/extremes.h"
 
+#include <cmath>
+#include <limits>
+
 #include "stencil/build.h"
 
 namespace dpde::adjoint {
@@ -28,8 +31,15 @@ std::string add_sum(const Expr& value, const std::string& wish, const Reduce& re
 
 bool is_extreme(const Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; }
 
+/// Cells whose values differ by rounding share: states that are equal without it, as mirror images, have other last
+/// bits in each back end. No central difference tells values apart that are nearer than this part of their size.
 Expr at_extreme(const Reduce& reduce, const Expr& value) {
-  return select(binary(BinaryOp::equal, access(reduce.field), access(reduce.result)), value, 0.0);
+  const double resolved = std::pow(std::numeric_limits<double>::epsilon(), 2.0 / 3);
+  const Expr extreme = access(reduce.result), near = resolved * call(Fn::abs, {extreme});
+  const Expr shares = reduce.kind == Reduction::max
+                          ? binary(BinaryOp::greater_equal, access(reduce.field), extreme - near)
+                          : binary(BinaryOp::less_equal, access(reduce.field), extreme + near);
+  return select(shares, value, 0.0);
 }
 
 std::string add_count_of_ties(const Reduce& reduce, const Writing& into) {

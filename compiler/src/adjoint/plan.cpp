@@ -117,56 +117,11 @@ void grow_varied(const Module& module, const std::vector<Statement>& statements,
   }
 }
 
-/// Of each let the first store that is made of it, also by way of others.
-std::map<std::string, const Store*> first_stores(const Kernel& kernel) {
-  std::map<std::string, const Expr*> values;
-  for (const Let& let : kernel.lets) values.emplace(let.name, &let.value);
-  std::map<std::string, const Store*> first;
-  const std::function<void(const Expr&, const Store&)> note = [&](const Expr& e, const Store& store) {
-    visit(e, [&](const Expr& part) {
-      const Local* l = std::get_if<Local>(&part->kind);
-      if (l && first.emplace(l->name, &store).second) note(*values.at(l->name), store);
-    });
-  };
-  for (const Store& store : kernel.stores) note(store.value, store);
-  return first;
-}
-
-/// Calls `f` on every value, with the place that it comes from: of a let that of the first store made of it.
-void for_each_value(const Kernel& kernel, const std::function<void(const Expr&, SourceRange)>& f) {
-  const std::map<std::string, const Store*> first = first_stores(kernel);
-  for (const Let& let : kernel.lets) {
-    const auto store = first.find(let.name);
-    f(let.value, store == first.end() ? SourceRange{} : store->second->origin.range);
-  }
-  for (const Store& store : kernel.stores) f(store.value, store.origin.range);
-  for (const Sum& sum : kernel.sums) f(sum.value, {});
-  for (const Scatter& scatter : kernel.scatters) {
-    for (const Expr& d : scatter.target.displacement) f(d, {});
-    f(scatter.value, {});
-  }
-}
-
 bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& sink) {
-  const Varied varied{outside.fields, outside.params, varied_locals(kernel, outside)};
   bool good = true;
-  std::set<std::string> reported;
-  for_each_value(kernel, [&](const Expr& value, SourceRange range) {
-    visit(value, [&](const Expr& e) {
-      const Call* call = std::get_if<Call>(&e->kind);
-      if (!call || has_useful_derivative(call->fn) || !is_varied(call->arguments[0], varied)) return;
-      if (!reported.insert(std::string(name_of(call->fn))).second) return;
-      // a kernel that the compiler made has a name that nobody knows
-      sink.report("no-useful-derivative", range,
-                  {std::string(name_of(call->fn)), range.is_known() ? "here" : "in kernel " + kernel.name},
-                  "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument "
-                  "from what is not an unknown");
-      good = false;
-    });
-  });
   const Signature s = signature(kernel);
   for (const std::string& field : s.updates) {
-    if (!varied.fields.contains(field) || !s.find_read(field)) continue;
+    if (!outside.fields.contains(field) || !s.find_read(field)) continue;
     sink.report("accumulates-onto-read-field", {}, {kernel.name, field},
                 "store the new value in another field and let later statements read that one");
     good = false;

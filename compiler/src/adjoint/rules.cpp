@@ -78,8 +78,6 @@ Expr times_partial(const Expr& e, int index, const Expr& x) {
   unreachable("times_partial of a leaf");
 }
 
-bool has_useful_derivative(Fn fn) { return fn != Fn::floor; }
-
 bool is_varied(const Expr& e, const Varied& varied) {
   return match(
       e->kind,  //
@@ -101,7 +99,7 @@ bool is_varied(const Expr& e, const Varied& varied) {
         return is_varied(b.right, varied) || is_varied(b.left, varied);
       },
       [&](const Call& c) {
-        if (c.fn == Fn::sign) return false;
+        if (c.fn == Fn::sign || c.fn == Fn::floor) return false;
         for (const Expr& a : c.arguments) {
           if (is_varied(a, varied)) return true;
         }

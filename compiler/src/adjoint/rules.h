@@ -14,11 +14,8 @@ namespace dpde::adjoint {
 ///
 /// Children are numbered as they are written. Conventions at kinks: at a tie max(a,b) takes the derivative of a and
 /// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0;
-/// sign, comparisons and conditions have derivative 0. floor has none that is of use: see has_useful_derivative.
+/// sign, floor, comparisons and conditions have derivative 0, fraction 1. What jumps is refused by driver/switches.h.
 stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
-
-/// False for functions whose derivative is 0 almost everywhere although users mean something else by it (floor).
-bool has_useful_derivative(Fn fn);
 
 /// Names that carry a derivative inside one kernel.
 struct Varied {

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <optional>
 #include <span>
 
 #include "model/build.h"
+#include "model/switches.h"
+#include "model/uses.h"
 
 namespace dpde::driver {
 
@@ -21,7 +23,7 @@ constexpr double least_jump = 1e-2;  // of the largest value: less is told apart
 bool may_jump(const model::Expr& formula) {
   return model::any_part(formula, [](const model::Expr& e) {
     if (const model::Call* call = std::get_if<model::Call>(&e->kind))
-      return call->fn == Fn::sign || call->fn == Fn::floor;
+      return call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction;
     return std::holds_alternative<model::Select>(e->kind);
   });
 }
@@ -55,24 +57,13 @@ bool jumps(Session& session, const model::Coefficient& c) {
   return false;
 }
 
-/// A condition of places between two numbers. What states decide moves, and is another matter; of formulas it is not
-/// known whether they meet.
-bool is_jump(const model::Problem& problem, const model::Expr& e) {
-  const model::Select* select = std::get_if<model::Select>(&e->kind);
-  if (select == nullptr || select->yes == select->no) return false;
-  const bool of_states =
-      std::ranges::any_of(problem.states, [&](const model::State& s) { return model::reads(e, s.name); });
-  return !of_states && model::is_uniform(select->yes) && model::is_uniform(select->no);
-}
-
-/// Calls `found` on what stands in a difference as it is, and not as 1/k in an interpolation.
-void for_each_in_flux(const model::Expr& e, const std::function<void(const model::Expr&)>& found) {
+/// What stands in a difference as it is, and not as 1/k in an interpolation.
+model::Expr without_harmonic_means(const model::Expr& e) {
   if (const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind)) {
     const model::Binary* inverse = std::get_if<model::Binary>(&mean->operand->kind);
-    if (inverse != nullptr && inverse->op == BinaryOp::divide) return for_each_in_flux(inverse->left, found);
+    if (inverse != nullptr && inverse->op == BinaryOp::divide) return without_harmonic_means(inverse->left);
   }
-  found(e);
-  model::for_each_part(e, [&](const model::Expr& part) { for_each_in_flux(part, found); });
+  return model::map_parts(e, without_harmonic_means);
 }
 
 bool holds_derivative(const model::Expr& e, int axis) {
@@ -82,32 +73,45 @@ bool holds_derivative(const model::Expr& e, int axis) {
   });
 }
 
+/// What steps compute, as a person wrote it. What projections make of a constraint has masks in it that let nothing
+/// flow, which are no coefficients.
+bool is_written(model::UseKind kind) {
+  return kind == model::UseKind::equation || kind == model::UseKind::held_value || kind == model::UseKind::event;
+}
+
 }  // namespace
 
 std::vector<Jump> jumps_in_fluxes(Session& session) {
   const model::Problem& problem = session.problem();
-  std::vector<Jump> result;
-  const auto add = [&](const std::string& coefficient, const SourceRange& range) {
-    if (std::ranges::find(result, coefficient, &Jump::coefficient) == result.end())
-      result.push_back({coefficient, range});
+  const auto is_field = [&](const std::string& name) {
+    return problem.find_state(name) != nullptr || problem.find_coefficient(name) != nullptr;
   };
-  for (const model::State& state : problem.states) {
-    if (!state.rhs) continue;
-    model::any_part(*state.rhs, [&](const model::Expr& e) {
-      const model::Derivative* d = std::get_if<model::Derivative>(&e->kind);
-      if (d == nullptr || !holds_derivative(d->operand, d->axis)) return false;
-      const SourceRange range = e->origin.range.is_known() ? e->origin.range : state.origin.range;
-      for_each_in_flux(d->operand, [&](const model::Expr& part) {
-        const model::Field* field = std::get_if<model::Field>(&part->kind);
-        const auto c = field == nullptr
-                           ? problem.coefficients.end()
-                           : std::ranges::find(problem.coefficients, field->name, &model::Coefficient::name);
-        if (c != problem.coefficients.end() && jumps(session, *c)) add(c->name, range);
-        if (is_jump(problem, part)) add("", range);
-      });
+  const model::Movement everywhere{is_field, true};
+  std::vector<Jump> result;
+  const auto add = [&](const Jump& jump) {
+    if (std::ranges::find(result, jump.name, &Jump::name) == result.end()) result.push_back(jump);
+  };
+  const auto look_at_flux = [&](const model::Expr& flux, const SourceRange& range) {
+    model::any_part(flux, [&](const model::Expr& part) {
+      const model::Field* field = std::get_if<model::Field>(&part->kind);
+      const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
+      if (c != nullptr && jumps(session, *c)) add({c->name, false, range});
       return false;
     });
-  }
+    const std::optional<model::Jump> jump = model::jump_in(flux, problem, everywhere);
+    if (!jump) return;
+    const std::string function = jump->what.empty() ? "if" : jump->what;
+    add({jump->within.empty() ? function + "(...)" : jump->within, jump->within.empty(), range});
+  };
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!is_written(use.kind)) return;
+    model::any_part(use.formula, [&](const model::Expr& e) {
+      const model::Derivative* d = std::get_if<model::Derivative>(&e->kind);
+      if (d == nullptr || !holds_derivative(d->operand, d->axis)) return false;
+      look_at_flux(without_harmonic_means(d->operand), e->origin.range.is_known() ? e->origin.range : use.origin.range);
+      return false;
+    });
+  });
   return result;
 }
 

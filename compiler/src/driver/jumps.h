@@ -12,13 +12,15 @@
 namespace dpde::driver {
 
 struct Jump {
-  std::string coefficient;  // "" of a condition that stands in the equation itself
-  SourceRange range;        // of the difference, or of the equation
+  std::string name;         // of a coefficient, a mask or an operator
+  bool is_formula = false;  // it stands in the equation itself: "if(...)"
+  SourceRange range;        // of the difference, or of the line
 };
 
-/// Each coefficient once. One jumps whose formula has a condition of places, a sign or a floor, or that a file gives,
-/// and whose values differ by about as much from a cell to the next as over four cells. In grad(u)/interpolate(1/k)
-/// none does: the harmonic mean is what flows.
+/// Each name once. A coefficient jumps whose formula has a condition of places, a sign, a floor or a fraction, or that
+/// a file gives, and whose values differ by about as much from a cell to the next as over four cells. A formula does
+/// whose branches do not meet where places or states switch them (model/switches.h). In grad(u)/interpolate(1/k) none
+/// does: the harmonic mean is what flows.
 std::vector<Jump> jumps_in_fluxes(Session& session);
 
 }  // namespace dpde::driver

@@ -8,12 +8,13 @@ namespace dpde::driver {
 namespace {
 
 struct Spread {
-  double states, step;
+  double states;
+  model::Expr length;  // of the time that a state stands for
 
   /// One state's part of a whole line.
   model::Expr counted(const model::Expr& e, model::Reduce::Kind kind) const {
     if (kind == model::Reduce::Kind::mean) return model::binary(BinaryOp::divide, e, states, e->origin);
-    if (kind == model::Reduce::Kind::integral) return model::binary(BinaryOp::multiply, step, e, e->origin);
+    if (kind == model::Reduce::Kind::integral) return model::binary(BinaryOp::multiply, length, e, e->origin);
     return e;
   }
 
@@ -34,11 +35,20 @@ struct Spread {
   }
 };
 
+/// By the trapezoidal rule: the first and the last state stand for half a step.
+model::Expr length_of_state(const model::Problem& problem) {
+  const double half = problem.step / 2, begin = problem.t_begin, end = begin + problem.steps * problem.step;
+  const model::Expr t = model::param("t");
+  const auto is_at_end = model::binary(BinaryOp::logical_or, model::binary(BinaryOp::less, t, begin + half),
+                                       model::binary(BinaryOp::greater, t, end - half));
+  return model::select(is_at_end, half, problem.step);
+}
+
 }  // namespace
 
 model::Problem spread_over_time(model::Problem problem) {
   if (!problem.task) return problem;
-  const Spread spread{problem.steps + 1.0, problem.step};
+  const Spread spread{problem.steps + 1.0, length_of_state(problem)};
   for (model::Loss& loss : problem.task->losses) {
     if (loss.when.kind == model::When::Kind::over) spread(loss.value, loss.when);
     if (loss.when.kind == model::When::Kind::steps)

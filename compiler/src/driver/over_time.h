@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `over time` means for losses and tests: of all states of a run a mean is also the mean, a sum the sum, an
-// integral that over time (times the step); `, mean over time` and so on say it for a whole line.
+// integral that over time, by the trapezoidal rule; `, mean over time` and so on say it for a whole line. Of the states
+// behind so many steps an integral is their sum times the step.
 #pragma once
 
 #include "model/model.h"

@@ -23,6 +23,14 @@ std::string name_of(const model::Unknown& unknown) {
   return unknown.kind == model::Unknown::Kind::initial ? "initial " + unknown.name : unknown.name;
 }
 
+/// Of floor: it jumps, and has the derivative 0 elsewhere.
+void report_floor(const SourceRange& range, const std::string& further, DiagnosticSink& sink) {
+  sink.report("no-useful-derivative", range, {"floor", "here"},
+              "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument from "
+              "what is not an unknown" +
+                  further);
+}
+
 void report(const model::Task& task, const model::OnlySwitching& found, DiagnosticSink& sink) {
   const model::Unknown& unknown = task.unknowns[found.unknown];
   const SourceRange range = found.origin.range.is_known() ? found.origin.range : unknown.origin.range;
@@ -32,6 +40,7 @@ void report(const model::Task& task, const model::OnlySwitching& found, Diagnost
                 "steps have no derivative by how long they are: take it out of the unknowns of task " + task.name);
     return;
   }
+  if (found.what == name_of(Fn::floor)) return report_floor(range, "", sink);
   sink.report("switch-without-derivative", range, {name_of(unknown), "the gradient by it would be 0"},
               fmt::format("write a smooth switch whose width the steps and cells resolve, as 0.5 + 0.5*tanh((b - a)/w) "
                           "for if(a < b, 1, 0), or take {} out of the unknowns of task {}",
@@ -39,6 +48,8 @@ void report(const model::Task& task, const model::OnlySwitching& found, Diagnost
 }
 
 void report(const model::Jump& jump, DiagnosticSink& sink) {
+  if (jump.what == name_of(Fn::floor))
+    return report_floor(jump.origin.range, "; --force goes on without the jump", sink);
   const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
   const std::string why = jump.what.empty()
                               ? moved + " moves the switch, and a gradient lacks what the jump adds"
@@ -91,15 +102,15 @@ std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stenc
     return std::ranges::find(interface.inputs, name) != interface.inputs.end() ||
            std::ranges::find(interface.params, name) != interface.params.end();
   };
-  const stencil::Movement movement{
-      [&](const std::string& name) { return is_given(name) ? !influence.on(name).any.empty() : true; },
-      [&](const std::string& name) -> std::optional<double> {
-        const model::Parameter* known = problem.find_param(name);
-        return known ? std::optional(known->value) : std::nullopt;
-      }};
+  const auto moves = [&](const std::string& name) { return !is_given(name) || !influence.on(name).any.empty(); };
+  const stencil::Movement movement{moves, [&](const std::string& name) {
+                                     Piecewise::Symbol symbol = model::range_of(problem, name);
+                                     symbol.moves = moves(name);
+                                     return symbol;
+                                   }};
   for (const stencil::Kernel& kernel : kernels_of(compiled.stencil, program)) {
     const std::optional<stencil::KernelJump> found = stencil::jump_in(kernel, movement);
-    if (found) return model::Jump{{found->range}, "", {found->movers.begin(), found->movers.end()}};
+    if (found) return model::Jump{{found->range}, found->what, {found->movers.begin(), found->movers.end()}, ""};
   }
   return std::nullopt;
 }
@@ -132,6 +143,10 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
 std::vector<model::Jump> jumps_of(const Compiled& compiled) {
   if (!compiled.problem || !compiled.problem->task) return {};
   return jumps_by(compiled, influence_in(compiled));
+}
+
+void report_jumps(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const model::Jump& jump : jumps_of(compiled)) report(jump, sink);
 }
 
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {

@@ -122,12 +122,13 @@ Expr at_place(const Expr& formula, const Expr& place) {
   if (std::holds_alternative<Coordinate>(formula->kind)) return place;
   if (const auto* neg = std::get_if<Neg>(&formula->kind)) return negate(same(neg->operand));
   if (const auto* b = std::get_if<Binary>(&formula->kind)) return binary(b->op, same(b->left), same(b->right));
-  if (const auto* s = std::get_if<Select>(&formula->kind)) return select(same(s->condition), same(s->yes), same(s->no));
+  if (const auto* s = std::get_if<Select>(&formula->kind))
+    return select(same(s->condition), same(s->yes), same(s->no), formula->origin);
   const auto* c = std::get_if<Call>(&formula->kind);
   if (!c) return formula;
   std::vector<Expr> arguments;
   for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
-  return call(c->fn, std::move(arguments));
+  return call(c->fn, std::move(arguments), formula->origin);
 }
 
 Expr slope_of(const Expr& formula, const Variable& by) {

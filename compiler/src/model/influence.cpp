@@ -25,7 +25,7 @@ class Reader {
           read(b.right, smooth && !is_condition);
         },
         [&](const Call& c) {
-          for (const Expr& argument : c.arguments) read(argument, smooth && c.fn != Fn::sign);
+          for (const Expr& argument : c.arguments) read(argument, smooth && c.fn != Fn::sign && c.fn != Fn::floor);
         },
         [&](const Select& s) {
           read(s.condition, false);

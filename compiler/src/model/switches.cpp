@@ -26,14 +26,21 @@ const Expr* operand_of_switch(const Expr& e) {
 
 /// What a person wrote has a place in the text. What the compiler makes of inject() and sample() beside walls has none:
 /// it is continuous, by spacings that symbols know nothing of.
-/// floor is refused where it is differentiated (E0601), and by what it hangs on.
-bool is_trusted(const Expr& e) {
+bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
+
+/// The function that switches; "" for if.
+std::string switching_function(const Expr& e) {
   const Call* call = std::get_if<Call>(&e->kind);
-  return !e->origin.range.is_known() || (call != nullptr && call->fn == Fn::floor);
+  return call ? std::string(name_of(call->fn)) : "";
 }
 
+/// In the bodies of operators, too.
 bool has_switch(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return operand_of_switch(part) != nullptr && !is_trusted(part); });
+  return any_part(e, [](const Expr& part) {
+    const Apply* apply = std::get_if<Apply>(&part->kind);
+    if (apply != nullptr && std::ranges::any_of(apply->function.body, has_switch)) return true;
+    return operand_of_switch(part) != nullptr && !is_trusted(part);
+  });
 }
 
 /// A formula as one of independent symbols. What is no arithmetic, as a derivative, is a symbol, and what stands inside
@@ -43,12 +50,14 @@ class Converter {
   struct Inner {
     Expr value;
     Scope scope;
+    std::string within;
   };
 
-  Converter(const Problem& problem, const Influence& influence, Scope scope)
-      : problem_(problem), influence_(influence), scope_(std::move(scope)) {}
+  Converter(const Problem& problem, const Movement& movement, Inner whole)
+      : problem_(problem), movement_(movement), scope_(std::move(whole.scope)), within_(std::move(whole.within)) {
+    convert(whole.value);
+  }
 
-  void convert(const Expr& e) { convert(e, std::vector<int>(problem_.axes.size(), 0)); }
   const Piecewise& formula() const { return formula_; }
   const Expr& source_of(Piecewise::Id id) const { return sources_.at(id); }
   const std::vector<Inner>& inner() const { return inner_; }
@@ -56,6 +65,7 @@ class Converter {
  private:
   using Id = Piecewise::Id;
   using Offset = std::vector<int>;
+  void convert(const Expr& e) { convert(e, Offset(problem_.axes.size(), 0)); }
   Id convert(const Expr& e, const Offset& offset);
   Id convert_new(const Expr& e, const Offset& offset);
   Id symbol(const Expr& e, const Offset& offset, const Piecewise::Symbol& symbol);
@@ -67,8 +77,9 @@ class Converter {
   bool moves(const std::string& name) const;
 
   const Problem& problem_;
-  const Influence& influence_;
+  const Movement& movement_;
   Scope scope_;
+  std::string within_;
   Piecewise formula_;
   std::map<std::pair<const Node*, Offset>, Id> known_;
   std::map<Id, Expr> sources_;
@@ -78,11 +89,13 @@ class Converter {
 
 bool Converter::moves(const std::string& name) const {
   const auto local = scope_.find(name);
-  return local != scope_.end() ? local->second : !influence_.on(name).any.empty();
+  return local != scope_.end() ? local->second : movement_.moves(name);
 }
 
 bool Converter::moves(const Expr& e) const {
-  return std::ranges::any_of(reading_of(e).any, [&](const std::string& name) { return moves(name); });
+  const auto is_place = [](const Expr& part) { return std::holds_alternative<Coordinate>(part->kind); };
+  return std::ranges::any_of(reading_of(e).any, [&](const std::string& name) { return moves(name); }) ||
+         (movement_.places && any_part(e, is_place));
 }
 
 /// One symbol for all that is equal.
@@ -96,40 +109,21 @@ Piecewise::Id Converter::symbol(const Expr& e, const Offset& offset, const Piece
 }
 
 Piecewise::Id Converter::param(const Expr& e, const std::string& name) {
-  Piecewise::Symbol result{.moves = moves(name)};
+  Piecewise::Symbol result = range_of(problem_, name);
+  result.moves = moves(name);
   const Offset here;
-  if (name == "t") {
-    result.low = problem_.t_begin;
-    result.high = problem_.t_begin + problem_.steps * problem_.step;
-  } else if (name == "dt") {
-    result.value = problem_.step;
-  } else if (const Parameter* known = problem_.find_param(name); known && !problem_.find_control(name)) {
-    result.value = known->value;
-    const auto& unknowns = problem_.task->unknowns;
-    const auto sought = std::ranges::find_if(unknowns, [&](const Unknown& unknown) {
-      return unknown.kind == Unknown::Kind::parameter && unknown.name == name && unknown.is_bounded();
-    });
-    if (sought != unknowns.end()) {
-      result.low = sought->low;
-      result.high = sought->high;
-    } else if (known->value > 0) {  // as a length or a rate: formulas are written for its sign
-      result.low = 0;
-    } else if (known->value < 0) {
-      result.high = 0;
-    }
-  }
   return symbol(e, here, result);
 }
 
 Piecewise::Id Converter::coordinate(const Expr& e, int axis, const Offset& offset) {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   const auto [low, high] = std::minmax({along.face(0), along.face(along.cells)});
-  return symbol(e, offset, {.low = low, .high = high});
+  return symbol(e, offset, {.moves = movement_.places, .low = low, .high = high});
 }
 
 Piecewise::Id Converter::opaque(const Expr& e, const Offset& offset, const Scope& inside) {
   for_each_part(e, [&](const Expr& part) {
-    if (has_switch(part)) inner_.push_back({part, inside});
+    if (has_switch(part)) inner_.push_back({part, inside, within_});
   });
   return symbol(e, offset, {.moves = moves(e)});
 }
@@ -182,7 +176,7 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
         Scope inside;
         for (std::size_t i = 0; i < a.arguments.size(); ++i) inside[a.function.parameters[i]] = moves(a.arguments[i]);
         for (const Expr& part : a.function.body) {
-          if (has_switch(part)) inner_.push_back({part, inside});
+          if (has_switch(part)) inner_.push_back({part, inside, a.function.name});
         }
         return opaque(e, offset, scope_);
       },
@@ -194,68 +188,99 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
       });
 }
 
-Jump jump_at(const Expr& e, const Influence& influence) {
-  Jump jump{e->origin, "", {}};
-  if (const Call* call = std::get_if<Call>(&e->kind)) jump.what = name_of(call->fn);
-  for (const std::string& name : reading_of(*operand_of_switch(e)).any) {
-    if (!influence.on(name).any.empty()) jump.movers.push_back(name);
-  }
-  return jump;
-}
-
-std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Influence& influence) {
-  std::vector<Converter::Inner> waiting{{formula, {}}};
-  while (!waiting.empty()) {
-    const Converter::Inner next = waiting.back();
-    waiting.pop_back();
-    if (!has_switch(next.value)) continue;
-    Converter converter(problem, influence, next.scope);
-    converter.convert(next.value);
-    if (const std::optional<Piecewise::Id> jump = find_jump(converter.formula()))
-      return jump_at(converter.source_of(*jump), influence);
-    waiting.insert(waiting.end(), converter.inner().begin(), converter.inner().end());
-  }
-  return std::nullopt;
-}
-
 bool is_mask(const Problem& problem, const std::string& name) {
   const Coefficient* coefficient = problem.find_coefficient(name);
   return coefficient != nullptr && coefficient->is_mask;
 }
 
 /// Of a switch in the formulas of a run that the unknown moves.
-Origin switch_moved_by(std::size_t unknown, const Problem& problem, const Influence& influence) {
-  std::optional<Origin> found;
+std::optional<Expr> switch_moved_by(std::size_t unknown, const Problem& problem, const Influence& influence) {
+  std::optional<Expr> found;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (found || (!formula.is_of_loss && !influence.reaches_losses(formula.makes))) return;
     any_part(*formula.value, [&](const Expr& part) {
       const Expr* operand = operand_of_switch(part);
-      if (!found && operand && influence.on(reading_of(*operand)).any.contains(unknown)) found = part->origin;
+      if (!found && operand && influence.on(reading_of(*operand)).any.contains(unknown)) found = part;
       return found.has_value();
     });
   });
-  return found.value_or(Origin{});
+  return found;
+}
+
+const Unknown* bounded_unknown(const Problem& problem, const std::string& param) {
+  if (!problem.task) return nullptr;
+  const auto& unknowns = problem.task->unknowns;
+  const auto sought = std::ranges::find_if(unknowns, [&](const Unknown& unknown) {
+    return unknown.kind == Unknown::Kind::parameter && unknown.name == param && unknown.is_bounded();
+  });
+  return sought == unknowns.end() ? nullptr : &*sought;
 }
 
 }  // namespace
+
+Piecewise::Symbol range_of(const Problem& problem, const std::string& param) {
+  Piecewise::Symbol result;
+  if (param == "t") {
+    result.low = problem.t_begin;
+    result.high = problem.t_begin + problem.steps * problem.step;
+  } else if (param == "dt") {
+    result.value = problem.step;
+  } else if (const Parameter* known = problem.find_param(param); known && !problem.find_control(param)) {
+    result.value = known->value;
+    const Unknown* sought = bounded_unknown(problem, param);
+    result.may_leave = sought == nullptr;
+    if (sought != nullptr) {
+      result.low = sought->low;
+      result.high = sought->high;
+    } else if (known->value > 0) {
+      result.low = 0;
+    } else if (known->value < 0) {
+      result.high = 0;
+    }
+  }
+  return result;
+}
 
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence) {
   std::vector<OnlySwitching> result;
   for (const std::size_t unknown : influence.on_losses().any) {
     if (influence.on_losses().smooth.contains(unknown)) continue;
-    const Origin origin = switch_moved_by(unknown, problem, influence);
+    const std::optional<Expr> found = switch_moved_by(unknown, problem, influence);
+    const Origin origin = found ? (*found)->origin : Origin{};
     const bool sets_length = problem.rate && influence.on(reading_of(*problem.rate)).any.contains(unknown);
-    result.push_back({unknown, origin, sets_length && !origin.range.is_known()});
+    result.push_back(
+        {unknown, origin, found ? switching_function(*found) : "", sets_length && !origin.range.is_known()});
   }
   return result;
 }
 
+std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
+  std::vector<Converter::Inner> waiting{{formula, {}, ""}};
+  while (!waiting.empty()) {
+    const Converter::Inner next = waiting.back();
+    waiting.pop_back();
+    if (!has_switch(next.value)) continue;
+    const Converter converter(problem, movement, next);
+    if (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
+      const Expr& e = converter.source_of(*found);
+      Jump jump{e->origin, switching_function(e), {}, next.within};
+      for (const std::string& name : reading_of(*operand_of_switch(e)).any) {
+        if (movement.moves(name)) jump.movers.push_back(name);
+      }
+      return jump;
+    }
+    waiting.insert(waiting.end(), converter.inner().begin(), converter.inner().end());
+  }
+  return std::nullopt;
+}
+
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence) {
+  const Movement movement{[&](const std::string& name) { return !influence.on(name).any.empty(); }};
   std::vector<Jump> jumps;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_length || is_mask(problem, formula.makes)) return;
     if (!formula.is_of_loss && !influence.reaches_losses(formula.makes)) return;
-    if (std::optional<Jump> jump = jump_in(*formula.value, problem, influence)) jumps.push_back(std::move(*jump));
+    if (std::optional<Jump> jump = jump_in(*formula.value, problem, movement)) jumps.push_back(std::move(*jump));
   });
   return jumps;
 }

@@ -3,12 +3,15 @@
 // moves: it is right where the branches meet, and lacks the jump where they do not.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "model/influence.h"
 #include "model/model.h"
+#include "support/piecewise.h"
 
 namespace dpde::model {
 
@@ -16,6 +19,7 @@ namespace dpde::model {
 struct OnlySwitching {
   std::size_t unknown;  // its place in the task
   Origin origin;        // of a switch that it moves; unknown where it sets how long steps are
+  std::string what;     // "floor"; "" for if
   bool sets_length = false;
 };
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence);
@@ -23,10 +27,22 @@ std::vector<OnlySwitching> only_switching(const Problem& problem, const Influenc
 /// A choice whose value jumps where it switches.
 struct Jump {
   Origin origin;
-  std::string what;                 // "sign"; "" for if
+  std::string what;                 // "sign", "floor"; "" for if
   std::vector<std::string> movers;  // states, coefficients and parameters that move the switch
+  std::string within;               // the operator or moving mask in whose body it stands; "" else
 };
 /// One for each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence);
+
+/// The value of a parameter, of t or of dt, and where it may go: a sought parameter stays within its bounds. Without
+/// bounds it keeps its sign, as a length or a rate does, for which formulas are written, where other things move too.
+Piecewise::Symbol range_of(const Problem& problem, const std::string& param);
+
+/// Fields, parameters and networks that move, and whether places do.
+struct Movement {
+  std::function<bool(const std::string&)> moves;
+  bool places = false;
+};
+std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement);
 
 }  // namespace dpde::model

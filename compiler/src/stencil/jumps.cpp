@@ -25,6 +25,8 @@ class Converter {
   const Piecewise& formula() const { return formula_; }
   /// What the switch hangs on.
   std::set<std::string> movers_of(Piecewise::Id id);
+  /// The function that switches; "" for if.
+  std::string function_of(Piecewise::Id id) const;
 
  private:
   using Id = Piecewise::Id;
@@ -76,6 +78,11 @@ std::set<std::string> Converter::movers_of(Piecewise::Id id) {
   return names_in(select ? select->condition : e);
 }
 
+std::string Converter::function_of(Piecewise::Id id) const {
+  const auto* call = std::get_if<Call>(&sources_.at(id)->kind);
+  return call ? std::string(name_of(call->fn)) : "";
+}
+
 Piecewise::Id Converter::symbol(const Expr& e, const Piecewise::Symbol& symbol) {
   const auto found = std::ranges::find(symbols_, e, &std::pair<Expr, Id>::first);
   if (found != symbols_.end()) return found->second;
@@ -102,8 +109,8 @@ Piecewise::Id Converter::convert(const Expr& e) {
 Piecewise::Id Converter::convert_new(const Expr& e) {
   return match(
       e->kind, [&](const Literal& l) { return formula_.number(l.value); },
-      [&](const Param& p) { return symbol(e, {.moves = movement_.moves(p.name), .value = movement_.value(p.name)}); },
-      [&](const Local& l) { return local(l.name); }, [&](const Access&) { return symbol(e, {.moves = moves(e)}); },
+      [&](const Param& p) { return symbol(e, movement_.param(p.name)); }, [&](const Local& l) { return local(l.name); },
+      [&](const Access&) { return symbol(e, {.moves = moves(e)}); },
       [&](const Interp&) { return symbol(e, {.moves = moves(e)}); },
       [&](const Inside&) { return symbol(e, {.value = 1.0}); },
       [&](const Neg& n) { return formula_.negate(convert(n.operand)); },
@@ -133,7 +140,8 @@ std::optional<KernelJump> jump_in(const Kernel& kernel, const Movement& movement
     Converter converter(kernel, movement);
     converter.convert(value);
     if (const std::optional<Piecewise::Id> jump = find_jump(converter.formula()))
-      return KernelJump{range.is_known() ? range : kernel.origin.range, converter.movers_of(*jump)};
+      return KernelJump{range.is_known() ? range : kernel.origin.range, converter.function_of(*jump),
+                        converter.movers_of(*jump)};
   }
   return std::nullopt;
 }

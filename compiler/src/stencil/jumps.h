@@ -8,17 +8,19 @@
 #include <string>
 
 #include "stencil/stencil.h"
+#include "support/piecewise.h"
 
 namespace dpde::stencil {
 
-/// What moves, and the values of parameters that do not.
+/// What moves, and the values that parameters have.
 struct Movement {
   std::function<bool(const std::string&)> moves;  // of fields and parameters
-  std::function<std::optional<double>(const std::string&)> value;
+  std::function<Piecewise::Symbol(const std::string&)> param;
 };
 
 struct KernelJump {
   SourceRange range;
+  std::string what;              // "sign", "floor"; "" for if
   std::set<std::string> movers;  // fields and parameters that move the switch
 };
 std::optional<KernelJump> jump_in(const Kernel& kernel, const Movement& movement);

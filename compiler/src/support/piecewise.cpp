@@ -93,7 +93,8 @@ class JumpSearch {
   std::vector<int> judged_;  // how often each switch was
   std::vector<double> hints_;
   std::vector<double> base_, direction_;  // of the symbols, along the line
-  double typical_ = 0;                    // size of the formula along the line
+  bool one_moves_ = false;
+  double typical_ = 0;  // size of the formula along the line
   std::mt19937_64 random_{20240229};
   std::normal_distribution<double> normal_;
   std::uniform_real_distribution<double> part_of_one_, exponent_{-1.5, 1.5};
@@ -153,6 +154,7 @@ void JumpSearch::choose_line(bool positive, bool one_moves) {
     moving = {moving[std::min(which, moving.size() - 1)]};
   }
   for (const std::size_t i : moving) direction_[i] = normal_(random_) * spread();
+  one_moves_ = moving.size() == 1;
 }
 
 void JumpSearch::evaluate(const Piecewise::Node& node, Id id, double s, Look& look) const {
@@ -204,7 +206,8 @@ bool JumpSearch::is_possible(double s) const {
   for (std::size_t i = 0; i < formula_.symbols_.size(); ++i) {
     const Piecewise::Symbol& symbol = formula_.symbols_[i];
     const double value = base_[i] + s * direction_[i];
-    if (symbol.moves && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
+    const bool is_free = !symbol.moves || (symbol.may_leave && one_moves_);
+    if (!is_free && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
   }
   return true;
 }

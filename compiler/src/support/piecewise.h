@@ -20,11 +20,13 @@ class Piecewise {
  public:
   using Id = std::size_t;
 
-  /// What is not known has any value, or one between `low` and `high`. What moves stays there.
+  /// What is not known has any value, or one between `low` and `high`. What moves stays there, unless it `may_leave`
+  /// them where nothing else moves.
   struct Symbol {
     bool moves = false;
     std::optional<double> value = {};
     std::optional<double> low = {}, high = {};
+    bool may_leave = false;
   };
 
   Id number(double value);

@@ -160,6 +160,7 @@ class Expressions {
 
   // quadrature.cpp
   static bool is_quadrature(const ast::Call& e);
+  bool follows_place(const ast::Call& e, const Expr& value, const Expr& place);
   std::optional<Expr> gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes);
   void look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole);
   std::optional<Expr> sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high);

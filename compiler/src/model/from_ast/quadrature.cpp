@@ -61,12 +61,58 @@ std::vector<std::array<double, 3>> places_to_look_at(const std::vector<Axis>& ax
   return places;
 }
 
+/// A field that is read at the point itself.
+std::optional<std::string> field_in(const Expr& e) {
+  std::optional<std::string> found;
+  if (const auto* field = std::get_if<Field>(&e->kind)) return field->name;
+  if (std::holds_alternative<Reduce>(e->kind) || std::holds_alternative<Sample>(e->kind)) return found;
+  for_each_part(e, [&](const Expr& part) {
+    if (!found) found = field_in(part);
+  });
+  return found;
+}
+
+/// A field in a factor or a term that does not hold the place: whoever wrote it there meant the field at that place,
+/// since in front of the integral it is the same. In exp(-s*u) it may stand.
+std::optional<std::string> fixed_field(const Expr& e, const Expr& place) {
+  if (!any_part(e, [&](const Expr& part) { return part == place; })) return field_in(e);
+  std::vector<Expr> parts;
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) parts = {neg->operand};
+  if (const auto* b = std::get_if<Binary>(&e->kind); b != nullptr && b->op != BinaryOp::power)
+    parts = {b->left, b->right};
+  if (const auto* select = std::get_if<Select>(&e->kind)) parts = {select->yes, select->no};
+  if (const auto* derivative = std::get_if<Derivative>(&e->kind)) parts = {derivative->operand};
+  for (const Expr& part : parts) {
+    if (auto found = fixed_field(part, place)) return found;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool Expressions::is_quadrature(const ast::Call& e) {
   return e.callee == "integral" && std::ranges::any_of(e.arguments, [](const ast::Argument& argument) {
            return argument.name == "from" || argument.name == "to";
          });
+}
+
+/// False after a diagnostic. What it is at one place says it of all.
+bool Expressions::follows_place(const ast::Call& e, const Expr& value, const Expr& place) {
+  const std::optional<std::string> field = fixed_field(value, place);
+  if (!field) return true;
+  const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
+  const std::string elsewhere =
+      purpose_ == Purpose::quantity
+          ? fmt::format("its values along {} are sample({}, at = {})", variable, *field, variable)
+          : fmt::format(
+                "integral(f*{0}) over the grid weighs its values by what f is there, a solve by a Green's function",
+                *field);
+  draft_.sink.report(
+      "not-allowed-here", e.arguments[0].value.range(),
+      {*field, fmt::format("an integral over {} as a factor or a term", variable)},
+      fmt::format("it is the {1} of the point itself, wherever {0} is: put it in front of the integral; {2}", variable,
+                  *field, elsewhere));
+  return false;
 }
 
 /// The sum over the places; of the sizes of the formula's values where `of_sizes`.
@@ -82,7 +128,7 @@ std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, 
     running_[variable] = number_of(place);
     std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
     if (value && of_sizes) value = model::call(Fn::abs, {*value}, origin);
-    if (!value) sum.reset();
+    if (!value || !follows_place(e, *value, place)) sum.reset();
     if (!sum) break;
     sum = binary(BinaryOp::add, *sum, binary(BinaryOp::multiply, node.weight, *value, origin), origin);
   }

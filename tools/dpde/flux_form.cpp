@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "flux_form.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "model/build.h"
+
+namespace dpde::tools {
+
+namespace {
+
+/// A component of the velocity, on the faces across the axis.
+bool is_normal_velocity(const model::Problem& problem, const model::Expr& e, std::size_t axis) {
+  const model::Field* field = std::get_if<model::Field>(&e->kind);
+  const model::State* state = field == nullptr ? nullptr : problem.find_state(field->name);
+  return state != nullptr && state->placement[axis];
+}
+
+bool is_bound(const model::Problem& problem, const std::string& state) {
+  return std::ranges::any_of(problem.projections, [&](const model::Projection& projection) {
+    return !projection.multiplier.empty() &&
+           std::ranges::find(projection.updates, state, &model::Event::Update::state) != projection.updates.end();
+  });
+}
+
+/// Whether the state is a component of the velocity that carries it.
+bool carries_itself(const model::Problem& problem, const model::State& state, const model::Advect& advect) {
+  const model::Field* carried = std::get_if<model::Field>(&advect.operand->kind);
+  if (carried == nullptr || carried->name != state.name || !is_bound(problem, state.name)) return false;
+  for (std::size_t axis = 0; axis < advect.velocity.size(); ++axis) {
+    if (!is_normal_velocity(problem, advect.velocity[axis], axis)) return false;
+  }
+  return std::ranges::find(advect.velocity, advect.operand) != advect.velocity.end() &&
+         model::transport_of(problem.scheme, advect).advect == model::Advection::central &&
+         !std::ranges::all_of(state.placement, [](bool is_staggered) { return !is_staggered; });
+}
+
+}  // namespace
+
+std::string report_flux_form(const model::Problem& problem, Json& result) {
+  std::vector<std::string> names;
+  for (const model::State& state : problem.states) {
+    const bool is_found = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
+                            const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
+                            return advect != nullptr && !model::is_spectral(problem.scheme, e) &&
+                                   carries_itself(problem, state, *advect);
+                          });
+    const std::string vector = state.name.substr(0, state.name.rfind('.'));
+    if (is_found && std::ranges::find(names, vector) == names.end()) names.push_back(vector);
+  }
+  result["advective_form"] = names;
+  std::string text;
+  for (const std::string& name : names) {
+    text += fmt::format(
+        "momentum: -div(outer(interpolate({0}), interpolate({0}))) in place of -advect({0}, {0}) conserves it, with "
+        "half the error in a cavity\n",
+        name);
+  }
+  return text;
+}
+
+}  // namespace dpde::tools
