@@ -13,6 +13,7 @@
 #include "../driver/driver_support.h"
 #include "driver/inverse.h"
 #include "driver/session.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -193,28 +194,32 @@ TEST_P(GradientTableOf, AgreesWithDifferences) {
   write_table(GetParam(), rows);
 }
 
-/// Steps in parts, by a Courant number or under a tolerance; differences are of runs with the same parts.
+/// Steps in parts, by a Courant number, under a tolerance or of one field alone; differences are of runs with the same
+/// parts. By day between two kinds of ends, at night between all, on threads and in floats too.
 TEST(GradientTable, OfSubsteps) {
   struct Parts {
-    const char *name, *scheme, *time;
+    std::string name, scheme, time, line = "";
   };
   for (const Parts& parts : {Parts{"courant", "rk4", "0 .. 0.06, step 0.02, courant 0.6, speed 20"},
-                             Parts{"tolerance", "dopri5", "0 .. 0.06, step 0.02, tolerance 1e-11"}}) {
-    for (const Ends& ends : {all_ends[1], all_ends[3]}) {
-      SCOPED_TRACE(std::string(parts.name) + " " + ends.name);
-      const SourceFile source("parts.dpde", text_of(ends, parts.scheme, parts.time));
+                             Parts{"tolerance", "dopri5", "0 .. 0.06, step 0.02, tolerance 1e-11"},
+                             Parts{"subcycle", "rk2", "0 .. 0.06, step 0.02", "\n  subcycle u in 3"}}) {
+    for (const Ends& ends : all_ends) {
+      if (!is_thorough() && (ends.name == "periodic" || ends.name == "stretched" || parts.name == "subcycle")) continue;
+      SCOPED_TRACE(parts.name + " " + ends.name);
+      const SourceFile source("parts.dpde", text_of(ends, parts.scheme, parts.time + parts.line));
       const auto code = compile(source, false);
       ASSERT_TRUE(code);
-      Eigen::VectorXd stored, checkpoints;
+      Eigen::VectorXd stored, other;
       std::map<std::string, Row> rows;
       compare(source, code, {"stored"}, rows[parts.name], stored);
-      Way few{"checkpoints"};
-      few.options.slots = 1;
-      compare(source, code, few, rows[parts.name], checkpoints);
-      EXPECT_EQ(stored, checkpoints);
+      for (const Way& way : ways()) {
+        if (way.name == "stored" || way.single || (!is_thorough() && way.name == "threads")) continue;
+        compare(source, code, way, rows[parts.name], other);
+        EXPECT_EQ(stored, other) << way.name;
+      }
       const Task task = open(source, code, {});
       ASSERT_TRUE(task.inverse);
-      EXPECT_GT(task.session->rollout().run().parts, 3);
+      if (parts.name != "subcycle") EXPECT_GT(task.session->rollout().run().parts, 3);
     }
   }
 }
@@ -256,8 +261,13 @@ TEST(GradientTable, OfSteadyStates) {
       const SourceFile source("steady.dpde", text_of_steady(ends, scheme, until) + steady_task(ends));
       const auto code = compile(source, false);
       ASSERT_TRUE(code);
-      Eigen::VectorXd gradient, of_all;
+      Eigen::VectorXd gradient, of_all, other;
       compare(source, code, {"steady"}, rows[scheme], gradient);
+      for (const Way& way : ways()) {  // nothing is stored but the last state
+        if (way.name == "stored" || way.single || !is_thorough()) continue;
+        compare(source, code, way, rows[scheme], other);
+        EXPECT_EQ(gradient, other) << way.name;
+      }
       const SourceFile long_run("long.dpde", text_of_steady(ends, scheme, "0 .. 40, step " + step) + steady_task(ends));
       const auto all = compile(long_run, false);
       ASSERT_TRUE(all);
@@ -288,9 +298,28 @@ TEST(GradientTable, OfSteadyStatesSaysWhatMakesNoSense) {
   EXPECT_NE(messages_of(controlled).find("a scene with controls"), std::string::npos) << messages_of(controlled);
 }
 
+/// The steps on the way to a steady state in parts, by a Courant number: the state at rest is the same but for what the
+/// step does to it, and so is its gradient.
+TEST(GradientTable, OfSteadyStatesReachedInParts) {
+  const Ends& ends = all_ends[1];
+  const auto gradient_of = [&](const std::string& time) {
+    const SourceFile source("parts.dpde",
+                            text_of_steady(ends, "rk4", time + ", until steady 1e-13") + steady_task(ends));
+    Row row;
+    Eigen::VectorXd gradient;
+    compare(source, compile(source, false), {"steady"}, row, gradient);
+    return gradient;
+  };
+  const Eigen::VectorXd whole = gradient_of("0 .. 60, step 0.04"),
+                        parts = gradient_of("0 .. 60, step 0.04, courant 0.2, speed 2");
+  ASSERT_EQ(parts.size(), whole.size());
+  EXPECT_LT((parts - whole).norm(), 1e-8 * whole.norm());  // rk4 rests where the equations do
+}
+
 /// Where nothing stands between the steps of a large grid, blocks of them are reversed in one pass over memory.
-std::string text_of_blocks(const std::string& scheme) {
-  return R"(
+std::string text_of_blocks(const std::string& scheme, bool has_network = false) {
+  std::string text = R"(
+network n(a) { initial he, seed 3; conv 2, 3; tanh; conv out, 3 }
 model m {
   field u
   field p
@@ -301,7 +330,7 @@ model m {
   dt(u) = k*lap(u) - 0.3*u*dx(u) + 0.1*p + F
 }
 scheme q { time = )" +
-         scheme + R"( }
+                     scheme + R"( }
 scene g : m with q {
   grid x = 0 .. 128, cells 1024, periodic
   grid y = 0 .. 80, cells 640, periodic
@@ -322,6 +351,14 @@ task t : g {
   minimise mean((u - 0.3)^2) + mean(p^3)
 }
 )";
+  const auto put = [&](const std::string& old, const std::string& now) {
+    text.replace(text.find(old), old.size(), now);
+  };
+  if (has_network) put("0.1*p + F\n", "0.1*n(p) + F\n"), put("  unknown F\n", "  unknown F\n  learn n\n");
+  if (has_network) put("cells 1024", "cells 128"), put("cells 640", "cells 80");
+  if (has_network) put("time = " + scheme, "time = " + scheme + "; networks = f64");
+  if (!has_network) text.erase(0, text.find("model m"));
+  return text;
 }
 
 TEST(GradientTable, OfBlocksOfSteps) {
@@ -336,8 +373,29 @@ TEST(GradientTable, OfBlocksOfSteps) {
     const Task task = open(source, code, {});
     ASSERT_TRUE(task.inverse);
     EXPECT_GT(task.session->rollout().gradient_block_steps(), 1);
+    Way few{"checkpoints"};
+    few.options.slots = 2;
+    Eigen::VectorXd checkpoints;
+    if (is_thorough()) {
+      compare(source, code, few, rows[scheme], checkpoints);
+      EXPECT_EQ(checkpoints, gradient);
+    }
   }
   write_table({"blocks", "", "", "", ""}, rows);
+}
+
+/// A network reads the whole field: its steps stand alone, and so do their gradients.
+TEST(GradientTable, OfStepsWithNetworksIsNotMadeInBlocks) {
+  if (!is_thorough()) GTEST_SKIP() << "at night: a network on 10240 cells";
+  const SourceFile source("blocks.dpde", text_of_blocks("rk4", true));
+  const auto code = compile(source, false);
+  ASSERT_TRUE(code);
+  Row row;
+  Eigen::VectorXd gradient;
+  compare(source, code, {"blocks"}, row, gradient);
+  const Task task = open(source, code, {});
+  ASSERT_TRUE(task.inverse);
+  EXPECT_LE(task.session->rollout().gradient_block_steps(), 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(, GradientTableOf, ::testing::ValuesIn(all_ends),

@@ -11,9 +11,11 @@
 #include "analysis/certificate.h"
 #include "analysis/quick_certificate.h"
 #include "codegen/llvm/jit.h"
+#include "driver/interpreter_backend.h"
 #include "driver/inverse.h"
 #include "driver/links.h"
 #include "driver/pipeline.h"
+#include "driver/scene_text.h"
 #include "driver/session.h"
 #include "fuzz/targets.h"
 #include "loop/from_stencil.h"
@@ -47,7 +49,7 @@ class ModelCheck {
     if (verdict_.kind == ModelVerdict::Kind::failed || !compile() || !reads_back()) return verdict_;
     Numbers wanted;
     if (!evaluate(jit_, wanted, "jit")) return verdict_;
-    const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) &&
+    const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) && read_back_agrees() &&
                         (!checks_.cpp || back_end_agrees(Backend::cpp, "cpp", wanted));
     if (agrees) certify();
     return verdict_;
@@ -138,6 +140,57 @@ class ModelCheck {
     const double most = code->real() == Precision::f32 ? largest_float_error : largest_double_error;
     if (error <= most * scale || error <= 10 * rounding_of(wanted)) return true;
     return fail(check, fmt::format("differs from the JIT by {:.3e} of {:.3e}", error, scale));
+  }
+
+  /// What is printed runs when it is read back, and gives the same bits: the programs of the task, with its gradient,
+  /// and the scene with its step where its text has words for all of it.
+  bool read_back_agrees() {
+    const auto code = compiled(Backend::interpreter);
+    Numbers wanted, got;
+    if (!code || !evaluate(code, wanted, "interpreter")) return false;
+    auto read = std::make_shared<driver::Compiled>(*code);
+    const SourceFile text("stencil.dpde", stencil::print(code->stencil));
+    DiagnosticSink sink;
+    read->stencil = stencil::from_ast(parse(text, sink), sink);
+    std::vector<std::string> names;
+    for (const stencil::Program& program : read->stencil.programs) names.push_back(program.name);
+    read->code = driver::interpreted(read->stencil, loop::from_stencil(read->stencil, names, read->real()));
+    for (const driver::LinkedProgram& linked : driver::linked_programs(*read))
+      read->code->set_links(linked.program, linked.links);
+    if (!evaluate(read, got, "read back")) return false;
+    if (distance(got, wanted) != 0) return fail("read back", "the programs differ");
+    return scene_read_back_agrees(*code);
+  }
+
+  bool scene_read_back_agrees(const driver::Compiled& code) {
+    driver::CompileOptions options;
+    options.selection.name = code.problem->scene;
+    options.backend = Backend::interpreter;
+    DiagnosticSink sink;
+    auto scene = driver::compile(source_, options, sink);
+    if (!scene) return refuse(sink);
+    const std::string rest = driver::scene_text(*scene);
+    if (rest.starts_with("# scene")) return true;
+    const SourceFile text("scene.dpde",
+                          stencil::print(driver::extract(scene->stencil, scene->primal_programs)) + "\n" + rest);
+    auto again = driver::compile(text, options, sink);
+    if (!again) return fail("scene text", render_text(text, sink.all()[0]) + std::string(text.text()));
+    const Numbers wanted = states_of(source_, std::move(*scene)), got = states_of(text, std::move(*again));
+    return distance(got, wanted) == 0 || fail("scene text", std::string(text.text()));
+  }
+
+  static Numbers states_of(const SourceFile& source, driver::Compiled compiled) {
+    DiagnosticSink sink;
+    const auto session =
+        driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(compiled)), {}, sink);
+    Numbers numbers;
+    if (!session) return numbers;
+    session->rollout().run();
+    for (std::size_t s = 0; s < session->problem().states.size(); ++s) {
+      const std::vector<double> state = session->final_state(static_cast<int>(s));
+      numbers.insert(numbers.end(), state.begin(), state.end());
+    }
+    return numbers;
   }
 
   static double distance(const Numbers& one, const Numbers& other) {

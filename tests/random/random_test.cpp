@@ -115,6 +115,11 @@ TEST(RandomPrograms, FoundBefore) {
       "kernel k(out w: field, nu: param) { w = nu }\n"
       "program p { run k grow 1; fill w x = zero_gradient; fold w grow 1 x = zero_gradient; keep w }");
   EXPECT_EQ(fold.kind, Verdict::Kind::passed) << fold.check << fold.detail;
+  const Verdict repeats = check(  // the adjoint's second repeat, read back, filled once more what its passes change
+      "kernel k(out w: field) { w = 1 }\nkernel s(u: field, inout w: field) { interp(w, 1) += u }\n"
+      "kernel l(w: field halo 1, out r: field) { r = w + w[+1] }\nkernel n(r: field, out v: field) { v = sin(r) }\n"
+      "program p { repeat 3 { run k grow 2; fill w x = 1; run s; run l; run n; swap u, v } to u_last; keep u_last }");
+  EXPECT_EQ(repeats.kind, Verdict::Kind::passed) << repeats.check << repeats.detail;
 }
 
 TEST(RandomPrograms, AreTheSameEverywhere) {

@@ -7,6 +7,7 @@
 
 #include "stability/verdict.h"
 #include "stability_support.h"
+#include "support/setting.h"
 
 namespace dpde::stability {
 namespace {
@@ -36,10 +37,40 @@ const std::vector<Way> ways{
     {"an event that solves", solved + "  dt(u) = -v*u\n  dt(v) = 0\n", "  after step: v = 100*phi\n"},
 };
 
+/// Formulas that are 1, of all that formulas are made of, in all places that make v 100.
+std::vector<Way> made_of_features() {
+  struct Feature {
+    std::string name, formula, model = "", scene = "";
+  };
+  const std::vector<Feature> features{
+      {"a parameter", "q", "  param q = 1\n"},
+      {"a state", "w"},
+      {"a product", "w*(2 - w)"},
+      {"a mean", "mean(w)"},
+      {"a coefficient", "c", "  coefficient c\n", "  c = 1\n"},
+      {"a control", "F", "  control F\n", "  F = 1 every interval\n"},
+      {"what is solved for", "phi", solved},
+      {"a derivative", "w + dx(w)"},
+      {"a choice", "if(w > 0, w, 2)"},
+      {"an operator", "op(w)"},
+      {"a power", "exp(w - 1)^2"},
+  };
+  const std::string mask = "  mask solid\n", solid = "  solid = x < 0.9\n", decay = "  dt(u) = -v*u\n  dt(v) = 0\n";
+  std::vector<Way> all;
+  for (const auto& [name, formula, model, scene] : features) {
+    const std::string made = model + "  field w\n  dt(w) = 0\n", given = scene + "  initial w = 1\n";
+    all.push_back({name + " in an equation", made + "  dt(u) = -100*(" + formula + ")*u\n  dt(v) = 0\n", given});
+    all.push_back({name + " in a let", made + "  let a = 100*(" + formula + ")\n  dt(u) = -a*u\n  dt(v) = 0\n", given});
+    all.push_back({name + " held", made + mask + decay + "  v = 100*(" + formula + ") inside solid\n", given + solid});
+    all.push_back({name + " in an event", made + decay, given + "  after step: v = 100*(" + formula + ")\n"});
+  }
+  return all;
+}
+
 std::string text_of(const Way& way, double step) {
-  return "model m {\n  field u, v\n" + way.model + "}\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n" +
-         way.scene + "  initial u = 1\n  initial v = " + way.start +
-         fmt::format("\n  time 0 .. {}, step {}\n}}\n", 400 * step, step);
+  return "operator op(g) order 1 = (g[+1] + g)/2\nmodel m {\n  field u, v\n" + way.model +
+         "}\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n" + fmt::format("  let interval = {}\n", step) +
+         way.scene + "  initial u = 1\n  initial v = " + way.start + "\n  time 0 .. 400*interval, step interval\n}\n";
 }
 
 double size_after_run(const Way& way, double step) {
@@ -52,7 +83,12 @@ double size_after_run(const Way& way, double step) {
 
 TEST(UsesVerdict, LimitsAreThoseOfRuns) {
   const double limit = 2.78529356 / 100;  // of rk4 on the negative axis (Hairer, Wanner IV.2)
-  for (const Way& way : ways) {
+  std::vector<Way> all = ways;
+  const std::vector<Way> made = made_of_features();
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    if (testing::is_tried(i, 7)) all.push_back(made[i]);
+  }
+  for (const Way& way : all) {
     const auto session = open_scene(text_of(way, 0.01));
     std::vector<double> before = session->initial(1);
     const Verdict verdict = verdict_of(*session);

@@ -18,7 +18,6 @@
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
-#include "stencil/passes/place_fills.h"
 #include "stencil/repeats_from_ast.h"
 #include "stencil/solves_from_ast.h"
 #include "stencil/transforms_from_ast.h"
@@ -221,14 +220,13 @@ class ModuleReader {
 
   /// In a repeat behind the fills that it needs.
   void push(Statement statement) {
-    if (!placer_) return program_.body.push_back(std::move(statement));
-    placer_->add(module_, std::move(statement), program_.body);
+    if (!pass_) return program_.body.push_back(std::move(statement));
+    pass_->add(module_, std::move(statement), program_.body);
   }
 
   void read_repeat(const ast::RepeatItem& source, SourceRange range) {
     Repeat repeat = read_repeat_head(source);
-    const std::vector<HaloRule> halos = halos_of_passes(repeat, filled_);
-    FillPlacer placer(program_.axes, halos), *const outer = std::exchange(placer_, &placer);
+    PassFills pass(program_.axes, repeat, filled_), *const outer = std::exchange(pass_, &pass);
     std::swap(repeat.body, program_.body);
     ranges_.push_back(range);
     for (const ast::Item& item : source.items) {
@@ -241,7 +239,7 @@ class ModuleReader {
       }
     }
     std::swap(repeat.body, program_.body);
-    placer_ = outer;
+    pass_ = outer;
     push(std::move(repeat));
   }
 
@@ -249,7 +247,7 @@ class ModuleReader {
     Solve solve = read_solve_head(source, sink_);
     std::swap(solve.body, program_.body);
     const std::map<std::string, Fill> filled = filled_;
-    FillPlacer* const outer_placer = std::exchange(placer_, nullptr);
+    PassFills* const outer = std::exchange(pass_, nullptr);
     ranges_.push_back(range);
     for (const ast::Item& item : source.items) {
       blocks_.insert(item.range.begin);
@@ -257,7 +255,7 @@ class ModuleReader {
     }
     std::swap(solve.body, program_.body);
     filled_ = filled;
-    placer_ = outer_placer;
+    pass_ = outer;
     push(std::move(solve));
   }
 
@@ -490,7 +488,7 @@ class ModuleReader {
   std::vector<SourceRange> ranges_;     // of its statements, those of blocks each behind what it is in
   std::set<int> blocks_;                // begins of statements in repeats
   std::map<std::string, Fill> filled_;  // the last one of each field, where any pass of a repeat can do it again
-  FillPlacer* placer_ = nullptr;        // of the repeat that is read
+  PassFills* pass_ = nullptr;           // of the repeat that is read
 };
 
 }  // namespace

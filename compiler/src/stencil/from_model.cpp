@@ -22,6 +22,7 @@
 #include "stencil/semi_lagrangian.h"
 #include "stencil/step.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -117,6 +118,21 @@ struct Formula {
   model::Placement placement;
 };
 
+/// Whether the formula, or what a boundary says of the field on a high wall, reads one of these fields.
+bool reads_any(const model::Problem& problem, const Formula& formula, const std::vector<std::string>& fields) {
+  const auto reads = [&](const model::Expr& e) {
+    return model::any_part(e, [&](const model::Expr& part) {
+      const auto* field = std::get_if<model::Field>(&part->kind);
+      return field && contains(fields, field->name);
+    });
+  };
+  const auto state = std::ranges::find(problem.states, formula.field, &model::State::name);
+  if (state == problem.states.end()) return reads(formula.value);
+  return reads(formula.value) || std::ranges::any_of(state->boundary, [&](const model::AxisSides& sides) {
+           return condition_of(sides.high.kind).gives_value() && reads(sides.high.value);
+         });
+}
+
 /// Kernels that store the formulas, in order; a formula that reads a field stored before it begins a new kernel.
 std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& name,
                                   const std::vector<Formula>& formulas) {
@@ -132,11 +148,7 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
   const auto end = [&] { stages.push_back(Lowering::stage(std::move(kernel), at_point)); };
   begin();
   for (const Formula& formula : formulas) {
-    const bool reads_stored = model::any_part(formula.value, [&](const model::Expr& x) {
-      const auto* field = std::get_if<model::Field>(&x->kind);
-      return field && std::count(stored.begin(), stored.end(), field->name) > 0;
-    });
-    if (reads_stored) {
+    if (reads_any(lowering.problem(), formula, stored)) {
       end();
       begin();
     }
@@ -203,12 +215,15 @@ std::ptrdiff_t number_of(const model::Problem& problem, const std::string& coeff
          problem.coefficients.begin() + 1;
 }
 
+/// Those of coefficients before those of states, whose walls may read them.
 std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task& task) {
   std::vector<Formula> formulas;
   for (const model::Unknown& u : task.unknowns) {
     if (!u.is_field() || !u.from.formula || is_control(lowering.problem(), u)) continue;
     formulas.push_back({u.name, *u.from.formula, u.origin, lowering.placement_of(u.name)});
   }
+  std::ranges::stable_partition(
+      formulas, [&](const Formula& f) { return lowering.problem().find_coefficient(f.field) != nullptr; });
   return formulas;
 }
 

@@ -3,6 +3,9 @@
 
 #include <utility>
 
+#include "stencil/effects.h"
+#include "support/contains.h"
+
 namespace dpde::stencil {
 
 Repeat read_repeat_head(const ast::RepeatItem& source) {
@@ -19,12 +22,25 @@ Repeat read_repeat_head(const ast::RepeatItem& source) {
   return repeat;
 }
 
+namespace {
+
 std::vector<HaloRule> halos_of_passes(const Repeat& head, std::map<std::string, Fill> filled) {
   for (const Carry& carry : head.carries) filled.erase(carry.state);
   for (const Stacked& load : head.loads) filled.erase(load.field);
   std::vector<HaloRule> halos;
   for (auto& [field, fill] : filled) halos.push_back({std::move(fill), FillNeed::beyond});
   return halos;
+}
+
+}  // namespace
+
+PassFills::PassFills(const std::vector<Topology>& axes, const Repeat& head, const std::map<std::string, Fill>& filled)
+    : halos_(halos_of_passes(head, filled)), placer_(axes, halos_) {}
+
+void PassFills::add(const Module& module, Statement statement, std::vector<Statement>& body) {
+  const std::vector<std::string> made = effects(module, statement).writes;
+  placer_.add(module, std::move(statement), body);
+  std::erase_if(halos_, [&](const HaloRule& rule) { return contains(made, rule.fill.field); });
 }
 
 }  // namespace dpde::stencil

@@ -64,13 +64,19 @@ Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is
   return select(inside(inwards, 0), 1.5 * e - 0.5 * access(read->field, behind), e);
 }
 
-/// Whether a side's value is made in the cell beside it, of what lines lead to the wall. Rates hold in that cell.
+/// Whether a side's value is made in the cell beside it, of what lines lead to the wall. Rates hold in that cell, and
+/// speeds of waves are those there.
 bool is_made_beside(const model::Side& side, const model::Problem& problem, int axis) {
-  if (condition_of(side.kind).takes_rate()) return false;
-  return model::is_of_states(problem, side) || model::any_part(side.value, [&](const model::Expr& part) {
-           const auto* field = std::get_if<model::Field>(&part->kind);
-           return field && is_led_to_walls(field->name, problem, axis, {});
-         });
+  if (model::is_of_states(problem, side)) return true;
+  return !condition_of(side.kind).takes_rate() && model::any_part(side.value, [&](const model::Expr& part) {
+    const auto* field = std::get_if<model::Field>(&part->kind);
+    return field && is_led_to_walls(field->name, problem, axis, {});
+  });
+}
+
+/// Of what waves leave by, the slope about the cell that has the rate.
+SideKind kind_of_fill(const model::Side& side) {
+  return condition_of(side.kind).takes_rate() ? SideKind::gradient_at_cell : side.kind;
 }
 
 SourceRange around(const SourceRange& a, const SourceRange& b) {
@@ -124,14 +130,20 @@ bool Walls::varies(const model::Expr& value) const {
   });
 }
 
-/// What stands for dt(u), known in the cells beside the sides and, as it is there, beyond them.
+/// What stands for dt(u).
+std::string Walls::rate_field(const model::State& state, const FieldsOfStates& at) const {
+  const std::string& rate = problem_.velocity_of(state.name)->name;
+  const auto found = at.find(rate);
+  return found == at.end() ? rate : found->second;
+}
+
+/// Known in the cells beside the sides and, as it is there, beyond them.
 std::string Walls::filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
                                const FieldsOfStates& at) {
-  const model::State& rate = *problem_.velocity_of(state.name);
-  const auto found = at.find(rate.name);
-  const std::string field = found == at.end() ? rate.name : found->second;
+  const std::string field = rate_field(state, at);
   if (!has_rule(program.halos, field))
-    program.halos.push_back(rule_of_fill({field, boundary(rate, time, module, program, at)}));
+    program.halos.push_back(
+        rule_of_fill({field, boundary(*problem_.velocity_of(state.name), time, module, program, at)}));
   return field;
 }
 
@@ -141,7 +153,8 @@ Expr Walls::from_beside(const model::State& state, int axis, bool is_low, const 
                         Program& program, const FieldsOfStates& at) {
   const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
   const Expr here = side_value(state, problem_, axis, is_low, time, at);
-  const Expr value = led_to_wall(here, problem_, axis, is_low, at);
+  const Expr value = condition_of(from.kind).takes_rate() ? -access(rate_field(state, at)) / here
+                                                          : led_to_wall(here, problem_, axis, is_low, at);
   const std::string field = stored(state.name, value, from.value->origin, 0, module, program);
   std::vector<AxisBoundary> beyond;
   for (const model::Axis& along : problem_.axes) {
@@ -168,14 +181,13 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       Side& side = is_low ? boundary.back().low : boundary.back().high;
       if (is_made_beside(from, problem_, axis)) {
         const Expr c = from_beside(state, axis, is_low, time, module, program, at);
-        side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
+        side = {kind_of_fill(from), c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
         continue;
       }
       Expr c = side_value(state, problem_, axis, is_low, time);
       const bool takes_rate = condition_of(from.kind).takes_rate();
       if (takes_rate) c = -access(filled_rate(state, time, module, program, at)) / c;
-      const SideKind kind = takes_rate ? SideKind::gradient_at_cell : from.kind;
-      side = {kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
+      side = {kind_of_fill(from), c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_walls};
       if (!takes_rate && !varies(from.value)) continue;
       // the points on the high wall belong to the last cells
       const Expr last = on_walls && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);

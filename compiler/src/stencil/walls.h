@@ -51,6 +51,7 @@ class Walls {
   /// A field that has at halo cells what a formula of states and coefficients gives on the wall.
   Expr from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module, Program& program,
                    const FieldsOfStates& at);
+  std::string rate_field(const model::State& state, const FieldsOfStates& at) const;
   std::string filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
                           const FieldsOfStates& at);
   bool varies(const model::Expr& value) const;
