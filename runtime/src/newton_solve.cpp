@@ -17,6 +17,7 @@ namespace dpde {
 namespace {
 
 constexpr int most_newton_steps = 50, most_halvings = 8;
+constexpr double stalled = 4;  // a step that is not smaller than the one before by this: rounding is left
 constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
 
 /// Squares of large numbers are none.
@@ -69,7 +70,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
     const double change = relative_change();
     if (change > loose_ && change > last) ++growing;
     left = move(fields, apply, left, change > loose_);
-    if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return note(k + 1);
+    if (change <= tolerance_ || (change <= loose_ && change > last / stalled)) return note(k + 1);
     last = change;
   }
   fail(most_newton_steps, left);
@@ -90,7 +91,7 @@ double NewtonSolve::distance(void* const* fields, const std::function<void()>& a
 }
 
 /// The largest of the fields. Rounding of a large field is left in the right sides of small ones, and each step makes
-/// that smaller by rounding. What a field changes below both, and no less than in the step before, is nothing.
+/// that smaller by rounding. What a field changes below both, and hardly less than in the step before, is nothing.
 double NewtonSolve::relative_change() {
   const double rounded = twice_rounded_ * std::max(largest_size(x_), largest_size(right_));
   double most = 0;
@@ -101,7 +102,7 @@ double NewtonSolve::relative_change() {
     const double change = largest_size(part(change_)),
                  size = std::max(largest_size(part(x_)), largest_size(part(right_)));
     const double before = std::exchange(changes_[field], change);
-    const bool is_rounding = change <= rounded && change >= before;
+    const bool is_rounding = change <= rounded && change > before / stalled;
     if (change > nothing_ && !is_rounding) most = std::max(most, size > 0 ? change / size : 1.0);
     if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
   }

@@ -4,6 +4,7 @@
 // gradients against central differences, and what is said where Newton's method does not converge.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "../driver/driver_support.h"
@@ -395,6 +396,23 @@ task t : spot { unknown k from 1; minimise mean(b) }
   const double h = 1e-4, up = task_loss(std::string(text).replace(text.find("k from 1"), 8, "k from 1.0001"), "t"),
                down = task_loss(std::string(text).replace(text.find("k from 1"), 8, "k from 0.9999"), "t");
   EXPECT_NEAR(task_gradient(text, "t").gradient.at("k").front(), (up - down) / (2 * h), 1e-8);
+}
+
+/// One field decays to nothing beside one that stays: what rounding of the other leaves in it is no wandering.
+TEST(Newton, FieldsThatDecayBesideOthersAreSolved) {
+  const std::string text = R"(
+model pair { field u, v; dt(u) = 0.381*lap(u); dt(v) = 0.438*lap(v) - advect(-0.312, v) - 0.279*dx(u) }
+scheme s { advect = upwind(5); dx = central(4); implicit = all; time = ars443 }
+scene rod : pair with s {
+  grid x = 0 .. 4.12, cells 9
+  boundary u: x.low = zero_gradient, x.high = linear
+  boundary v: x.low = zero_gradient, x.high = mixed(2.032, 1, 0)
+  initial u = noise(1); initial v = noise(1)
+  time 0 .. 1500, step 1
+}
+)";
+  const std::vector<double> v = run_scene(text, "rod").state.at("v");
+  EXPECT_LT(std::abs(*std::ranges::max_element(v, {}, [](double x) { return std::abs(x); })), 1e-12);
 }
 
 }  // namespace
