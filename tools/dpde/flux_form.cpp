@@ -43,11 +43,11 @@ bool carries_itself(const model::Problem& problem, const model::State& state, co
 std::string report_flux_form(const model::Problem& problem, Json& result) {
   std::vector<std::string> names;
   for (const model::State& state : problem.states) {
-    const bool is_found = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-                            const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
-                            return advect != nullptr && !model::is_spectral(problem.scheme, e) &&
-                                   carries_itself(problem, state, *advect);
-                          });
+    const bool is_found =
+        state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
+          const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
+          return advect != nullptr && !model::is_spectral(problem.scheme, e) && carries_itself(problem, state, *advect);
+        });
     const std::string vector = state.name.substr(0, state.name.rfind('.'));
     if (is_found && std::ranges::find(names, vector) == names.end()) names.push_back(vector);
   }

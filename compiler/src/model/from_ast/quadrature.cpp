@@ -75,6 +75,7 @@ std::optional<std::string> field_in(const Expr& e) {
 /// A field in a factor or a term that does not hold the place: whoever wrote it there meant the field at that place,
 /// since in front of the integral it is the same. In exp(-s*u) it may stand.
 std::optional<std::string> fixed_field(const Expr& e, const Expr& place) {
+  if (e == place) return std::nullopt;  // fields in its ends are those of the point
   if (!any_part(e, [&](const Expr& part) { return part == place; })) return field_in(e);
   std::vector<Expr> parts;
   if (const auto* neg = std::get_if<Neg>(&e->kind)) parts = {neg->operand};
