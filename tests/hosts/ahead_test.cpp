@@ -53,6 +53,21 @@ const Case cases[] = {
     {"../tests/golden/ars222/in.dpde", "start", {}, {}},
     {"../tests/golden/projection/in.dpde", "viscosity", {}, {}},
     {"../tests/golden/tolerance/in.dpde", "few", {}, {}},
+    // At night: poles and radiating sides, steady states with a network, masks, events and parts of steps; kinds of
+    // sides, of axes, of schemes.
+    {"../tests/hosts/kinds.dpde", "pole", {}, {}},
+    {"../tests/hosts/kinds.dpde", "steady", {}, {}},
+    {"../tests/hosts/kinds.dpde", "events", {}, {}},
+    {"../tests/golden/outflow/in.dpde", "begin", {}, {}},
+    {"../tests/golden/maccormack/in.dpde", "back", {}, {}},
+    {"../tests/golden/stretched/in.dpde", "start", {}, {}},
+    {"../tests/golden/vector_2d/in.dpde", "trace", {}, {"u_ref.x", "u_ref.y"}},
+    {"../tests/golden/walls/in.dpde", "t", {}, {}},
+    {"../tests/golden/wall_weight/in.dpde", "transfer", {}, {}},
+    {"../tests/golden/parts/in.dpde", "strength", {}, {}},
+    {"../tests/golden/leapfrog/in.dpde", "strike", {}, {}},
+    {"../tests/golden/given_staggered/in.dpde", "t", {}, {}},
+    {"../tests/golden/shallow_water_2d/in.dpde", "surface", {}, {"seen", "flow.x"}},
 };
 
 constexpr int examples = 16, by_day = 19;  // of the cases
