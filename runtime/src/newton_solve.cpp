@@ -17,8 +17,8 @@ namespace dpde {
 namespace {
 
 constexpr int most_newton_steps = 50, most_halvings = 8;
-constexpr double stalled = 4;  // a step that is not smaller than the one before by this: rounding is left
-constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
+constexpr double roundings = 16;  // of the operations that an image takes
+constexpr int most_growing = 1;   // steps that are larger than those before: it wanders, and may find another solution
 
 /// Squares of large numbers are none.
 double length(std::span<const double> values) {
@@ -36,6 +36,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
     : names_(names_of_unknowns(solve, program)),
       tolerance_(std::max(solve.tolerance, 64 * rounding_of(given))),
       loose_(std::sqrt(rounding_of(given))),
+      rounding_(rounding_of(given)),
       nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)),
       twice_rounded_(0x1p10 * rounding_of(given) * rounding_of(given)) {
   if (solve.step == nullptr) return;  // an interpreter runs the program
@@ -49,7 +50,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
   note_->method = "newton";
   note_->reason = "not linear: Newton's method with compiled tangents";
   step_ = CoupledSolve(*solve.step, program, given, shelf.add_note(names_of_unknowns(*solve.step, program)));
-  for (auto* values : {&right_, &x_, &next_, &left_, &change_}) values->assign(unknowns_.size(), 0.0);
+  for (auto* values : {&right_, &x_, &next_, &left_, &change_, &kept_}) values->assign(unknowns_.size(), 0.0);
   changes_.reserve(unknowns_.size() / unknowns_.cells());
 }
 
@@ -65,14 +66,17 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   changes_.assign(x_.size() / unknowns_.cells(), std::numeric_limits<double>::infinity());
   int growing = 0;
   for (int k = 0; k < most_newton_steps; ++k) {
-    if (!std::isfinite(left) || growing > most_growing) fail(k, left);
+    const bool wanders = growing > most_growing;
+    if (wanders && std::isfinite(left) && is_rounding_left(fields, apply)) return note(k);
+    if (!std::isfinite(left) || wanders) fail(k, left);
     solve_step(fields, params, apply_step, k);
     const double change = relative_change();
     if (change > loose_ && change > last) ++growing;
     left = move(fields, apply, left, change > loose_);
-    if (change <= tolerance_ || (change <= loose_ && change > last / stalled)) return note(k + 1);
+    if (change <= tolerance_ || (change <= loose_ && change > last / 4)) return note(k + 1);
     last = change;
   }
+  if (std::isfinite(left) && is_rounding_left(fields, apply)) return note(most_newton_steps);
   fail(most_newton_steps, left);
 }
 
@@ -91,7 +95,7 @@ double NewtonSolve::distance(void* const* fields, const std::function<void()>& a
 }
 
 /// The largest of the fields. Rounding of a large field is left in the right sides of small ones, and each step makes
-/// that smaller by rounding. What a field changes below both, and hardly less than in the step before, is nothing.
+/// that smaller by rounding. What a field changes below both, and no less than in the step before, is nothing.
 double NewtonSolve::relative_change() {
   const double rounded = twice_rounded_ * std::max(largest_size(x_), largest_size(right_));
   double most = 0;
@@ -102,11 +106,31 @@ double NewtonSolve::relative_change() {
     const double change = largest_size(part(change_)),
                  size = std::max(largest_size(part(x_)), largest_size(part(right_)));
     const double before = std::exchange(changes_[field], change);
-    const bool is_rounding = change <= rounded && change > before / stalled;
+    const bool is_rounding = change <= rounded && change >= before;
     if (change > nothing_ && !is_rounding) most = std::max(most, size > 0 ? change / size : 1.0);
     if (std::isnan(change)) most = std::numeric_limits<double>::infinity();
   }
   return most;
+}
+
+/// Of each field: what unknowns that are moved by one rounding, up and down in turn, make of its images is as large.
+bool NewtonSolve::is_rounding_left(void* const* fields, const std::function<void()>& apply) {
+  kept_ = left_;
+  for (std::size_t i = 0; i < x_.size(); ++i) next_[i] = x_[i] * (1 + (i % 2 == 0 ? 2 : -2) * rounding_);
+  unknowns_.write(fields, next_);
+  distance(fields, apply);
+  bool is_all = true;
+  for (std::size_t first = 0; first < kept_.size(); first += unknowns_.cells()) {
+    double largest = 0, moved = 0;
+    for (std::size_t i = first; i < first + unknowns_.cells(); ++i) {
+      largest = std::max(largest, std::abs(kept_[i]));
+      moved = std::max(moved, std::abs(left_[i] - kept_[i]));
+    }
+    is_all = is_all && largest <= roundings * moved;
+  }
+  unknowns_.write(fields, x_);
+  left_ = kept_;
+  return is_all;
 }
 
 double NewtonSolve::move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve) {

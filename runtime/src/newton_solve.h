@@ -4,7 +4,9 @@
 // x begins with b and gets F'(x)^-1*(b - F(x)), where F' is the compiled tangent of F, until a step changes no field by
 // more than the tolerance, as a part of its largest value. That step is taken too, so that what is left is the square
 // of it, or rounding. A step that makes what is left grow much is halved. Where steps themselves grow more than once it
-// is given up: what it then might find is another solution. Each solve begins anew: it remembers nothing.
+// is given up: what it then might find is another solution. Not where no more is left of right sides than what rounding
+// of the unknowns makes of them: a small field beside a large one that its equation reads has no nearer solution. Each
+// solve begins anew: it remembers nothing.
 #pragma once
 
 #include "coupled_solve.h"
@@ -25,6 +27,7 @@ class NewtonSolve {
  private:
   double distance(void* const* fields, const std::function<void()>& apply);
   double relative_change();
+  bool is_rounding_left(void* const* fields, const std::function<void()>& apply);
   double move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve);
   void note(int steps);
   void solve_step(void* const* fields, const double* params, const std::function<void()>& apply_step, int k);
@@ -33,12 +36,13 @@ class NewtonSolve {
 
   std::string names_;
   double tolerance_ = 0, loose_ = 0;
+  double rounding_ = 0;
   double nothing_ = 0;  // below which what is left of right sides has lost digits: a change of that size is none
   std::vector<double> changes_;  // of each field, in the step before
   double twice_rounded_ = 0;     // below which a change is none, of the largest field
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;
-  std::vector<double> right_, x_, next_, left_, change_;
+  std::vector<double> right_, x_, next_, left_, change_, kept_;
   SolveNote* note_ = nullptr;  // on the shelf
 };
 

@@ -126,6 +126,20 @@ TEST(VerdictCases, RunsInSinglePrecision) {
   }
 }
 
+/// A small field whose equation reads a large one has no digits below the rounding of that, and Newton's method says
+/// so.
+TEST(VerdictCases, NoStepIsTooLargeBesideALargeField) {
+  const auto session = open_scene(
+      "model m { field u, v; dt(u) = 0.482*lap(u) - advect(0.35, u) - 0.01*lap(lap(u)) - 0.2*dx(v); "
+      "dt(v) = 0.31*lap(v) }\n"
+      "scheme c { advect = upwind(1); implicit = all_but_advect; time = imex_euler }\nscene s : m with c {\n"
+      "  grid x = 0 .. 1.33, cells 5, stretched 1.33*(exp(1.2*x/1.33) - 1)/(exp(1.2) - 1)\n"
+      "  boundary u: x.low = 0, x.high = zero_gradient\n  boundary v: x.low = linear, x.high = zero_gradient\n"
+      "  initial u = sin(x)\n  initial v = 1 + sin(x)\n  time 0 .. 1, step 1e-2\n}\n");
+  EXPECT_EQ(verdict_of(*session).limit.kind, StepLimit::Kind::none);
+  for (const double step : {0.1, 1.0, 10.0}) EXPECT_TRUE(try_step(*session, step, {.steps = 1500})->is_stable) << step;
+}
+
 /// What a scheme remembers of steps that were not made is not disturbed: rates are 1e9 times as large here.
 TEST(VerdictCases, RunsOfSchemesWithAMemory) {
   for (const char* time : {"ab2", "ab3"}) {

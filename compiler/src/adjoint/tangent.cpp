@@ -237,9 +237,13 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
   };
   Fill result{names.of(fill.field), derived_sides(fill.axes, dot_of_wall)};
   const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
+  if (sides.empty()) {
+    derived.body.push_back(std::move(result));
+    return;
+  }
   const auto halo = required_halo(module, program).at(fill.field);
   const int layers = *std::max_element(halo.begin(), halo.end());
-  if ((layers > 0 || is_on_walls(fill.axes)) && !sides.empty()) {
+  if (layers > 0 || is_on_walls(fill.axes)) {
     Kernel walls{
         names.fresh_kernel(program.name + "_tangent_walls"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
     for (const WallSide& at : sides) {

@@ -6,6 +6,9 @@
 #include <span>
 #include <string>
 
+#include "driver/activity.h"
+#include "model/print_model.h"
+
 namespace dpde::driver {
 
 namespace {
@@ -43,6 +46,18 @@ std::string adjoint_of_step(const Compiled& compiled) {
   return derived == compiled.derived.end() || !derived->second.adjoint ? "" : derived->second.adjoint->program;
 }
 
+/// Whether that is what was compiled: the same problem, and derivatives by the same.
+bool is_in_full(const Compiled& compiled, const CompileOptions& full) {
+  DiagnosticSink silent;
+  const auto own = model::from_ast(compiled.ast, compiled.options.selection, silent),
+             whole = model::from_ast(compiled.ast, full.selection, silent);
+  if (!own || !whole || print(*own) != print(*whole)) return false;
+  const adjoint::Activity all = activity_of(compiled, full);
+  const bool has_all =
+      compiled.options.adjoint && all.fields == compiled.activity.fields && all.params == compiled.activity.params;
+  return !compiled.problem->task || has_all;
+}
+
 }  // namespace
 
 bool reads_states_back(const Compiled& compiled) { return reads_states(compiled, adjoint_of_step(compiled)); }
@@ -78,6 +93,7 @@ std::optional<Traffic> traffic_in_full(const SourceFile& source, const Compiled&
   options.by_everything = true;
   options.backend.reset();
   options.after = {};
+  if (is_in_full(compiled, options)) return traffic_of(compiled);
   for (const bool adjoint : {true, false}) {
     DiagnosticSink silent;  // what is wrong with the scene itself was said before
     options.adjoint = adjoint && compiled.problem->task;

@@ -224,7 +224,32 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   return result;
 }
 
-Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }
+/// Of two states closed forms are quicker, and nearer where eigenvalues are.
+void Amplification::expect_many_waves() {
+  constexpr int of_closed_forms = 2;
+  if (size_ <= of_closed_forms || !waves_.empty() || lines_.empty()) return;
+  std::vector<Eigen::MatrixXd> weights;
+  std::vector<stencil::Offset> places;
+  for (const Line& line : lines_) {
+    const double* of_place = line.weights.data();
+    for (const int x : line.x) {
+      places.push_back({x, line.y, line.z});
+      weights.emplace_back(Eigen::Map<const Eigen::MatrixXd>(of_place, size_, size_));
+      of_place += static_cast<std::ptrdiff_t>(size_) * size_;
+    }
+  }
+  const std::optional<Eigen::MatrixXcd> diagonals = common_diagonals(std::move(weights));
+  for (std::size_t i = 0; diagonals && i < places.size(); ++i)
+    diagonals_.emplace_back(places[i], diagonals->col(static_cast<Eigen::Index>(i)));
+}
+
+Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const {
+  if (diagonals_.empty() || angles == Angles{}) return stability::eigenvalues(at(angles));
+  const Phases phases = phases_of(angles);
+  Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(size_);
+  for (const auto& [place, diagonal] : diagonals_) sum += phase(phases, place) * diagonal;
+  return sum;
+}
 
 namespace {
 

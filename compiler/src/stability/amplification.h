@@ -25,6 +25,11 @@ class Amplification {
   Eigen::MatrixXcd at(const Angles& angles) const;
   /// Eigenvalues of that.
   Eigen::VectorXcd eigenvalues(const Angles& angles) const;
+  /// Before many waves are looked at: what all of them have in common is then done once. Where the weights of all
+  /// places commute, as those of equal diffusion of all states with any reactions between them do, one change of basis
+  /// makes G(a) triangular for every wave.
+  void expect_many_waves();
+  bool has_common_basis() const { return !diagonals_.empty(); }
   double spectral_radius(const Angles& angles) const { return eigenvalues(angles).cwiseAbs().maxCoeff(); }
 
  private:
@@ -53,7 +58,8 @@ class Amplification {
   int size_;
   int rank_;
   std::vector<Line> lines_;
-  std::array<int, 3> reach_{};  // the farthest offset along each axis
+  std::vector<std::pair<stencil::Offset, Eigen::VectorXcd>> diagonals_;  // of the weights of each place, in that basis
+  std::array<int, 3> reach_{};                                           // the farthest offset along each axis
   struct Wave {
     std::vector<std::pair<Readings, WaveMultiplier>> terms;
     Readings divisor;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -44,9 +45,10 @@ Eigen::VectorXd balance(Matrix& a) {
 }
 
 /// Householder reflections, column by column, which leave nothing below the first subdiagonal (G. H. Golub and
-/// C. F. Van Loan, Matrix Computations, 7.4.2). Plain loops: Eigen's reduction takes half a minute to compile.
+/// C. F. Van Loan, Matrix Computations, 7.4.2). Plain loops: Eigen's reduction takes half a minute to compile. What `a`
+/// was is basis * a * basis^H, where one is asked for.
 template <class Matrix>
-void reduce_to_hessenberg(Matrix& a) {
+void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
   using Scalar = typename Matrix::Scalar;
   const Index size = a.rows();
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1> v(size);
@@ -67,11 +69,13 @@ void reduce_to_hessenberg(Matrix& a) {
       sum *= factor;
       for (Index i = k + 1; i < size; ++i) a(i, j) -= v[i] * sum;
     }
-    for (Index i = 0; i < size; ++i) {
-      Scalar sum = 0;
-      for (Index j = k + 1; j < size; ++j) sum += a(i, j) * v[j];
-      sum *= factor;
-      for (Index j = k + 1; j < size; ++j) a(i, j) -= sum * Eigen::numext::conj(v[j]);
+    for (Matrix* each : {&a, basis}) {
+      for (Index i = 0; each != nullptr && i < size; ++i) {
+        Scalar sum = 0;
+        for (Index j = k + 1; j < size; ++j) sum += (*each)(i, j) * v[j];
+        sum *= factor;
+        for (Index j = k + 1; j < size; ++j) (*each)(i, j) -= sum * Eigen::numext::conj(v[j]);
+      }
     }
     for (Index i = k + 2; i < size; ++i) a(i, k) = 0;
   }
@@ -159,6 +163,7 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
     const Complex root = std::sqrt(half * half + a(0, 1) * a(1, 0));
     return Eigen::Vector2cd(mean + root, mean - root);
   }
+  if (a.rows() > most_on_stack && a.imag().isZero(0)) return eigenvalues(Eigen::MatrixXd(a.real()));
   balance(a);
   return a.rows() <= most_on_stack ? diagonal_of_schur(Small(a)) : diagonal_of_schur(std::move(a));
 }
@@ -180,6 +185,58 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a) {
     values[++i] = mean - root;
   }
   return values;
+}
+
+Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values) {
+  Eigen::ArrayXcd sum = Eigen::ArrayXcd::Zero(values.size());
+  for (std::size_t k = polynomial.size(); k-- > 0;) sum = sum * values.array() + polynomial[k];
+  return sum;
+}
+
+Eigen::VectorXd scales_of(Eigen::MatrixXd a) { return balance(a); }
+
+namespace {
+
+/// A sum that is like none of them: all but those that are a multiple of 1 to rounding count as much, whatever their
+/// sizes are.
+Eigen::MatrixXcd generic_sum(const std::vector<Eigen::MatrixXd>& matrices, double rounding) {
+  const Index size = matrices.front().rows();
+  Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size, size);
+  for (std::size_t k = 0; k < matrices.size(); ++k) {
+    Eigen::MatrixXd part = matrices[k];
+    part.diagonal().array() -= part.trace() / static_cast<double>(size);
+    const double norm = part.norm();
+    if (!(norm > rounding)) continue;
+    const double weight = 1 + 0.5 * std::sin(static_cast<double>(k * k + 1));
+    sum += (weight / norm * part).cast<Complex>();
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::optional<Eigen::MatrixXcd> common_diagonals(std::vector<Eigen::MatrixXd> matrices) {
+  constexpr double roundings = 16;  // of products of as many numbers as there are rows
+  const Index size = matrices.front().rows();
+  Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(size, size);
+  for (const Eigen::MatrixXd& matrix : matrices) sizes += matrix.cwiseAbs();
+  const Eigen::VectorXd scales = balance(sizes);
+  for (Eigen::MatrixXd& matrix : matrices)
+    matrix = (scales.cwiseInverse().asDiagonal() * matrix * scales.asDiagonal()).eval();
+  const double rounding = roundings * static_cast<double>(size) * std::numeric_limits<double>::epsilon() * sizes.norm();
+  Eigen::MatrixXcd sum = generic_sum(matrices, rounding), basis = Eigen::MatrixXcd::Identity(size, size);
+  reduce_to_hessenberg(sum, &basis);
+  Eigen::ComplexSchur<Eigen::MatrixXcd> schur(size);
+  schur.computeFromHessenberg(sum, basis, true);
+  Eigen::MatrixXcd diagonals(size, std::ssize(matrices));
+  for (std::size_t k = 0; k < matrices.size(); ++k) {
+    const Eigen::MatrixXcd image = matrices[k].cast<Complex>() * schur.matrixU();
+    const Eigen::MatrixXcd turned = schur.matrixU().adjoint() * image;
+    const Eigen::MatrixXcd below = turned.triangularView<Eigen::StrictlyLower>();
+    if (!(below.norm() <= rounding)) return std::nullopt;
+    diagonals.col(static_cast<Index>(k)) = turned.diagonal();
+  }
+  return diagonals;
 }
 
 Index largest_component(Eigen::MatrixXcd a) {

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <complex>
+#include <optional>
+#include <vector>
 
 namespace dpde::stability {
 
@@ -12,6 +14,13 @@ namespace dpde::stability {
 /// the hundred thousand.
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a);
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a);
+/// A polynomial, given by powers, of each of these.
+Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values);
+/// Of that scaling: a(i, k) becomes a(i, k)*scales[k]/scales[i].
+Eigen::VectorXd scales_of(Eigen::MatrixXd a);
+/// Of matrices that one change of basis makes triangular, as it does all that commute: their diagonals in it, a column
+/// each. Row by row they are eigenvalues, of sums of the matrices too. nullopt where more than rounding is left below.
+std::optional<Eigen::MatrixXcd> common_diagonals(std::vector<Eigen::MatrixXd> matrices);
 /// The component that has the largest share in the eigenvector of the largest eigenvalue.
 Eigen::Index largest_component(Eigen::MatrixXcd a);
 /// What a relative change of `a`, scaled as above, is multiplied by in this eigenvalue of it: |a| |x| |y| / |y.x|, with

@@ -10,6 +10,7 @@
 #include "model/solves.h"
 #include "model/uses.h"
 #include "stencil/from_model.h"
+#include "stencil/time_schemes.h"
 
 namespace dpde::stability {
 
@@ -168,6 +169,16 @@ Equations::Equations(model::Problem problem, StateGroup group)
   model::Problem plain = problem_;
   plain.events.clear();
   without_events_ = linear_step(plain, group_);
+}
+
+std::vector<double> Equations::stability_polynomial() const {
+  return problem_.program.empty() ? stencil::stability_polynomial(problem_.scheme.time) : std::vector<double>{};
+}
+
+std::optional<Response> Equations::rates_at(const FrozenPoint& point) const {
+  if (!is_euler_made_) euler_ = linear_step(by_euler(problem_), group_);
+  is_euler_made_ = true;
+  return euler_ ? generator_of(*euler_, point) : std::nullopt;
 }
 
 bool Equations::are_spectral() const {

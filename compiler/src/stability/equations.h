@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "driver/session.h"
 #include "model/model.h"
@@ -63,6 +64,10 @@ class Equations {
   /// What is stiff has no limit by these schemes, what is not may have one far off.
   bool are_stepped_exponentially() const { return model::is_exponential(problem_.scheme.time); }
   double length_of_run() const { return problem_.steps * problem_.step; }
+  /// What a step may be of its rates, by powers; empty where its scheme makes no polynomial of them.
+  std::vector<double> stability_polynomial() const;
+  /// L about the point by the scheme's own differences; nullopt where it cannot be had.
+  std::optional<Response> rates_at(const FrozenPoint& point) const;
   /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
   bool are_spectral() const;
   /// The scene's step without events; null where it has none in each step.
@@ -74,6 +79,8 @@ class Equations {
   std::optional<LinearStep> without_events_;
   mutable bool is_made_ = false;  // fine_: a cache
   mutable std::optional<LinearStep> fine_;
+  mutable bool is_euler_made_ = false;  // likewise
+  mutable std::optional<LinearStep> euler_;
 };
 
 /// The point with the values of its fields everywhere about it; what is solved for keeps its slopes, a wind as an

@@ -57,6 +57,7 @@ Form Form::times(double factor) const {
 
 Form Form::plus(const Form& other) const {
   if (is_zero()) return other;
+  if (other.is_zero()) return *this;
   Form result;
   result.terms_.reserve(terms_.size() + other.terms_.size());
   auto a = terms_.begin(), b = other.terms_.begin();

@@ -5,8 +5,10 @@
 #include <limits>
 
 #include "model/build.h"
+#include "stability/eigenvalues.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
+#include "stability/step_of_rates.h"
 #include "stability/verdict.h"
 #include "support/contains.h"
 
@@ -14,11 +16,11 @@ namespace dpde::stability {
 
 namespace {
 
-/// The terms that do not come from this part of the text.
-model::Expr sum_without(const std::vector<model::Term>& terms, const SourceRange& left_out) {
+/// The terms that come from this part of the text, or those that do not.
+model::Expr sum_of(const std::vector<model::Term>& terms, const SourceRange& part, bool is_of_part) {
   model::Expr sum = model::number(0);
   for (const auto& [term, is_negative] : terms) {
-    if (term->origin.range == left_out) continue;
+    if ((term->origin.range == part) != is_of_part) continue;
     sum = model::binary(is_negative ? BinaryOp::subtract : BinaryOp::add, sum, term);
   }
   return sum;
@@ -44,14 +46,58 @@ double limit_of(const model::Problem& problem, const LinearStep& linear, const F
 
 /// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
 /// terms this one look says that all depends on others.
-bool still_grows(const model::Problem& problem, const LinearStep& linear, const Verdict& verdict, double step) {
+bool still_grows(const Verdict& verdict, double factor, double step) {
   constexpr double surely = 0.1;
+  return std::log(factor) > surely + 4 * verdict.growth_rate * step + verdict.growth_by_events;
+}
+
+bool still_grows(const model::Problem& problem, const LinearStep& linear, const Verdict& verdict, double step) {
   const std::optional<Response> response = linear.response(verdict.worst, step);
   if (!response) return false;
   const Amplification g(*response, static_cast<int>(problem.axes.size()));
-  const double by_right = 4 * verdict.growth_rate * step + verdict.growth_by_events;
-  return std::log(g.spectral_radius(verdict.limit.wave)) > surely + by_right;
+  return still_grows(verdict, g.spectral_radius(verdict.limit.wave), step);
 }
+
+/// The same without lowering a problem of many equations for each of their terms: rates are sums over terms, and what
+/// one has of that wave is found from a problem without others.
+class RatesOfTerms {
+ public:
+  RatesOfTerms(const model::Problem& problem, const Verdict& verdict) : problem_(by_euler(problem)), verdict_(verdict) {
+    const Equations equations(problem, verdict.group);
+    const std::vector<double> polynomial = equations.stability_polynomial();
+    if (polynomial.empty() || equations.without_events() != nullptr) return;
+    const std::optional<LinearStep> linear = linear_step(problem, verdict.group);
+    const auto step = linear ? linear->response(verdict.worst, verdict.limit.step) : std::nullopt;
+    const std::optional<Response> rates = step ? equations.rates_at(verdict.worst) : std::nullopt;
+    if (!rates) return;
+    const Amplification g(*step, rank()), of_all(*rates, rank());
+    if (!is_step_of_rates(g, of_all, polynomial, verdict.limit.step)) return;
+    polynomial_ = polynomial;
+    all_ = of_all.at(verdict.limit.wave);
+    for (model::State& state : problem_.states) state.rhs = state.rhs ? std::optional(model::number(0)) : std::nullopt;
+  }
+
+  /// Whether it does without this part of the right side of a state; false where that is not known so.
+  bool still_grow_without(std::size_t state, const model::Expr& part, double step) const {
+    if (polynomial_.empty()) return false;
+    model::Problem alone = problem_;
+    alone.states[state].rhs = part;
+    const std::optional<LinearStep> euler = linear_step(alone, verdict_.group);
+    const std::optional<Response> rates = euler ? generator_of(*euler, verdict_.worst) : std::nullopt;
+    if (!rates) return false;
+    const Eigen::MatrixXcd others = all_ - Amplification(*rates, rank()).at(verdict_.limit.wave);
+    const double factor = polynomial_of(polynomial_, step * eigenvalues(others)).cwiseAbs().maxCoeff();
+    return still_grows(verdict_, factor, step);
+  }
+
+ private:
+  int rank() const { return static_cast<int>(problem_.axes.size()); }
+
+  model::Problem problem_;  // without any terms
+  const Verdict& verdict_;
+  std::vector<double> polynomial_;  // empty: steps are none of rates
+  Eigen::MatrixXcd all_;
+};
 
 /// 0 where it is below `least`: most terms change nothing, which one look tells. It is compared with others only.
 double limit_above(double least, const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point,
@@ -70,6 +116,7 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
     return std::nullopt;
   std::optional<SourceRange> best;
   double largest = verdict.limit.step * 1.25;
+  const RatesOfTerms rates(problem, verdict);
   for (std::size_t s = 0; s < problem.states.size(); ++s) {
     const std::optional<model::Expr>& rate = problem.states[s].rhs;
     const bool is_other =
@@ -81,8 +128,9 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
       const SourceRange range = term.value->origin.range;
       if (!range.is_known() || std::ranges::find(tried, range) != tried.end()) continue;
       tried.push_back(range);
+      if (rates.still_grow_without(s, sum_of(terms, range, true), largest)) continue;
       model::Problem without = problem;
-      without.states[s].rhs = sum_without(terms, range);
+      without.states[s].rhs = sum_of(terms, range, false);
       const std::optional<LinearStep> linear = linear_step(without, verdict.group);
       if (!linear || still_grows(without, *linear, verdict, largest)) continue;
       const double limit = limit_above(largest, without, *linear, verdict.worst, verdict.step);

@@ -146,9 +146,11 @@ Positivity positivity_of(driver::Session& session, const LinearStep& linear, dou
     found.why = "a solve is in it";
     return found;
   }
+  std::vector<FrozenStages> stages(points.size());
   const auto holds = [&](double dt) {
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
-      const std::optional<Response> rows = linear.response(point, dt);
+      const auto number = static_cast<std::size_t>(&point - points.data());
+      const std::optional<Response> rows = linear.response(point, dt, stages[number]);
       if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
       return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
     });

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "stability/eigenvalues.h"
+#include "stability/step_of_rates.h"
+#include "stability/waves_of_point.h"
 
 namespace dpde::stability {
 
@@ -31,10 +34,8 @@ constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
 /// Of growth that steps make. A higher one is that of very long waves alone, whose damping falls faster than it.
 constexpr double most_order = 5;
-constexpr double short_step = 1e-3;  // in units of 1 / largest rate
-constexpr double rounded_down = 1 - 1e-9;
+constexpr double short_step = 1e-3;      // in units of 1 / largest rate
 constexpr std::size_t most_kept = 4096;  // eigenvalues of waves
-constexpr double longest_angle = std::numbers::pi * (1 - 1e-11);
 
 Response sum(const Response& a, const Response& b, double factor) {
   Response result{{}, a.waves};
@@ -46,93 +47,6 @@ Response sum(const Response& a, const Response& b, double factor) {
     result.waves.push_back(std::move(wave));
   }
   return result;
-}
-
-double angle_of_longest(const FrozenPoint& point, int axis) {
-  return 2 * std::numbers::pi / std::max(point.longest_wave[static_cast<std::size_t>(axis)], 2.0);
-}
-
-/// The longest waves of the grid: along each axis, and along several.
-std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
-  std::vector<Angles> waves;
-  for (int direction = 1; direction < (1 << rank); ++direction) {
-    Angles angles{};
-    for (int axis = 0; axis < rank; ++axis) {
-      if ((direction >> axis) % 2 != 0) angles[static_cast<std::size_t>(axis)] = angle_of_longest(point, axis);
-    }
-    waves.push_back(angles);
-  }
-  return waves;
-}
-
-/// All that a small periodic grid has, one of k and -k, and of one cell the mean; none of other grids, whose waves are
-/// so many that those between them say the same.
-std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
-  constexpr double most_along = 32, most = 1024;
-  double count = 1;
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
-    const double cells = point.cells[axis];
-    const bool is_ring = point.longest_wave[axis] == cells;
-    if (!is_ring || cells > most_along) return {};
-    count *= cells;
-  }
-  if (count == 1) return {Angles{}};
-  std::vector<Angles> waves;
-  for (int i = 1; count <= most && i < static_cast<int>(count); ++i) {
-    Angles angles{};
-    int rest = i, opposite = 0, stride = 1;
-    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis) {
-      const int cells = static_cast<int>(point.cells[axis]), k = rest % cells;
-      rest /= cells;
-      opposite += stride * ((cells - k) % cells);
-      stride *= cells;
-      angles[axis] = 2 * std::numbers::pi * (2 * k > cells ? k - cells : k) / cells;
-    }
-    if (i <= opposite) waves.push_back(angles);
-  }
-  return waves;
-}
-
-/// Or the mean of all cells, where there is one: what is solved for may not be known of it.
-Largest with_mean(const Largest& waves, const std::function<double(const Angles&)>& f) {
-  const double of_mean = f({});
-  return std::isfinite(of_mean) && of_mean > waves.value ? Largest{{}, of_mean} : waves;
-}
-
-/// With the mean where long waves do not stand for it. What is solved for may be faster the longer waves are
-/// (those of Rossby): without those that are longer than the grid then, and with the longest that it has, which may
-/// stand alone.
-Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
-                           const std::function<double(const Angles&)>& f) {
-  if (const std::vector<Angles> waves = waves_of_grid(point, rank); !waves.empty()) {
-    Largest largest{{}, -infinite};
-    for (const Angles& angles : waves) {
-      if (const double value = f(angles); value > largest.value) largest = {angles, value};
-    }
-    return with_mean(largest, f);
-  }
-  const auto is_longer_than_grid = [&](const Angles& angles) {
-    for (int axis = 0; axis < rank; ++axis) {
-      const double angle = std::abs(std::remainder(angles[static_cast<std::size_t>(axis)], 2 * std::numbers::pi));
-      if (angle > 0 && angle < rounded_down * angle_of_longest(point, axis)) return true;
-    }
-    return false;
-  };
-  // Waves of nearly two cells have slopes; that of two has none, and is only met by grids.
-  const auto beside_shortest = [](Angles angles) {
-    for (double& angle : angles) angle = std::clamp(angle, -longest_angle, longest_angle);
-    return angles;
-  };
-  Largest largest = stability::largest_over_waves(rank, [&](const Angles& angles) {
-    return linear.solves() && is_longer_than_grid(angles) ? -infinite : f(beside_shortest(angles));
-  });
-  largest.angles = beside_shortest(largest.angles);
-  if (linear.solves()) {
-    for (const Angles& angles : longest_waves(point, rank)) {
-      if (const double value = f(angles); value > largest.value) largest = {angles, value};
-    }
-  }
-  return linear.reduces() || linear.solves() ? with_mean(largest, f) : largest;
 }
 
 /// The largest of what a short step leaves near 1: a scheme with a memory has others.
@@ -182,7 +96,8 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
   FrozenStages stages;
   const std::optional<Response> rows = linear.response(point, step, stages);
   if (!rows) return std::nullopt;
-  const Amplification g(*rows, rank);
+  Amplification g(*rows, rank);
+  g.expect_many_waves();
   StepGrowth result;
   const Largest largest = largest_over_waves(linear, point, rank, [&](const Angles& a) {
     const Eigen::VectorXcd values = g.eigenvalues(a);
@@ -216,7 +131,8 @@ bool FrozenAnalysis::estimate(double step) {
   if (!rest || !rows) return false;
   const double part = 1 / (step - from);
   const Response none{std::vector<Form>(linear_->states().size())};
-  const Amplification rates(sum(sum(none, *rows, part), *rest, -part), rank_);
+  Amplification rates(sum(sum(none, *rows, part), *rest, -part), rank_);
+  rates.expect_many_waves();
   rate_ = over_waves([&](const Angles& a) { return rates.spectral_radius(a); }).value;
   return std::isfinite(rate_);
 }
@@ -243,8 +159,52 @@ bool FrozenAnalysis::measure_rates(double step) {
     short_ = found;
     if (is_settled || rate_ == 0) break;
   }
-  if (const std::optional<Response> rows = plain_response(short_)) short_step_.emplace(*rows, rank_);
+  if (const std::optional<Response> rows = plain_response(short_))
+    short_step_.emplace(*rows, rank_).expect_many_waves();
   return short_step_.has_value();
+}
+
+/// A step that is a polynomial R(dt L) of the rates L that a step of Euler's method has, has the factors R(dt s), where
+/// s are eigenvalues of L: those of a wave are found once for steps of all lengths. Whether it is that polynomial is
+/// asked of every step that is looked at. Of two states closed forms are as quick.
+bool FrozenAnalysis::take_rates_of(const Equations& equations) {
+  constexpr std::size_t of_closed_forms = 2;
+  if (plain_ != linear_ || linear_->follows_flow() || linear_->states().size() <= of_closed_forms) return false;
+  polynomial_ = equations.stability_polynomial();
+  const std::optional<Response> rates = polynomial_.empty() ? std::nullopt : equations.rates_at(point_);
+  const double size = rates ? magnitude_of(*rates) : 0;
+  if (size > 0) {
+    rates_.emplace(*rates, rank_);
+    const double step = 1 / size;
+    const std::optional<Amplification> g = at(step);
+    if (g && is_polynomial_of_rates(*g, step)) {
+      rates_->expect_many_waves();
+      rate_ = over_waves([&](const Angles& a) { return own_eigenvalues(a).cwiseAbs().maxCoeff(); }).value;
+      if (std::isfinite(rate_)) return true;
+    }
+  }
+  rates_.reset();
+  polynomial_.clear();
+  own_eigenvalues_.clear();
+  return false;
+}
+
+bool FrozenAnalysis::is_polynomial_of_rates(const Amplification& g, double step) const {
+  return !polynomial_.empty() && is_step_of_rates(g, *rates_, polynomial_, step);
+}
+
+bool FrozenAnalysis::is_of_rates(double step) const {
+  const std::optional<Amplification> g = at(step);
+  return g && is_polynomial_of_rates(*g, step);
+}
+
+/// Of each wave in this step, of which g is.
+FrozenAnalysis::Factors FrozenAnalysis::factors_of(Amplification& g, double step) const {
+  if (is_polynomial_of_rates(g, step)) {
+    return [this, step](const Angles& a) { return polynomial_of(polynomial_, step * own_eigenvalues(a)); };
+  }
+  g.expect_many_waves();
+  return [&g](const Angles& a) { return g.eigenvalues(a); };
 }
 
 /// Of resolved waves as the differences have them; of others no more than both these and the equations say, which
@@ -305,7 +265,8 @@ double FrozenAnalysis::growth_on_ring() const {
 bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<Response> rows = plain_response(0.5 * short_);
   if (!rows) return false;
-  const Amplification half(*rows, rank_);
+  Amplification half(*rows, rank_);
+  half.expect_many_waves();
   const auto rate_of = [&](const Angles& a) { return rate_by_step(half.eigenvalues(a), 0.5 * short_); };
   return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
 }
@@ -381,7 +342,8 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
   FrozenAnalysis result(linear, equations == nullptr ? nullptr : equations->without_events(), point, rank);
   result.longest_ = std::max(last_of_scene * step, equations == nullptr ? 0 : equations->length_of_run());
   result.are_all_resolved_ = equations != nullptr && equations->are_spectral();
-  if (!result.measure_rates(step)) return std::nullopt;
+  const bool are_taken = equations != nullptr && result.take_rates_of(*equations);
+  if (!are_taken && !result.measure_rates(step)) return std::nullopt;
   if (result.plain_ != result.linear_) result.events_ = result.at(0);
   result.measure_growth(equations);
   const bool is_exponential = equations != nullptr && equations->are_stepped_exponentially();
@@ -390,10 +352,11 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
 }
 
 Largest FrozenAnalysis::excess(double step) const {
-  const std::optional<Amplification> g = at(step);
+  std::optional<Amplification> g = at(step);
   if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
+  const Factors factors_at = factors_of(*g, step);
   return over_waves([&](const Angles& a) {
-    const Eigen::VectorXcd factors = g->eigenvalues(a);
+    const Eigen::VectorXcd factors = factors_at(a);
     const double growth = std::log(factors.cwiseAbs().maxCoeff());
     const double beyond = growth - allowed_rate(a) * step - allowed_to_events(a);
     return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(factors, a));

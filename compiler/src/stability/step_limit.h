@@ -14,9 +14,11 @@
 // 0.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "stability/amplification.h"
 #include "stability/equations.h"
@@ -70,6 +72,11 @@ class FrozenAnalysis {
   std::size_t largest_share(const Angles& wave, double step) const;
 
   bool is_stable(double step) const;
+  /// Whether the factors of this step are a polynomial of rates: then no wave needs eigenvalues of its own.
+  bool is_of_rates(double step) const;
+  /// Whose rates are known. Steps of any length that are polynomials of them look at no others but the neighbours of
+  /// what grows most.
+  std::size_t waves_known() const { return own_eigenvalues_.size(); }
 
   /// None is looked for above `most`; relative `precision`.
   StepLimit limit(double most = std::numeric_limits<double>::infinity(), double precision = 5e-5) const;
@@ -95,6 +102,10 @@ class FrozenAnalysis {
   Largest over_waves(const std::function<double(const Angles&)>& f) const;
   bool estimate(double step);
   bool differentiate(double step);
+  bool take_rates_of(const Equations& equations);
+  bool is_polynomial_of_rates(const Amplification& g, double step) const;
+  using Factors = std::function<Eigen::VectorXcd(const Angles&)>;
+  Factors factors_of(Amplification& g, double step) const;
   StepLimit bisect(double stable, double unstable, double precision) const;
   StepLimit descend(double unstable, double precision) const;
   double next_step(double step) const;
@@ -108,6 +119,7 @@ class FrozenAnalysis {
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
+  std::vector<double> polynomial_;  // by powers, what most steps are of the rates; empty: none is known
   mutable std::map<Angles, Eigen::VectorXcd> own_eigenvalues_;  // of these: a cache
   std::optional<Amplification> events_;                         // G of a step of length 0
 };

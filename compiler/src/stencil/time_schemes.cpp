@@ -321,6 +321,27 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
   return implicit_stages(lowering, advances, name, part.is_projected);
 }
 
+std::vector<double> stability_polynomial(model::TimeScheme time) {
+  const Tableau tableau = tableau_of(time);
+  if (tableau.empty()) return {};
+  std::vector<std::vector<double>> stages{std::vector<double>(tableau.size() + 1)};
+  stages.front().front() = 1;
+  for (const StageRow& row : tableau) {
+    std::vector<double> next = stages[static_cast<std::size_t>(row.base)];
+    const auto add = [&](double factor, int stage, std::size_t power) {
+      const std::vector<double>& from = stages[static_cast<std::size_t>(stage)];
+      for (std::size_t i = 0; i + power < next.size(); ++i) next[i + power] += factor * from[i];
+    };
+    for (const DifferenceOfStages& difference : row.differences) {
+      add(difference.weight / row.divisor, difference.more, 0);
+      add(-difference.weight / row.divisor, difference.less, 0);
+    }
+    add(row.weight / row.over, row.from, 1);
+    stages.push_back(std::move(next));
+  }
+  return stages.back();
+}
+
 std::vector<double> stage_times(model::TimeScheme time) {
   std::vector<double> times{0, 0.5, 1};
   for (const StageRow& row : tableau_of(time)) {

@@ -48,6 +48,11 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
 /// When its stages look at other states, from 0 to 1: those of its rows too.
 std::vector<double> stage_times(model::TimeScheme time);
 
+/// What a step makes of a state with dt(u) = (z/dt)*u: its stability function, a polynomial of z (E. Hairer and
+/// G. Wanner, Solving Ordinary Differential Equations II, IV.2), by powers. Empty of schemes that are none of rows
+/// alone.
+std::vector<double> stability_polynomial(model::TimeScheme time);
+
 /// The same of an embedded pair, with a kernel behind it whose only sum says how large the error is: over all cells
 /// that of the square of the estimated error over the tolerated one, the mean over the states. The pair's other result
 /// is a stage like the others.

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps that are polynomials of their rates: what is found by eigenvalues of the rates is what the eigenvalues of each
+// step say, and no step has eigenvalues of its own. Matrices that commute are made triangular once for all waves.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "driver/pipeline.h"
+#include "stability/eigenvalues.h"
+#include "stability/equations.h"
+#include "stability/step_limit.h"
+#include "stencil/time_schemes.h"
+
+namespace dpde::stability {
+namespace {
+
+using model::TimeScheme;
+
+TEST(StabilityPolynomial, IsOfTheScheme) {
+  const std::vector<std::pair<TimeScheme, std::vector<double>>> known{
+      {TimeScheme::euler, {1, 1}},
+      {TimeScheme::rk2, {1, 1, 1.0 / 2}},
+      {TimeScheme::ssp_rk3, {1, 1, 1.0 / 2, 1.0 / 6}},
+      {TimeScheme::bs32, {1, 1, 1.0 / 2, 1.0 / 6}},
+      {TimeScheme::rk4, {1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24}},
+      {TimeScheme::dopri5, {1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24, 1.0 / 120, 1.0 / 600}}};
+  for (const auto& [time, expected] : known) {
+    const std::vector<double> found = stencil::stability_polynomial(time);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-14) << i;
+  }
+  for (const TimeScheme other : {TimeScheme::ab3, TimeScheme::verlet, TimeScheme::crank_nicolson, TimeScheme::etdrk4})
+    EXPECT_TRUE(stencil::stability_polynomial(other).empty());
+}
+
+Eigen::MatrixXd random_matrix(int size, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
+}
+
+/// In other units of each state, too.
+TEST(CommonDiagonals, AreEigenvaluesOfSumsOfWhatCommutes) {
+  std::mt19937_64 random(7);
+  for (const int size : {3, 5, 16}) {
+    const Eigen::MatrixXd a = random_matrix(size, random), one = Eigen::MatrixXd::Identity(size, size);
+    std::vector<Eigen::MatrixXd> matrices{a, 1e4 * one, 0.3 * a * a - 2 * one, -1e-3 * a};
+    Eigen::VectorXd units(size);
+    for (int i = 0; i < size; ++i) units[i] = std::exp2(7 * i % 20 - 10);
+    for (Eigen::MatrixXd& matrix : matrices)
+      matrix = (units.asDiagonal() * matrix * units.cwiseInverse().asDiagonal()).eval();
+    const auto diagonals = common_diagonals(matrices);
+    ASSERT_TRUE(diagonals) << size;
+    const Eigen::VectorXcd sum = diagonals->col(0) - 2 * diagonals->col(2) + diagonals->col(3);
+    const Eigen::VectorXcd direct = eigenvalues(Eigen::MatrixXd(matrices[0] - 2 * matrices[2] + matrices[3]));
+    for (const std::complex<double> value : sum)
+      EXPECT_LT((direct.array() - value).abs().minCoeff(), 1e-9 * direct.cwiseAbs().maxCoeff()) << size;
+  }
+}
+
+TEST(CommonDiagonals, AreNoneOfOtherMatrices) {
+  std::mt19937_64 random(8);
+  for (const int size : {3, 8}) {
+    const Eigen::MatrixXd a = random_matrix(size, random);
+    Eigen::MatrixXd other = Eigen::MatrixXd::Identity(size, size);
+    EXPECT_TRUE(common_diagonals({a, other}));
+    other(1, 1) += 1e-6;
+    EXPECT_FALSE(common_diagonals({a, other}));
+  }
+}
+
+/// A periodic scene s about a state that is the same everywhere.
+struct System {
+  driver::Compiled compiled;
+  LinearStep linear;
+  Equations equations;
+  FrozenPoint point;
+  int rank;
+
+  FrozenAnalysis by_rates(double step = 0.1) const {
+    return FrozenAnalysis::make(linear, point, rank, step, &equations).value();
+  }
+};
+
+System system_of(const std::string& text) {
+  const SourceFile source("test.dpde", text);
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
+  std::string why;
+  std::optional<LinearStep> linear = LinearStep::make(compiled.value().stencil, compiled->step_name(), why);
+  EXPECT_EQ(why, "");
+  FrozenPoint point{{}, {}, {{"hx", 1}, {"hy", 1}, {"t", 1e6}}};
+  for (const std::string& state : linear->states()) point.fields[state] = {0.5};
+  for (const model::Parameter& param : compiled->problem->params) point.params[param.name] = param.value;
+  const int rank = static_cast<int>(compiled->problem->axes.size());
+  Equations equations(*compiled->problem);
+  return {std::move(*compiled), std::move(linear).value(), std::move(equations), std::move(point), rank};
+}
+
+/// Reactions between all, products of fields, and diffusion that is another one of each field where `differ`.
+std::string species(int count, const std::string& scheme, bool differ, int rank, unsigned seed,
+                    const std::string& more = "") {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> number(-0.3, 0.3);
+  std::string fields, equations, initial;
+  for (int i = 0; i < count; ++i) {
+    fields += fmt::format("field c{}; ", i);
+    initial += fmt::format("  initial c{} = 0.5\n", i);
+    equations += fmt::format("  dt(c{0}) = {1}*lap(c{0}) - {2}*c{0}", i, differ ? 0.4 + 0.1 * i : 0.4, 0.5);
+    if (differ) equations += fmt::format(" - advect({}, c{})", rank == 1 ? "0.3" : "(0.3, -0.2)", i);
+    for (int k = 0; k < count; ++k) equations += fmt::format(" + {:.3f}*c{}*c{}", number(random), i, k);
+    equations += "\n";
+  }
+  std::string text =
+      "model m { " + fields + "\n" + equations + "}\nscheme q { " + scheme + " }\nscene s : m with q {\n";
+  for (int axis = 0; axis < rank; ++axis) text += fmt::format("  grid {} = 0 .. 64, cells 64, periodic\n", "xyz"[axis]);
+  return text + initial + more + "  time 0 .. 1, step 0.1\n}\n";
+}
+
+/// ln |g| beyond what the equations may do is the same by the eigenvalues of the step at the waves that are found.
+void expect_as_by_steps(const System& system, const std::string& text) {
+  const FrozenAnalysis analysis = system.by_rates();
+  for (const double step : {0.05, 0.3, 0.8, 2.0}) {
+    ASSERT_TRUE(analysis.is_of_rates(step)) << text;
+    const Largest found = analysis.excess(step);
+    Amplification g(*system.linear.response(system.point, step), system.rank);
+    EXPECT_FALSE(g.has_common_basis());
+    const double direct = std::log(g.spectral_radius(found.angles));
+    const double allowed = found.value - direct;
+    EXPECT_LT(allowed, 1e-9 * (1 + std::abs(direct))) << step << text;
+    for (const Angles& angles : {Angles{3, 2, 0}, Angles{0.4, -1, 0}, Angles{M_PI, M_PI, 0}})
+      EXPECT_LE(std::log(g.spectral_radius(angles)) - 2 * analysis.growth_rate() * step, found.value + 1e-9) << text;
+  }
+}
+
+TEST(StepOfRates, IsAsByTheEigenvaluesOfTheStep) {
+  unsigned seed = 1;
+  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4"}) {
+    for (const bool differ : {false, true}) {
+      for (const int rank : {1, 2}) {
+        const std::string text = species(3 + static_cast<int>(seed % 3), "time = " + time, differ, rank, seed);
+        expect_as_by_steps(system_of(text), text);
+        ++seed;
+      }
+    }
+  }
+}
+
+/// The limit is that of an analysis that knows nothing of rates.
+TEST(StepOfRates, HasTheSameLimit) {
+  for (const bool differ : {false, true}) {
+    const System system = system_of(species(4, "time = rk4", differ, 1, 5));
+    const StepLimit by_rates = system.by_rates().limit();
+    const StepLimit by_steps = FrozenAnalysis::make(system.linear, system.point, 1, 0.1)->limit();
+    ASSERT_EQ(by_rates.kind, StepLimit::Kind::limit);
+    ASSERT_EQ(by_steps.kind, StepLimit::Kind::limit);
+    EXPECT_NEAR(by_rates.step, by_steps.step, 2e-4 * by_steps.step);
+  }
+}
+
+/// What is no polynomial of all rates at once keeps eigenvalues of its own: parts that do not commute, and others.
+TEST(StepOfRates, IsNoneOfSplitStepsAndSubcycles) {
+  for (const std::string scheme :
+       {"time = rk4; split = lie(advect, diffusion, sources)", "time = rk2; split = strang(advect, diffusion, sources)",
+        "time = imex_euler", "time = ab3"}) {
+    const FrozenAnalysis analysis = system_of(species(3, scheme, true, 1, 3)).by_rates();
+    EXPECT_FALSE(analysis.is_of_rates(0.1)) << scheme;
+  }
+  const System system = system_of(species(3, "time = rk4", true, 1, 3, "  subcycle c1 in 2\n"));
+  EXPECT_FALSE(system.by_rates().is_of_rates(0.1));
+}
+
+/// All steps together look at little more than the waves of one: a count of the work, which is that of eigenvalues.
+TEST(StepOfRates, FindsTheRatesOfEachWaveOnce) {
+  const System system = system_of(species(4, "time = rk4", true, 2, 9));
+  const FrozenAnalysis analysis = system.by_rates();
+  analysis.excess(0.1);
+  const std::size_t of_one = analysis.waves_known();
+  for (int i = 0; i < 40; ++i) analysis.excess(0.1 + 0.01 * i);
+  EXPECT_LT(analysis.waves_known(), 3 * of_one);
+}
+
+/// Where diffusion is the same of all, one change of basis is enough for all waves.
+TEST(StepOfRates, HasOneBasisWhereWeightsCommute) {
+  for (const bool differ : {false, true}) {
+    const System system = system_of(species(6, "time = rk4", differ, 2, 11));
+    Amplification rates(*system.equations.rates_at(system.point), 2);
+    Amplification step(*system.linear.response(system.point, 0.1), 2);
+    rates.expect_many_waves();
+    step.expect_many_waves();
+    EXPECT_EQ(rates.has_common_basis(), !differ);
+    EXPECT_EQ(step.has_common_basis(), !differ);
+    const Amplification plain(*system.linear.response(system.point, 0.1), 2);
+    for (const Angles& angles : {Angles{1, 2, 0}, Angles{0.01, 0, 0}, Angles{M_PI, M_PI, 0}, Angles{}})
+      EXPECT_NEAR(step.spectral_radius(angles), plain.spectral_radius(angles), 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace dpde::stability
