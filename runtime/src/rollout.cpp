@@ -51,6 +51,7 @@ void Rollout::Impl::update_weights() {
 
 /// Fills the halos of all that the caller may have changed.
 void Rollout::Impl::begin(int first) {
+  far.reset();
   update_weights();
   begin_record(first);
   set_step(forward->program, first);
@@ -116,20 +117,30 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     run_at_state(program.executor, k);
     loss_value += term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
   }
-  if (!due.empty() && due.front().step == last_loss && has_grown_beyond_reason(state))
-    loss_value = std::numeric_limits<double>::quiet_NaN();  // as little a result as of states that are not finite
+  if (!due.empty() && due.front().step == last_loss) look_at_growth(k, state);
 }
 
-/// Of the whole grid, so that all ranks say the same.
-bool Rollout::Impl::has_grown_beyond_reason(const StateBuffer& state) const {
+/// Beyond reason it is as little a result as states that are not finite; where it is far, the state is kept, which the
+/// way back may write over. Of the whole grid, so that all ranks say the same.
+void Rollout::Impl::look_at_growth(int k, const StateBuffer& state) {
   const auto magnitude = [&](const void* base) {
     return largest_of(setup.ranks, largest_magnitude(setup.layout, base));
   };
+  bool is_far = false;
   for (size_t s = 0; s < state.size(); ++s) {
     const double before = magnitude(buffers.front()[s]), now = magnitude(state[s]);
-    if (grows_beyond_reason(before, now)) return true;
+    is_far = is_far || (before > 0 && now > suspicious_growth * before);
+    if (grows_beyond_reason(before, now)) loss_value = std::numeric_limits<double>::quiet_NaN();
   }
-  return false;
+  if (!is_far || std::isnan(loss_value)) return;
+  FarState found{.before = {}, .states = {}, .step = k, .t = time(k)};
+  for (size_t s = 0; s < state.size(); ++s) {
+    found.before.push_back(magnitude(buffers.front()[s]));
+    if (far_fields.size() == s) far_fields.emplace_back(setup.layout, static_cast<int>(s));
+    copy_all(setup.layout, far_fields[s].base(), state[s]);
+    found.states.push_back(far_fields[s].base());
+  }
+  far = std::move(found);
 }
 
 /// A working buffer that is neither a nor b.

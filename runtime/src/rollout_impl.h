@@ -223,7 +223,7 @@ struct Rollout::Impl {
   static void bind_buffers(BoundStep& step, const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state) { add_losses(events_at(k), k, state); }
   void add_losses(std::span<const LossEvent> due, int k, const StateBuffer& state);
-  bool has_grown_beyond_reason(const StateBuffer& state) const;
+  void look_at_growth(int k, const StateBuffer& state);
   /// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
   std::span<const LossEvent> events_at(int k) {
     while (next_event > 0 && events[next_event - 1].step >= k) --next_event;
@@ -333,6 +333,8 @@ struct Rollout::Impl {
   std::vector<int64_t> buffers_of_state;  // how many there are of each state
   std::vector<StateBuffer> buffers;
   StateBuffer final_states;
+  std::optional<FarState> far;    // see far_state()
+  std::vector<Field> far_fields;  // its memory, once there is one
   double loss_value = 0;
   int reached = 0;  // steps of advance() since restart()
 

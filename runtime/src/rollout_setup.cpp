@@ -464,6 +464,7 @@ void Rollout::watch_gradient(GradientCallback call, int every) {
   impl_->watch = std::move(call);
   impl_->watch_every = std::max(every, 1);
 }
+const FarState* Rollout::far_state() const { return impl_->far ? &*impl_->far : nullptr; }
 bool Rollout::was_stopped() const { return impl_->result.stopped; }
 double Rollout::adjoint_norm() const { return impl_->adjoint_norm(); }
 

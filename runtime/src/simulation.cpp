@@ -15,7 +15,6 @@
 namespace dpde {
 namespace {
 
-constexpr double suspicious_growth = 1e8;
 constexpr int look_interval = 64;  // steps between looks for values that are not finite: under 1 % of the time
 
 template <class T>
@@ -168,8 +167,8 @@ void Simulation::Impl::begin_stepping() {
   began.clear();
   for (std::size_t s = 0; s < engine.states().size(); ++s)
     began.push_back(largest_magnitude(engine.workspace().layout(), stepper.present()[s]));
-  judged.assign(began.size(), 0.0);
-  grown.clear();
+  of_steps.judged.assign(began.size(), 0.0);
+  of_steps.text.clear();
   has_begun = true;
   reached = looked_at = 0;
 }
@@ -199,7 +198,15 @@ std::string Simulation::Impl::text_of(const Growth& growth, int steps) const {
       growth.state, growth.before, growth.after, steps, steps == 1 ? "" : "s", engine.scene().step);
 }
 
+std::string Simulation::Impl::text_of(const std::vector<Growth>& growths, int steps) const {
+  std::string text;
+  for (const Growth& growth : growths) text += (text.empty() ? "" : "; ") + text_of(growth, steps);
+  return text;
+}
+
 void Simulation::Impl::look_for_growth() {
+  told = &of_steps;
+  std::vector<double>& judged = of_steps.judged;
   const std::vector<void*>& present = engine.stepper().present();
   std::vector<double> far(present.size(), 0.0);
   bool is_judged = true;
@@ -210,11 +217,11 @@ void Simulation::Impl::look_for_growth() {
     is_judged = is_judged && is_known;
   }
   if (is_judged) return;
-  grown.clear();
-  for (const Growth& growth : growths_of(engine, began, present, reached, time(), suspicious_growth)) {
+  const std::vector<Growth> growths = growths_of(engine, began, present, reached, time());
+  for (const Growth& growth : growths) {
     if (growth.is_beyond_reason()) throw NotFinite(text_of(growth, reached));
-    grown += (grown.empty() ? "" : "; ") + text_of(growth, reached);
   }
+  of_steps.text = text_of(growths, reached);
   judged = far;
 }
 
@@ -430,7 +437,7 @@ const char* Simulation::unit(std::string_view name) const {
   return "";
 }
 
-const std::string& Simulation::growth() const { return impl_->grown; }
+const std::string& Simulation::growth() const { return impl_->told->text; }
 
 double Simulation::time() const { return impl_->time(); }
 double Simulation::time_step() const { return impl_->engine.scene().step; }

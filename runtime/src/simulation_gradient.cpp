@@ -84,6 +84,19 @@ void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) {
                   first->cell.y, first->cell.z, engine.scene().step));
 }
 
+void Simulation::Impl::look_for_growth_of_losses() {
+  told = &of_losses;
+  const FarState* const far = engine.objective().far_state();
+  std::vector<double> found;
+  for (std::size_t s = 0; far != nullptr && s < far->states.size(); ++s) {
+    found.push_back(far->before[s]);
+    found.push_back(largest_magnitude(engine.workspace().layout(), far->states[s]));
+  }
+  if (found == of_losses.judged) return;
+  of_losses = {
+      found, far == nullptr ? "" : text_of(growths_of(engine, far->before, far->states, far->step, far->t), far->step)};
+}
+
 void Simulation::Impl::measure_start(Rollout& rollout) {
   start.clear();
   for (int s = 0; s < rollout.state_count(); ++s)
@@ -162,6 +175,7 @@ double Simulation::loss() {
     return impl_->engine.loss();
   });
   if (!impl_->engine.was_stopped() && !std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
+  if (!impl_->engine.was_stopped()) impl_->look_for_growth_of_losses();
   return loss;
 }
 
@@ -174,6 +188,7 @@ double Simulation::gradient() {
     if (!all_finite(unknown.part_of(gradient_vector())))
       impl_->refuse(impl_->engine.objective(), fmt::format("the gradient of the loss by {}", unknown.name));
   }
+  impl_->look_for_growth_of_losses();
   return loss;
 }
 

@@ -33,6 +33,12 @@ class Running {
   bool& is_running_;
 };
 
+/// Of growth.
+struct Verdict {
+  std::vector<double> judged;  // magnitudes for which it holds; of steps 0: not far above where they began
+  std::string text;            // "": nothing has grown
+};
+
 struct Simulation::Impl {
   Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep);
 
@@ -68,11 +74,14 @@ struct Simulation::Impl {
   bool advance(int count, bool look);
   bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
-  /// Into `grown` what stepping has left far above where it began. That takes another step: a verdict is kept until a
-  /// state is as far above what was judged. @throws NotFinite where it is beyond reason.
+  /// Into `of_steps` what stepping has left far above where it began. That takes another step: a verdict is kept until
+  /// a state is as far above what was judged. @throws NotFinite where it is beyond reason.
   void look_for_growth();
+  /// Into `of_losses` the same of the state of the last losses: a verdict is kept while that is the same.
+  void look_for_growth_of_losses();
   void measure_start(Rollout& rollout);
   std::string text_of(const Growth& growth, int steps) const;
+  std::string text_of(const std::vector<Growth>& growths, int steps) const;
   double time() const { return engine.t_begin() + reached * engine.scene().step; }
 
   // Losses
@@ -89,8 +98,8 @@ struct Simulation::Impl {
   std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
   std::vector<double> began, start;  // largest magnitudes of the states that stepping, and losses, begin with
-  std::vector<double> judged;        // magnitudes for which `grown` holds; 0: not far above where stepping began
-  std::string grown;                 // of the last run; "": nothing has
+  Verdict of_steps, of_losses;
+  const Verdict* told = &of_steps;  // that of the last run, loss or gradient
   bool is_running = false;
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps

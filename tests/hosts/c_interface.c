@@ -136,6 +136,11 @@ static void check_gradient(const dpde_model* model) {
   expect(strcmp(dpde_sim_name(find, DPDE_UNKNOWN, 1), "k") == 0, "k is behind u");
   direction[CELLS] = 1;
   expect(dpde_sim_hessian_vector(find, direction, product, CELLS + 1, 0, &error) == DPDE_OK, "the product");
+  expect(dpde_sim_growth(find)[0] == 0, "nothing grows");
+  loss = 1000; /* 8 steps by -122: 5e16 times */
+  dpde_sim_set(find, DPDE_PARAM, "k", &loss, 1, &error);
+  expect(dpde_sim_loss(find, &loss, &error) == DPDE_OK && strstr(dpde_sim_growth(find), "u has grown from") != NULL,
+         "a loss of what grows");
   loss = 0.25 + step;
   dpde_sim_set(find, DPDE_PARAM, "k", &loss, 1, &error);
   dpde_sim_gradient(find, &loss, &error);

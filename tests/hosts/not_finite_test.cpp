@@ -117,6 +117,45 @@ task fit : rod { unknown D from 0.05; minimise mean(u^2) at t = 1 }
   EXPECT_EQ(sim.growth(), "");
 }
 
+/// Losses and gradients say what runs say, and each set of parameters has a verdict of its own.
+TEST(NotFinite, LossesAndGradientsSayWhatGrows) {
+  const std::string text = R"(model heat { field u; param D; dt(u) = D*lap(u) }
+scheme forward { time = euler }
+scene rod : heat with forward { D = 0.05
+  grid x = 0 .. 1, cells 50, periodic; initial u = cos(50*pi*(x - 0.01)); time 0 .. 1, step 1/400 }
+scene parts : heat with forward { D = 0.02
+  grid x = 0 .. 1, cells 50, periodic; initial u = cos(50*pi*(x - 0.01)); time 0 .. 1, step 1/200, courant 1, speed 8 }
+task late : rod { unknown D from 0.05; minimise mean(u^2) at t = 1 }
+task early : rod { unknown D from 0.05; minimise mean(u^2) at t = 0.5; minimise mean(u^2) at t = 0.8 }
+task split : parts { unknown D from 0.02; unknown initial u; minimise mean(u^2) at t = 1 }
+)";
+  for (const std::string task : {"late", "early", "split"}) {
+    for (const int slots : {0, 3}) {
+      SCOPED_TRACE(task);
+      Simulation sim = compile_text(text, {.name = task, .slots = slots, .certify = false});
+      const auto gradient = [&] { return sim.gradient(), sim.growth(); };
+      const auto loss = [&] { return sim.loss(), sim.growth(); };
+      EXPECT_EQ(gradient(), "");
+      sim.set("D", 0.086);  // a factor of 1.15 each time
+      const std::string said = gradient();
+      EXPECT_NE(said.find("u has grown from 1 to "), std::string::npos) << said;
+      EXPECT_NE(said.find(task == "early" ? " in 320 steps: " : " steps: "), std::string::npos) << said;
+      EXPECT_EQ(loss(), said);
+      sim.set("D", 0.0861);
+      EXPECT_NE(loss(), said);
+      EXPECT_EQ(gradient(), sim.growth());
+      sim.set("D", 0.05);
+      EXPECT_EQ(loss(), "");
+      sim.set("D", 0.086);
+      EXPECT_EQ(loss(), said);
+      EXPECT_EQ(gradient(), said);
+      sim.set("D", 0.01);
+      sim.reset(), sim.run();
+      EXPECT_EQ(sim.growth(), "") << "it is that of the last one";
+    }
+  }
+}
+
 /// What grows by right is no mistake of the step, nor is what others drive.
 TEST(NotFinite, WhatIsDrivenIsNoGrowth) {
   Simulation sim = compile_text(R"(model m { field u; dt(u) = 1 - u }
@@ -124,6 +163,14 @@ scene s : m { initial u = 1e-60; time 0 .. 20, step 0.1 }
 )");
   sim.step(100);
   EXPECT_NEAR(sim.state("u")[0], 1, 1e-3);
+  Simulation task = compile_text(R"(model m { field u; param a; dt(u) = a - u }
+scene s : m { a = 1; initial u = 1e-12; time 0 .. 20, step 0.1 }
+task t : s { unknown a from 1; minimise u^2 at t = 20 }
+)");
+  EXPECT_NEAR(task.loss(), 1, 1e-3);
+  EXPECT_EQ(task.growth(), "");
+  EXPECT_NEAR(task.gradient(), 1, 1e-3);
+  EXPECT_EQ(task.growth(), "");
 }
 
 /// Progress may read and end a run, and make no other of the same simulation.

@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import unittest
+import warnings
 
 import numpy as np
 
@@ -84,6 +85,19 @@ task fit : rod { unknown D; minimise mean(u^2) at t = 1 }
         with self.assertWarnsRegex(dpde.CompilerWarning, "u has grown from 1 to "):
             rod.run(D=0.083, u=(-1.0) ** np.arange(50))
         self.assertLess(rod.run(D=0.05).u.max(), 1)
+
+    def test_losses_and_gradients_say_it_once_of_each_set(self):
+        fit = dpde.compile(self.text).scene("fit")
+        fit.set("u", (-1.0) ** np.arange(50))
+        for call in (fit.loss, fit.gradient):
+            with self.assertWarnsRegex(dpde.CompilerWarning, "u has grown from 1 to ") as caught:
+                call(D=0.083)
+            self.assertEqual([m.code for m in caught.warning.messages], ["W0801"])
+            self.assertEqual(caught.filename, __file__)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                fit.loss(), fit.gradient()
+                call(D=0.05)
 
 
 class Lock(unittest.TestCase):

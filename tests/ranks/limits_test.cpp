@@ -26,8 +26,16 @@ void expect_refused(const std::string& error, const std::string& what) {
   EXPECT_NE(error.find("a grid that is divided among ranks cannot have " + what), std::string::npos) << error;
 }
 
+/// Each kind of solve by each method, so that none of them finds out alone that it has no solution.
 TEST(DividedLimits, SolvesAreRefused) {
   expect_refused(error_of(task_of("dt(u) = 0.1*lap(u)", "time = ars222", "")), "solves");
+  expect_refused(error_of(task_of("dt(u) = 0.1*lap(u) - u^3", "time = backward_euler; implicit = all", "")), "solves");
+  for (const std::string method : {"automatic", "direct", "fourier", "multigrid", "cg", "bicgstab", "gmres"}) {
+    const std::string solve = "; solve = " + method;
+    expect_refused(error_of(task_of("dt(u) = 0.1*lap(u)", "time = backward_euler" + solve, "")), "solves");
+    expect_refused(error_of(task_of("solve p - lap(p) = u for p; dt(u) = p - u", "time = euler" + solve, "")),
+                   "solves");
+  }
 }
 
 TEST(DividedLimits, TransformsAreRefused) {

@@ -88,8 +88,8 @@ void dpde_sim_free(dpde_sim* sim);
 /* What the compiler warns of, "" where of nothing: for people, and for programs as dpde_error_json(). */
 const char* dpde_sim_warnings_text(const dpde_sim* sim);
 const char* dpde_sim_warnings_json(const dpde_sim* sim);
-/* Where the last run has left states far above where they began, as steps that are too large do: a sentence; else "".
- * It stays until the next run. */
+/* Where the last run, loss or gradient has left states far above where they began, as steps that are too large do: a
+ * sentence; else "". It stays until the next one. */
 const char* dpde_sim_growth(const dpde_sim* sim);
 
 /* What names mean and values are of. */

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -63,11 +64,12 @@ class RunChecker {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// To be done `seconds` after `start`.
+  /// To be done `seconds` after `start`. `stop`: what the session looks at before each step.
   RunChecker(driver::Session& session, driver::Inverse& inverse, Clock::time_point start, double seconds,
-             RunCheck& result)
+             std::atomic<bool>& stop, RunCheck& result)
       : session_(session),
         inverse_(inverse),
+        stop_(stop),
         precisions_(precisions_of(session.compiled())),
         seconds_(seconds),
         start_(start),
@@ -80,6 +82,7 @@ class RunChecker {
  private:
   double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   double not_at_rest(const SteadyAdjoint& adjoint) const;
+  bool comes_to_rest();
   bool begin(std::uint64_t seed);
   double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
@@ -94,6 +97,7 @@ class RunChecker {
 
   driver::Session& session_;
   driver::Inverse& inverse_;
+  std::atomic<bool>& stop_;
   Precisions precisions_;
   double seconds_;
   Clock::time_point start_;
@@ -103,6 +107,7 @@ class RunChecker {
   double seconds_a_loss_ = 0;
   double moved_at_end_ = 0;  // of a run until steady: what a loss knows of where the state comes to rest
   bool may_jump_;
+  bool is_out_of_time_ = false;
 };
 
 /// How far the loss of a run until steady may be from that of the state at rest, wherever between 0 and the tolerance
@@ -112,13 +117,27 @@ double RunChecker::not_at_rest(const SteadyAdjoint& adjoint) const {
   return change > 0 ? std::abs(adjoint.unsteady) * std::max(1.0, tolerance / change) : 0;
 }
 
-/// A point with its gradient; false where that is not finite.
+/// Whether the run until steady ends while there is time; nobody knows after how many steps it does. Its gradient takes
+/// such a run and what goes back, that of the check at least one more.
+bool RunChecker::comes_to_rest() {
+  constexpr int steps_between_looks = 16;
+  inverse_.assign(point_.x);
+  const double before = spent();
+  const RunResult run = session_.rollout().run(
+      {.every = steps_between_looks, .call = [&](const Snapshot&) { stop_ = spent() > seconds_; }});
+  stop_ = false;
+  is_out_of_time_ = run.stopped || spent() + 2 * (spent() - before) > seconds_;
+  return !is_out_of_time_;
+}
+
+/// A point with its gradient; false where that is not finite, or there is no time for it.
 bool RunChecker::begin(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   point_ = generic_point(session_, inverse_, random);
   gradient_ = Eigen::VectorXd::Zero(inverse_.size());
   try {
     inverse_.hold_steps(false);
+    if (result_.is_steady && !comes_to_rest()) return false;
     const double loss = inverse_.value_and_gradient(point_.x, gradient_);
     if (!std::isfinite(loss)) return false;
     inverse_.hold_steps(true);
@@ -244,11 +263,12 @@ std::optional<SolveNote> RunChecker::stopped_early() const {
 }
 
 bool RunChecker::check() {
+  const std::string what = result_.is_steady ? "the steady state" : "the whole run";
   if (!begin(first_seed)) {
-    leave_out(result_.is_steady ? "the steady state" : "the whole run",
-              result_.is_steady ? "on a few cells it does not become steady, or its gradient is not "
-                                  "finite"
-                                : "on a few cells its loss or its gradient is not finite");
+    result_.lacked_time = is_out_of_time_;
+    leave_out(what, is_out_of_time_     ? "no time"
+                    : result_.is_steady ? "on a few cells it does not become steady, or its gradient is not finite"
+                                        : "on a few cells its loss or its gradient is not finite");
     return false;
   }
   const double seconds_a_direction = seconds_a_loss_ * (9.0 + 2.0 * static_cast<double>(precisions_.steps.size()));
@@ -257,7 +277,7 @@ bool RunChecker::check() {
   };
   result_.lacked_time = !affords(inverse_.parts().size());
   if (!affords(1)) {
-    leave_out(result_.is_steady ? "the steady state" : "the whole run", "no time");
+    leave_out(what, "no time");
     return false;
   }
   if (result_.lacked_time) {
@@ -279,6 +299,8 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   options.cells = cells_of_run(*compiled);
   options.steps = steps;
   options.made_up = true;
+  std::atomic<bool> stop{false};
+  options.stop = &stop;
   DiagnosticSink silent;  // the run that follows reports what is wrong with the input
   const auto session = driver::Session::open(source, compiled, options, silent);
   const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
@@ -289,7 +311,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   result.steps = session->steps();
   result.is_steady = session->is_until_steady();
   result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
-  return RunChecker(*session, *inverse, start, seconds, result).check();
+  return RunChecker(*session, *inverse, start, seconds, stop, result).check();
 }
 
 /// As it was compiled.
@@ -300,7 +322,8 @@ RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const dri
   if (!compiled->problem || !compiled->problem->task) return result;
   const model::Problem& problem = *compiled->problem;
   if (problem.task->unknowns.empty() || problem.task->losses.empty()) return result;
-  if (problem.steady > 0 && check_steps(source, compiled, std::nullopt, start, seconds, result)) return result;
+  const double of_steady = seconds / 2;  // where that is not enough a short run has the other half
+  if (problem.steady > 0 && check_steps(source, compiled, std::nullopt, start, of_steady, result)) return result;
   const bool lacked_time = result.lacked_time;
   check_steps(source, compiled, steps_of_run(problem), start, seconds, result);
   result.lacked_time = result.lacked_time || lacked_time;

@@ -54,10 +54,10 @@
 //  - transform u by m to v: each wave exp(i k.x) of u in the interior is multiplied by m, a number of its own. ikx, iky
 //    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q or inverseN(p)*q with
 //    two polynomials: phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1; inverseN(z) = z^-N, and 0 where z is
-//    0. Axes whose wave numbers m has are periodic; waves go
-//    along these alone. Of a wave of two cells, which is that of k and of -k, m is the mean over both, so that v is
-//    real. `within two_thirds`: 0 for waves of three cells or fewer along any axis, all of which are then periodic.
-//    Several terms are added up.
+//    0. Axes whose wave numbers m has are periodic; waves go along these alone. Of a wave of two cells, which is that
+//    of k and of -k, m is the mean over both, so that v is real. ikx0, iky0 and ikz0 are ikx, iky and ikz, but 0 for
+//    waves of two cells along their axis. `within two_thirds`: 0 for waves of three cells or fewer along any axis, all
+//    of which are then periodic. Several terms are added up.
 //  - solve y = b for x { block }: the block, a program of its own, makes y of x and is linear in it: y = Ax over the
 //    interior cells. Behind it x is what gives b: of all x for which |Ax - b| is least the smallest one, known in the
 //    interior. So where A takes every constant to 0 and sums to 0, the mean of b is not looked at and x has none. The
@@ -309,7 +309,7 @@ struct Reduce {
 };
 using network::NetworkCall;
 /// What a wave exp(i k.x) is multiplied by: function(argument)*factor, or the factor alone. Both are made of params and
-/// numbers, and of ikx, iky, ikz as polynomials.
+/// numbers, and of ikx, iky, ikz, ikx0, iky0, ikz0 as polynomials.
 struct Multiplier {
   WaveFunction function = {};
   Expr argument = 0.0, factor = 1.0;

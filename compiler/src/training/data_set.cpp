@@ -13,6 +13,7 @@
 #include "driver/blow_up.h"
 #include "driver/cpu_time.h"
 #include "driver/data.h"
+#include "driver/solve_report.h"
 #include "files/evaluation_log.h"
 #include "files/weights.h"
 #include "model/metric.h"
@@ -283,7 +284,9 @@ void DataSetMaker::make_run(int run, Making& all) const {
       done = true;
     }
   } catch (const std::exception& error) {
-    driver::report_error(error, own);
+    const auto* known = dynamic_cast<const Error*>(&error);
+    driver::report_error(
+        error, own, known && session ? driver::place_of_solve(session->compiled(), known->solve_for()) : SourceRange{});
   }
   const std::lock_guard lock(all.mutex);
   session.reset();  // what it has found out goes to the cache

@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 23
+#define DPDE_ABI_VERSION 24
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -174,7 +174,7 @@ typedef struct dpde_weights {
 /* A uniform (DPDE_ONE: 1) times (i*angle)^power for each axis, with the angles of a wave in radians a cell. */
 typedef struct dpde_monomial {
   int32_t uniform;
-  int32_t powers[DPDE_MAX_RANK];
+  int32_t powers[DPDE_MAX_RANK]; /* plus vanishing_power (wave_functions.h) where waves of two cells have none */
 } dpde_monomial;
 /* Their sum. */
 typedef struct dpde_symbol {

@@ -256,7 +256,7 @@ class Scene:
         self._warn_of_growth()
 
     def _warn_of_growth(self):
-        """Of the last run, as the command does; once of each verdict."""
+        """Of the last run, loss or gradient, as the command does; once of each verdict."""
         text = self._core.growth()
         is_new, self._told_growth = text != self._told_growth, text
         if text and is_new:
@@ -282,13 +282,16 @@ class Scene:
     def loss(self, values=None, /, **named):
         self._require_task()
         self.assign(values, **named)
-        return self._core.loss()
+        value = self._core.loss()
+        self._warn_of_growth()
+        return value
 
     def gradient(self, values=None, /, *, progress=None, every=256, **named):
         """The task's loss, and its derivatives by name: an array for a field, a number for a parameter."""
         self._require_task()
         self.assign(values, **named)
         value = self._core.gradient(_called(progress, every), every)
+        self._warn_of_growth()
         return value, {name: self._derivative(name) for name in self.unknowns}
 
     def _values_like(self, name, values):
@@ -318,6 +321,7 @@ class Scene:
             seed = shaped(state, seeds[state], self.shape) if state in seeds else np.zeros(self.shape)
             self._core.set(_core.SEED, state, seed)
         self._core.gradient(_called(progress, every), every)
+        self._warn_of_growth()
         return {name: self._derivative(name) for name in self.unknowns}
 
     def unknown(self, name):

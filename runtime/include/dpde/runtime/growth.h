@@ -9,6 +9,9 @@
 
 namespace dpde {
 
+/// So many times above where it began a state may be one that grows without bounds: whether it grows on is looked at.
+constexpr double suspicious_growth = 1e8;
+
 /// Nothing of the world grows by so much, or is so large in units that anybody takes. From next to nothing to what
 /// drives it anything may.
 inline bool grows_beyond_reason(double before, double after) {
@@ -27,6 +30,6 @@ double largest_magnitude(const dpde_layout& layout, const void* base);
 /// The states of a run that has ended at `t` with `end`, base pointers, after `steps` steps, `suspicious` times above
 /// `before`, the largest magnitudes of where it began, and that grow on: another step is made from there.
 std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before, const std::vector<void*>& end,
-                               int steps, double t, double suspicious = 1e8);
+                               int steps, double t, double suspicious = suspicious_growth);
 
 }  // namespace dpde

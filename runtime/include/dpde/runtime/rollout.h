@@ -9,8 +9,8 @@
 //  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of
 //    parameters and of sought fields) is added up in doubles.
 //  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a
-//    field, but for the states between the parts of steps that a Courant number splits: those once, when they are
-//    first needed.
+//    field, but for the states between the parts of steps that a Courant number splits, and a state far above where
+//    the run began (far_state()): those once, when they are first needed.
 //
 // The step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds of u_next and swaps these
 // with the adjoint of u; a loss adjoint reads the seed of the loss (see LossTerm::sum), a parameter, and keeps the
@@ -267,6 +267,15 @@ struct GradientPlan {
 /// bound, and nothing of the size of a field is allocated.
 GradientPlan plan_gradient(RolloutSetup setup);
 
+/// The state of the last losses, where values are `suspicious_growth` times (dpde/runtime/growth.h) above where the run
+/// began.
+struct FarState {
+  std::vector<double> before;  // largest magnitudes where it began
+  std::vector<void*> states;   // base pointers, until the next loss() or gradient()
+  int step = 0;
+  double t = 0;
+};
+
 class Rollout {
  public:
   /// @throws Error(input) for steps < 0, losses at steps out of range, a budget that is too small;
@@ -340,6 +349,8 @@ class Rollout {
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.
   const GradientResult& gradient();
+  /// Of the last loss() or gradient(); null: its last state is not far above where it began.
+  const FarState* far_state() const;
   /// Whether the last loss() or gradient() was.
   bool was_stopped() const;
   /// Calls `call` every so many steps of gradient() and loss() and at their end; an empty one ends that.

@@ -115,8 +115,8 @@ class Simulation {
   /// To the first step that ends at `time` or later; to the end of the scene.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
-  /// Where the last run() or run_to() has left states 1e8 times above where they began, growing on, as in steps that
-  /// are too large: a sentence; else "". Beyond 1e50 times it is a NotFinite, of losses and gradients too.
+  /// Where the last run(), run_to(), loss() or gradient() has left states 1e8 times above where they began, growing on,
+  /// as in steps that are too large: a sentence; else "". Beyond 1e50 times it is a NotFinite.
   const std::string& growth() const;
 
   // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where
