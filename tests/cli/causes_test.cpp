@@ -129,6 +129,16 @@ TEST_F(Causes, JumpsOfStatesAndMasksLowerTheOrder) {
   }
 }
 
+/// What the compiler writes beside a pole is no jump of a coefficient.
+TEST_F(Causes, CurlsBesidePolesDoNotJump) {
+  EXPECT_FALSE(
+      tells("model m { vector u on faces; dt(u) = -0.1*curl(curl(u)) }\nscene s : m {\n  coordinates polar\n"
+            "  grid r = 0 .. 1, cells 8\n  grid theta = 0 .. 2*pi, cells 8, periodic\n"
+            "  boundary u.x: r.low = 0, r.high = 0\n  boundary u.y: r.low = pole, r.high = 0\n"
+            "  initial u = (0, 0)\n  time 0 .. 1e-3, step 1e-4\n}\n",
+            "W0509"));
+}
+
 /// Of all that moves states: what stands in events and held values, too. Observables do not count.
 TEST_F(Causes, TheOrderIsOfAllThatStepsCompute) {
   const auto space = [&](const std::string& model, const std::string& scene) {
