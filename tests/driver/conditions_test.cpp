@@ -21,7 +21,7 @@
 #include "support/setting.h"
 #include "support/side_conditions.h"
 
-namespace dpde::driver {
+namespace dpde::driver::condition_table {
 namespace {
 
 namespace testing = dpde::testing;
@@ -248,4 +248,4 @@ std::string name_of(const ::testing::TestParamInfo<Cell>& info) {
 INSTANTIATE_TEST_SUITE_P(OfTheTable, Conditions, ::testing::ValuesIn(cells()), name_of);
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::driver::condition_table

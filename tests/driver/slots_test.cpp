@@ -13,7 +13,7 @@
 #include "support/scene_run.h"
 #include "support/setting.h"
 
-namespace dpde::driver {
+namespace dpde::driver::slot_table {
 namespace {
 
 namespace testing = dpde::testing;
@@ -225,4 +225,4 @@ INSTANTIATE_TEST_SUITE_P(OfTheTable, Slots, ::testing::ValuesIn(cells()),
                          [](const auto& info) { return info.param.name; });
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::driver::slot_table
