@@ -32,7 +32,7 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// All that a small periodic grid has, one of k and -k, and of one cell the mean; below_all of other grids, whose waves are
+/// All that a small periodic grid has, one of k and -k, and of one cell the mean; none of other grids, whose waves are
 /// so many that those between them say the same.
 std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   constexpr double most_along = 32, most = 1024;
