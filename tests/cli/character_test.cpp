@@ -72,7 +72,8 @@ TEST_F(Character, WavesAreDampedAndDelayed) {
 /// The largest eigenvalue of 1 + 0.8*h^2*lap is 1 - 4*0.8, 2.2 in size: no step is short enough for it.
 TEST_F(Character, WhatEventsLetGrowIsTold) {
   write("s.dpde",
-        "model m { field u; param c = 0.8; dt(u) = 0.01*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n"
+        "model m { field u; param c = 0.8; dt(u) = 0.01*lap(u) }\nscene s : m {\n"
+        "  grid x = 0 .. 1, cells 16, periodic\n"
         "  initial u = sin(2*pi*x)\n  after step: u += c/16^2*lap(u)\n  time 0 .. 1, step 0.01\n}\n");
   EXPECT_NEAR(dpde("check s.dpde --json").json()["stability"]["growth_by_events"].get<double>(), std::log(2.2), 1e-6);
   EXPECT_NE(dpde("check s.dpde").out.find("what ends each step multiplies waves by up to 2.2"), std::string::npos);

@@ -151,7 +151,8 @@ TEST(Exponential, TakesReactionsCellByCell) {
   for (const std::string rate : {"-2*u", "-2*u + 0.5*sin(u)", "0.1*div(kap*grad(u))"}) {
     for (const std::string& grid : grids) {
       const std::string text = "model m { field u; coefficient kap; dt(u) = " + rate +
-                               " }\nscheme waves { time = etdrk2 }\nscene s : m with waves { " + grid + "; kap = 1 + 0.3*sin(pi*x); initial u = 2 + cos(pi*x)" +
+                               " }\nscheme waves { time = etdrk2 }\nscene s : m with waves { " + grid +
+                               "; kap = 1 + 0.3*sin(pi*x); initial u = 2 + cos(pi*x)" +
                                "; exact u = (2 + cos(pi*x))*exp(-2*t); time 0 .. 0.08, step 0.02 }\n" +
                                "task t : s { unknown initial u; minimise mean(u^2) at t = 0.08 }";
       for (const std::string time : {"etdrk2", "etdrk4"}) {

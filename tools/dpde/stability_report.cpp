@@ -88,6 +88,19 @@ std::string growth_text(const stability::Verdict& verdict) {
 /// A line of a verdict; none of no text.
 std::string line_of(const std::string& text) { return text.empty() ? "" : "  " + text + "\n"; }
 
+/// What grows however short the step is.
+std::string own_growth_text(const Verdict& verdict) {
+  std::string text;
+  if (verdict.growth_rate > 0)
+    text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
+                        1 / verdict.growth_rate);
+  constexpr double least_shown = 5e-4;  // of four digits
+  if (verdict.growth_by_events > least_shown)
+    text += fmt::format("  what ends each step multiplies waves by up to {:.4g}, however short the step is\n",
+                        std::exp(verdict.growth_by_events));
+  return text;
+}
+
 std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
@@ -123,13 +136,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   for (const stability::Verdict& other : verdict.worse)
     text += fmt::format("  at the scene's step {} of {} grows faster, by a factor of {:.6g} a step\n",
                         stability::wave_text(other, problem), other.field, other.growth);
-  if (verdict.growth_rate > 0)
-    text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
-                        1 / verdict.growth_rate);
-  constexpr double least_shown = 5e-4;  // of four digits
-  if (verdict.growth_by_events > least_shown)
-    text += fmt::format("  what ends each step multiplies waves by up to {:.4g}, however short the step is\n",
-                        std::exp(verdict.growth_by_events));
+  text += own_growth_text(verdict);
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
