@@ -33,8 +33,8 @@ class Running {
   bool& is_running_;
 };
 
-/// Of growth.
-struct Verdict {
+/// What is said of growth.
+struct GrowthVerdict {
   std::vector<double> judged;  // magnitudes for which it holds; of steps 0: not far above where they began
   std::string text;            // "": nothing has grown
 };
@@ -98,8 +98,8 @@ struct Simulation::Impl {
   std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
   std::vector<double> began, start;  // largest magnitudes of the states that stepping, and losses, begin with
-  Verdict of_steps, of_losses;
-  const Verdict* told = &of_steps;  // that of the last run, loss or gradient
+  GrowthVerdict of_steps, of_losses;
+  const GrowthVerdict* told = &of_steps;  // that of the last run, loss or gradient
   bool is_running = false;
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps

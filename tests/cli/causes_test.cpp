@@ -169,6 +169,16 @@ TEST_F(Causes, VelocitiesOnFacesHaveAFluxForm) {
   EXPECT_EQ(forms("-advect(u, u)", "time = rk2", "dt(p) = -div(u)"), Json::array());
 }
 
+/// Fields on faces that are no vector have no outer product.
+TEST_F(Causes, NumbersOnFacesHaveNoFluxForm) {
+  const Outcome check = checked(
+      "model m {\n  field u on faces.x\n  field v on faces.y\n  field p\n  dt(u) = -advect((u, v), u) - dx(p)\n"
+      "  dt(v) = -advect((u, v), v) - dy(p)\n  0 = dx(u) + dy(v) gives p\n}\nscheme q { time = rk2 }\n"
+      "scene s : m with q {\n  grid x = 0 .. 1, cells 8, periodic\n  grid y = 0 .. 1, cells 8, periodic\n"
+      "  initial u = 0\n  initial v = 0\n  initial p = 0\n  time 0 .. 0.1, step 0.01\n}\n");
+  EXPECT_EQ(check.json()["advective_form"], Json::array()) << check.err;
+}
+
 /// What a gradient refuses, beside all else that check says.
 TEST_F(Causes, ChecksOfTasksThatJumpSayAllElse) {
   write("jump.dpde",

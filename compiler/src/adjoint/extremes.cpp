@@ -32,7 +32,8 @@ std::string add_sum(const Expr& value, const std::string& wish, const Reduce& re
 bool is_extreme(const Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; }
 
 /// Cells whose values differ by rounding share: states that are equal without it, as mirror images, have other last
-/// bits in each back end. No central difference tells values apart that are nearer than this part of their size.
+/// bits in each back end. No central difference tells values apart that are nearer than this part of their size. In f32
+/// the part is less than a last bit: what precision programs run in is not known here.
 Expr at_extreme(const Reduce& reduce, const Expr& value) {
   const double resolved = std::pow(std::numeric_limits<double>::epsilon(), 2.0 / 3);
   const Expr extreme = access(reduce.result), near = resolved * call(Fn::abs, {extreme});
