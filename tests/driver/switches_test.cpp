@@ -80,6 +80,18 @@ TEST(Switches, FormulasOfTheFieldAreTaken) {
   EXPECT_EQ(scene("", "-k*if(u > 0.6, exp(-1/u), 0)"), "E0609");
 }
 
+/// A window between two comparisons is narrow beside what lies around it.
+TEST(Switches, NarrowWindowsAreLookedInto) {
+  const auto scene = [](const std::string& condition) {
+    return refusal("model m { field T; param k = 0.4; dt(T) = k*(290 - T) + if(" + condition +
+                   ", 30, 0) }\nscene s : m { initial T = 272; time 0 .. 1, step 1/370 }\n"
+                   "task t : s { unknown k; minimise (T/273)^2 at t = 1 }\n");
+  };
+  for (const char* condition : {"T > 273.15 and T < 273.2", "T > 273.15 and T < 274.15",
+                                "not (T <= 273.15 or T >= 273.16)", "T/1000 > 0.27315 and T^2 < 273.16^2"})
+    EXPECT_EQ(scene(condition), "E0609") << condition;
+}
+
 /// v depends on a and b smoothly, so that a switch of them in u jumps beside.
 TEST(Switches, InEachSlotWhatJumpsIsRefused) {
   expect_codes({

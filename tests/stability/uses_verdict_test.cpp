@@ -114,5 +114,21 @@ TEST(UsesVerdict, ValuesOnWallsAreThoseOfTheBoundary) {
   EXPECT_NEAR(limit_of("if(x > 0.99, 1000, sin(pi*x))"), limit, 1e-9 * limit);
 }
 
+/// What is held multiplies in each stage: it grows in steps of any length, and is no growth of the equations.
+TEST(UsesVerdict, HeldValuesThatGrowAreUnstableAtEveryStep) {
+  const auto kind_of = [](const std::string& g, const std::string& held, const std::string& rate) {
+    const auto session = open_scene(
+        "model m { field u; mask q; param g = " + g + "; dt(u) = " + rate + "; u = g*" + held +
+        " inside q\n  solve psi - 0.01*lap(psi) = u for psi }\nscheme r { time = rk4 }\nscene s : m with r {\n"
+        "  grid x = 0 .. 1, cells 32, periodic\n  q = abs(x - 0.5) < 0.2\n  initial u = 1\n"
+        "  time 0 .. 1, step 1/4000\n}\n");
+    return verdict_of(*session).limit.kind;
+  };
+  for (const char* g : {"1.02", "-1.02", "1.5", "-3"}) EXPECT_EQ(kind_of(g, "u", "0"), StepLimit::Kind::never) << g;
+  EXPECT_EQ(kind_of("0.98", "u", "0"), StepLimit::Kind::none);
+  EXPECT_EQ(kind_of("-1", "psi", "0.1*lap(u)"), StepLimit::Kind::never);
+  EXPECT_EQ(kind_of("-0.5", "psi", "0.1*lap(u)"), StepLimit::Kind::limit);
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -36,12 +36,13 @@ std::vector<Angles> directions(int rank, double angle) {
   return result;
 }
 
-/// The largest rate that surely grows over all waves of that length; 0 where none does.
+/// The largest rate that surely grows over all waves of that length; 0 where none does. What a step carries beside its
+/// states, as the first guess of a solve, has no equation and no rates.
 Largest growth_of(const Symbol& symbol, int rank, double angle) {
   Largest largest;
   for (const Angles& wave : directions(rank, angle)) {
     const Eigen::VectorXcd rates = symbol.eigenvalues(wave);
-    const double fastest = rates.cwiseAbs().maxCoeff();
+    const double fastest = rates.size() > 0 ? rates.cwiseAbs().maxCoeff() : 0;
     for (const std::complex<double> s : rates) {
       const bool is_sure = s.real() > sure_part * std::abs(s) && s.real() > rounding * fastest;
       if (is_sure && s.real() > largest.value) largest = {wave, s.real()};

@@ -118,10 +118,18 @@ double OwnGrid::smooth_length(double step) const {
   return 0;
 }
 
+/// What is held takes its values in steps of any length: what it lets grow is none of the equations' growth, of which the
+/// rates would rise as 1/dt.
+bool OwnGrid::grows_in_no_time() const {
+  const Eigen::MatrixXd g = tangent(0);
+  return g.allFinite() && eigenvalues(g).cwiseAbs().maxCoeff() > 1 + surely_above;
+}
+
 /// Where a step of length 0 changes nothing, those of dG/d(dt) there. Schemes with a memory have other factors beside
 /// those of the equations, which lie near 1 in a short step. The lengths weigh rounding against what is left out.
 void OwnGrid::measure_rates(double step) {
   const double smooth = smooth_length(step);
+  if (smooth == 0 && grows_in_no_time()) return;
   Eigen::MatrixXd matrix;
   const auto rates = [&](double length) {
     matrix = smooth > 0 ? Eigen::MatrixXd((tangent(length) - tangent(-length)) / (2 * length)) : tangent(length);

@@ -51,6 +51,7 @@ class OwnGrid {
   double allowed(double step) const { return 2 * rate_ * step + by_events_; }
   double rate_of_powers(double step) const;
   /// So short that a step of it changes little; 0 where none does, as of schemes with a memory.
+  bool grows_in_no_time() const;
   double smooth_length(double step) const;
   double largest_of_parts(double step) const;
   Eigen::MatrixXd tangent(double step) const;

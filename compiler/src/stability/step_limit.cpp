@@ -260,15 +260,16 @@ double FrozenAnalysis::growth_on_ring() const {
   return growth;
 }
 
-/// Of a scheme with a memory, which no derivative about dt = 0 is known of: in half the step it grows at a fraction of
-/// the rate.
+/// Of a step which no derivative about dt = 0 is known of: in half the step what a scheme with a memory lets grow does so
+/// at a fraction of the rate, and what a held value does, at twice the rate.
 bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<Response> rows = plain_response(0.5 * short_);
   if (!rows) return false;
   Amplification half(*rows, rank_);
   half.expect_many_waves();
   const auto rate_of = [&](const Angles& a) { return rate_by_step(half.eigenvalues(a), 0.5 * short_); };
-  return std::max(over_waves(rate_of).value, rate_of({})) < 0.6 * growth_;
+  const double by_halves = std::max(over_waves(rate_of).value, rate_of({}));
+  return by_halves < 0.6 * growth_ || by_halves > 1.6 * growth_;
 }
 
 /// Twice what a wave does by right, as a scheme may err in growth that is real. Resolved waves, and those of Fourier

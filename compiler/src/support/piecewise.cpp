@@ -19,6 +19,8 @@ constexpr double smallest_jump = 1e-7;
 /// changes by next to nothing over both.
 constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
 
+bool is_comparison(BinaryOp op) { return op >= BinaryOp::less && op <= BinaryOp::not_equal; }
+
 bool has_cases(Fn fn) { return fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction; }
 
 }  // namespace
@@ -89,8 +91,8 @@ class JumpSearch {
   bool is_possible(double s) const;
 
   const Piecewise& formula_;
-  std::vector<Id> switches_;
-  std::vector<int> judged_;  // how often each switch was
+  std::vector<Id> switches_, comparisons_;  // comparisons: of what moves, in conditions
+  std::vector<int> judged_;                 // how often each switch was, and each comparison looked at
   std::vector<double> hints_;
   std::vector<double> base_, direction_;  // of the symbols, along the line
   bool one_moves_ = false;
@@ -122,6 +124,7 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
   for (Id id = 0; id < formula.nodes_.size(); ++id) {
     const Piecewise::Node& node = formula.nodes_[id];
     if (node.is_switch) switches_.push_back(id);
+    if (node.kind == Piecewise::Kind::binary && node.moves && is_comparison(node.op)) comparisons_.push_back(id);
     if (node.kind == Piecewise::Kind::number) hints_.push_back(node.value);
   }
   for (const Piecewise::Symbol& symbol : formula.symbols_) {
@@ -221,8 +224,12 @@ bool JumpSearch::is_defined(const Look& look, const std::vector<bool>& needed) c
   return true;
 }
 
-/// Whether a switch that was not judged often enough is on another side.
+/// Whether a switch that was not judged often enough is on another side, or one of the comparisons of a condition, as
+/// a window that two of them bound lies between places that are both outside.
 bool JumpSearch::is_open(const Look& one, const Look& other) const {
+  for (const Id id : comparisons_) {
+    if (one.values[id] != other.values[id] && judged_[id] < enough) return true;
+  }
   for (std::size_t i = 0; i < switches_.size(); ++i) {
     const bool differs = one.sides[i] != other.sides[i] && !std::isnan(one.sides[i]) && !std::isnan(other.sides[i]);
     if (differs && judged_[switches_[i]] < enough) return true;
@@ -267,6 +274,8 @@ std::optional<Piecewise::Id> JumpSearch::search_between(double from, const Look&
     if (const std::optional<Id> jump = judge(low, high)) return jump;
     from = high;
     here = look(high);
+    const Look below = look(low);
+    for (const Id id : comparisons_) judged_[id] += below.values[id] != here.values[id] ? 1 : 0;
   }
   return std::nullopt;
 }
