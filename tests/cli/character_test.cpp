@@ -81,6 +81,28 @@ TEST_F(Character, WhatEventsLetGrowIsTold) {
   EXPECT_EQ(calm.out.find("what ends each step"), std::string::npos) << calm.out;
 }
 
+/// Verdicts and sums are of steps without them.
+TEST_F(Character, EventsOfSomeStepsAreLeftOutAndThatIsTold) {
+  write("s.dpde",
+        "model m { field u; dt(u) = 0.1*lap(u) }\nscene s : m { grid x = 0 .. 1, cells 16, periodic; initial u = 1\n"
+        "  time 0 .. 1, step 1/4000; every 0.01: u = -3*u }\n");
+  const Outcome check = dpde("check s.dpde");
+  EXPECT_NE(check.out.find("  events that only some steps have are not in it\n"), std::string::npos) << check.out;
+  EXPECT_NE(check.out.find("conserved but for events: integral(u)"), std::string::npos) << check.out;
+  EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_between_events"], true);
+}
+
+/// The guess is carried beside the states and has no equation.
+TEST_F(Character, GrowthBesideACarriedGuessIsTold) {
+  write("s.dpde",
+        "model m { field u; param k = 3, r = 3; solve lap(psi) - k*psi = -u for psi\n  dt(u) = psi + r*u }\n"
+        "scheme w { time = rk4; solve = cg }\nscene s : m with w { grid x = 0 .. 1, cells 8; boundary psi: all = 0\n"
+        "  boundary u: all = zero_gradient; initial u = 1; time 0 .. 0.1, step 1/400 }\n");
+  const Outcome check = dpde("check s.dpde");
+  EXPECT_EQ(check.status, 0) << check.err;
+  EXPECT_NE(check.out.find("the equations themselves let waves grow"), std::string::npos) << check.out;
+}
+
 /// Ordinary equations: rk4's interval over the fastest rate, states over time.
 TEST_F(Character, ScenesWithoutAGridAreOneCell) {
   write("s.dpde",

@@ -31,6 +31,7 @@
 #include "preparing.h"
 #include "scene_output.h"
 #include "scene_session.h"
+#include "stability/equations.h"
 #include "stability/ill_posed.h"
 #include "stability/local_character.h"
 #include "stability_report.h"
@@ -215,9 +216,11 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
   for (const analysis::ConservedSum& sum : *sums) (sum.but_for_steps ? but_for_steps : names).push_back(sum.name);
   result["conserved"] = names;
   result["conserved_but_for_steps"] = but_for_steps;
-  std::string text =
-      fmt::format("conserved: {}\n", names.empty() ? "no integral of a field or its square, and no observable"
-                                                   : fmt::format("{}", fmt::join(names, ", ")));
+  const bool are_rare = stability::has_rare_events(session.problem());
+  result["conserved_between_events"] = are_rare;
+  std::string text = fmt::format("conserved{}: {}\n", are_rare ? " but for events" : "",
+                                 names.empty() ? "no integral of a field or its square, and no observable"
+                                               : fmt::format("{}", fmt::join(names, ", ")));
   if (!but_for_steps.empty())
     text += fmt::format("  and but for what steps in time lose: {}\n", fmt::join(but_for_steps, ", "));
   return text;

@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "model/metric.h"
+#include "stability/equations.h"
 #include "stability/folded_products.h"
 #include "stability/wall_spectrum.h"
 
@@ -89,7 +90,7 @@ std::string growth_text(const stability::Verdict& verdict) {
 std::string line_of(const std::string& text) { return text.empty() ? "" : "  " + text + "\n"; }
 
 /// What grows however short the step is.
-std::string own_growth_text(const Verdict& verdict) {
+std::string own_growth_text(const model::Problem& problem, const Verdict& verdict) {
   std::string text;
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
@@ -98,6 +99,7 @@ std::string own_growth_text(const Verdict& verdict) {
   if (verdict.growth_by_events > least_shown)
     text += fmt::format("  what ends each step multiplies waves by up to {:.4g}, however short the step is\n",
                         std::exp(verdict.growth_by_events));
+  if (stability::has_rare_events(problem)) text += "  events that only some steps have are not in it\n";
   return text;
 }
 
@@ -136,7 +138,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   for (const stability::Verdict& other : verdict.worse)
     text += fmt::format("  at the scene's step {} of {} grows faster, by a factor of {:.6g} a step\n",
                         stability::wave_text(other, problem), other.field, other.growth);
-  text += own_growth_text(verdict);
+  text += own_growth_text(problem, verdict);
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";

@@ -30,10 +30,6 @@ bool have_ways_that_end(const model::Problem& problem) {
 
 constexpr double finer = 16;  // cells of a symbol
 
-bool has_rare_events(const model::Problem& problem) {
-  return !std::ranges::all_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
-}
-
 model::Problem without_rare_events(model::Problem problem) {
   std::erase_if(problem.events, [&](const model::Event& event) { return !is_of_each_step(event, problem); });
   return problem;
@@ -129,6 +125,10 @@ std::optional<LinearStep> compiled_step(const driver::Session& session, std::str
 
 bool is_of_each_step(const model::Event& event, const model::Problem& problem) {
   return event.after_step || (event.every == 1 && !problem.has_parts());
+}
+
+bool has_rare_events(const model::Problem& problem) {
+  return !std::ranges::all_of(problem.events, [&](const auto& event) { return is_of_each_step(event, problem); });
 }
 
 bool has_events_in_each_step(const model::Problem& problem) {

@@ -32,6 +32,8 @@ std::vector<LinearStep> linear_steps(const model::Problem& problem);
 /// Whether each step ends with it.
 bool is_of_each_step(const model::Event& event, const model::Problem& problem);
 /// Whether each step ends with something that the scene does to its states.
+/// Whether only some steps have an event: verdicts are of the others.
+bool has_rare_events(const model::Problem& problem);
 bool has_events_in_each_step(const model::Problem& problem);
 
 /// The problem by one step of Euler's method, without events and steps of their own: u + dt*L u, L being the equations

@@ -118,8 +118,8 @@ double OwnGrid::smooth_length(double step) const {
   return 0;
 }
 
-/// What is held takes its values in steps of any length: what it lets grow is none of the equations' growth, of which the
-/// rates would rise as 1/dt.
+/// What is held takes its values in steps of any length: what it lets grow is none of the equations' growth, of which
+/// the rates would rise as 1/dt.
 bool OwnGrid::grows_in_no_time() const {
   const Eigen::MatrixXd g = tangent(0);
   return g.allFinite() && eigenvalues(g).cwiseAbs().maxCoeff() > 1 + surely_above;

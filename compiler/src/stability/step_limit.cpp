@@ -260,8 +260,8 @@ double FrozenAnalysis::growth_on_ring() const {
   return growth;
 }
 
-/// Of a step which no derivative about dt = 0 is known of: in half the step what a scheme with a memory lets grow does so
-/// at a fraction of the rate, and what a held value does, at twice the rate.
+/// Of a step which no derivative about dt = 0 is known of: in half the step what a scheme with a memory lets grow does
+/// so at a fraction of the rate, and what a held value does, at twice the rate.
 bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<Response> rows = plain_response(0.5 * short_);
   if (!rows) return false;
