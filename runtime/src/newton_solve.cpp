@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -17,8 +18,11 @@ namespace dpde {
 namespace {
 
 constexpr int most_newton_steps = 50, most_halvings = 8;
-constexpr double roundings = 16;  // of the operations that an image takes
-constexpr int most_growing = 1;   // steps that are larger than those before: it wanders, and may find another solution
+/// Units. An image takes about 32 operations (a difference of order 8 along three axes has 27 terms), each of which
+/// rounds by half a unit of what unknowns are to it.
+constexpr double roundings = 16;
+constexpr int moves = 4;         // of unknowns, so that what cancels in one of them does not in all
+constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
 
 /// Squares of large numbers are none.
 double length(std::span<const double> values) {
@@ -27,6 +31,14 @@ double length(std::span<const double> values) {
   if (largest == 0) return 0;
   for (const double value : values) sum += (value / largest) * (value / largest);
   return largest * std::sqrt(sum);
+}
+
+/// A sign that is like no pattern of cells: a hash (S. Vigna's splitmix64).
+double arbitrary_sign(std::uint64_t i) {
+  std::uint64_t z = (i + 1) * 0x9e3779b97f4a7c15U;
+  z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
+  z = (z ^ (z >> 27U)) * 0x94d049bb133111ebU;
+  return ((z ^ (z >> 31U)) & 1U) == 0 ? 1 : -1;
 }
 
 }  // namespace
@@ -51,7 +63,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
   note_->reason = "not linear: Newton's method with compiled tangents";
   step_ = CoupledSolve(*solve.step, program, given, shelf.add_note(names_of_unknowns(*solve.step, program)));
   for (auto* values : {&right_, &x_, &next_, &left_, &change_, &kept_}) values->assign(unknowns_.size(), 0.0);
-  changes_.reserve(unknowns_.size() / unknowns_.cells());
+  for (auto* of_fields : {&changes_, &moved_}) of_fields->reserve(unknowns_.size() / unknowns_.cells());
 }
 
 void NewtonSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
@@ -113,24 +125,26 @@ double NewtonSolve::relative_change() {
   return most;
 }
 
-/// Of each field: what unknowns that are moved by one rounding, up and down in turn, make of its images is as large.
+/// Of each field: what unknowns that are moved by one unit of rounding, each up or down as a hash of its place says,
+/// make of its images is as large. Images, and halos of unknowns, are those of x_ again behind it.
 bool NewtonSolve::is_rounding_left(void* const* fields, const std::function<void()>& apply) {
   kept_ = left_;
-  for (std::size_t i = 0; i < x_.size(); ++i) next_[i] = x_[i] * (1 + (i % 2 == 0 ? 2 : -2) * rounding_);
-  unknowns_.write(fields, next_);
-  distance(fields, apply);
-  bool is_all = true;
-  for (std::size_t first = 0; first < kept_.size(); first += unknowns_.cells()) {
-    double largest = 0, moved = 0;
-    for (std::size_t i = first; i < first + unknowns_.cells(); ++i) {
-      largest = std::max(largest, std::abs(kept_[i]));
-      moved = std::max(moved, std::abs(left_[i] - kept_[i]));
-    }
-    is_all = is_all && largest <= roundings * moved;
+  const std::size_t cells = unknowns_.cells();
+  moved_.assign(x_.size() / cells, 0.0);
+  for (int turn = 0; turn < moves; ++turn) {
+    for (std::size_t i = 0; i < x_.size(); ++i)
+      next_[i] = x_[i] * (1 + arbitrary_sign(moves * i + static_cast<std::size_t>(turn)) * rounding_);
+    unknowns_.write(fields, next_);
+    distance(fields, apply);
+    for (std::size_t i = 0; i < x_.size(); ++i)
+      moved_[i / cells] = std::max(moved_[i / cells], std::abs(left_[i] - kept_[i]));
   }
   unknowns_.write(fields, x_);
-  left_ = kept_;
-  return is_all;
+  distance(fields, apply);
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    if (!(std::abs(kept_[i]) <= roundings * moved_[i / cells])) return false;
+  }
+  return true;
 }
 
 double NewtonSolve::move(void* const* fields, const std::function<void()>& apply, double before, bool may_halve) {

@@ -39,6 +39,7 @@ class NewtonSolve {
   double rounding_ = 0;
   double nothing_ = 0;  // below which what is left of right sides has lost digits: a change of that size is none
   std::vector<double> changes_;  // of each field, in the step before
+  std::vector<double> moved_;    // of the images of each field: the most that moves of unknowns by rounding change
   double twice_rounded_ = 0;     // below which a change is none, of the largest field
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;

@@ -82,6 +82,41 @@ TEST(Means, OfLeapfrogNeverDecay) {
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
 }
 
+/// Three fields, v in two steps a step, so that no polynomial of rates is what the mean does. A few cells have the
+/// exact answer, and what these equations do does not depend on how many there are.
+struct TiedByMeans {
+  std::string equations;
+  int rank;
+};
+
+Verdict verdict_of_tied(const TiedByMeans& tied, int cells, double step) {
+  std::string grid;
+  for (int axis = 0; axis < tied.rank; ++axis)
+    grid += fmt::format("grid {} = 0 .. 1, cells {}, periodic; ", "xy"[axis], cells);
+  return verdict_of(*open_scene(
+      fmt::format("model m {{ field u, v, w; {} }}\nscheme c {{ time = rk4 }}\nscene s : m with c {{ {}"
+                  "initial u = 1; initial v = 1; initial w = 1; subcycle v in 2; time 0 .. 10, step {} }}\n",
+                  tied.equations, grid, step)));
+}
+
+TEST(Means, OfSubcyclesAreAsOnFewCells) {
+  const TiedByMeans all[] = {
+      {"dt(u) = 10*mean(v) + 1e-3*mean(w); dt(v) = -10*mean(u); dt(w) = -0.1*w + 1e-3*mean(u)", 1},
+      {"dt(u) = 10*mean(v, x) + 1e-3*mean(w); dt(v) = -10*mean(u, x); dt(w) = -0.1*w + 1e-3*mean(u, x)", 2},
+      {"dt(u) = -0.1*u + 0.1*v + 0.1*w; dt(v) = -50*mean(v) + mean(u); dt(w) = -0.1*w + 0.1*u", 1},
+      {"dt(u) = -0.1*u + 0.1*v + 0.1*w; dt(v) = -50*mean(v, y) + mean(u); dt(w) = -0.1*w + 0.1*u", 2},
+      {"dt(u) = -8*mean(u) + mean(w); dt(v) = -20*v + mean(u); dt(w) = -0.1*w + 0.1*mean(v)", 1},
+  };
+  for (const TiedByMeans& tied : all) {
+    const Verdict exact = verdict_of_tied(tied, 8, 0.01);
+    const Verdict waves = verdict_of_tied(tied, tied.rank == 1 ? 20000 : 200, 0.01);
+    EXPECT_TRUE(exact.is_of_grid) << tied.equations;
+    EXPECT_FALSE(waves.is_of_grid) << tied.equations;
+    EXPECT_EQ(waves.limit.kind, exact.limit.kind) << tied.equations;
+    EXPECT_NEAR(waves.limit.step, exact.limit.step, 2e-3 * exact.limit.step) << tied.equations;
+  }
+}
+
 /// What they let grow is not the equations': the limit is that of the steps without them.
 TEST(Events, ThatAmplifyHideNoLimit) {
   const std::string grid = "grid x = 0 .. 1, cells 16, periodic; initial u = noise(1); time 0 .. 20, step 0.01; ";

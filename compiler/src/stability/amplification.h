@@ -22,6 +22,8 @@ class Amplification {
   Amplification(const Response& response, int rank);
 
   int size() const { return size_; }
+  /// Of the angles. Else some of it is there only for some waves: means, what is dealiased, what is solved for.
+  bool is_sum_of_exponentials() const { return waves_.empty(); }
   Eigen::MatrixXcd at(const Angles& angles) const;
   /// Eigenvalues of that.
   Eigen::VectorXcd eigenvalues(const Angles& angles) const;

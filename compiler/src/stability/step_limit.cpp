@@ -366,9 +366,14 @@ Largest FrozenAnalysis::excess(double step) const {
 
 bool FrozenAnalysis::is_stable(double step) const { return !(excess(step).value > growth_tolerance(*linear_)); }
 
+Eigen::VectorXcd FrozenAnalysis::factors(const Angles& wave, double step) const {
+  std::optional<Amplification> g = at(step);
+  return g ? factors_of(*g, step)(wave) : Eigen::VectorXcd();
+}
+
 double FrozenAnalysis::growth_of(const Angles& wave, double step) const {
-  const std::optional<Amplification> g = at(step);
-  return g ? g->spectral_radius(wave) : infinite;
+  const Eigen::VectorXcd of_wave = factors(wave, step);
+  return of_wave.size() > 0 ? of_wave.cwiseAbs().maxCoeff() : infinite;
 }
 
 std::size_t FrozenAnalysis::largest_share(const Angles& wave, double step) const {

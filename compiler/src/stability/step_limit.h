@@ -67,7 +67,9 @@ class FrozenAnalysis {
   double growth_by_events() const;
   /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
   Largest excess(double step) const;
-  /// The wave as this step has it: |g|, and the state with the largest share.
+  /// The wave as this step has it: its factors as excess() takes them, the largest |g|, and the state with the largest
+  /// share. Not where the step goes too far to be followed: no factors, and an infinite |g|.
+  Eigen::VectorXcd factors(const Angles& wave, double step) const;
   double growth_of(const Angles& wave, double step) const;
   std::size_t largest_share(const Angles& wave, double step) const;
 
