@@ -129,6 +129,22 @@ TEST_F(Causes, JumpsOfStatesAndMasksLowerTheOrder) {
   }
 }
 
+/// 1/w of a mask is 1/0: the inverse is that of all that multiplies the gradient.
+TEST_F(Causes, HintsOfJumpsNameWhatHasAnInverse) {
+  const auto hint = [&](const std::string& declared, const std::string& flux) {
+    write("s.dpde",
+          ring("field u; " + declared + " w; dt(u) = div(" + flux + ")", "time = rk4",
+               "initial u = sin(2*pi*x)\n  w = " + std::string(declared == "mask" ? "x < 0.5" : "if(x < 0.5, 1, 9)")));
+    return dpde("check s.dpde").err;
+  };
+  const std::string of_all = "grad(u)/interpolate(1/k) in place of k*grad(u)";
+  for (const char* flux : {"(1 + 9*w)*grad(u)", "w*grad(u)"})
+    EXPECT_NE(hint("mask", flux).find(of_all), std::string::npos) << flux;
+  EXPECT_NE(hint("coefficient", "(1 + 9*w)*grad(u)").find(of_all), std::string::npos);
+  EXPECT_NE(hint("coefficient", "0.5*w*grad(u)").find("grad(u)/interpolate(1/w) in place of w*grad(u)"),
+            std::string::npos);
+}
+
 /// What the compiler writes beside a pole is no jump of a coefficient.
 TEST_F(Causes, CurlsBesidePolesDoNotJump) {
   EXPECT_FALSE(

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "chart_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {

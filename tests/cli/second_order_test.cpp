@@ -39,6 +39,25 @@ TEST_F(SecondOrderCommand, IsCertified) {
   EXPECT_LE(kinks.json()["hessian"]["max_relative_error"], 1e-10);
 }
 
+/// The halves at both ends are switches by t, which nothing unknown moves.
+TEST_F(SecondOrderCommand, IsCertifiedOverTime) {
+  const auto verified = [&](const std::string& rate, const std::string& over) {
+    write("s.dpde",
+          "model m { field u; param k = 0.7; dt(u) = " + rate +
+              " + 0.01*lap(u) }\nscheme q { time = rk4 }\nscene s : m with q {\n"
+              "  grid x = 0 .. 1, cells 16, periodic\n  initial u = 1 + 0.5*sin(2*pi*x)\n"
+              "  time 0 .. 0.2, step 0.01\n}\ntask t : s { unknown k; unknown initial u\n  minimise mean(u^2), " +
+              over + " over time }\n");
+    return dpde("verify s.dpde t").out;
+  };
+  for (const char* over : {"mean", "sum", "integral"}) {
+    const std::string text = verified("-k*u^2", over);
+    EXPECT_NE(text.find("Hessian: certified"), std::string::npos) << over << text;
+  }
+  const std::string bent = verified("-k*abs(u - 1)", "integral");
+  EXPECT_NE(bent.find("the programs have kinks"), std::string::npos) << bent;
+}
+
 std::string recovery(const std::string& optimiser) {
   return R"(
 model heat { field u; coefficient kappa; dt(u) = div(kappa*grad(u)) }

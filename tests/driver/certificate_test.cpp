@@ -4,6 +4,9 @@
 
 #include <cmath>
 
+#include "analysis/kinks.h"
+#include "driver/inverse.h"
+#include "driver/session.h"
 #include "driver_support.h"
 #include "stencil/build.h"
 
@@ -244,6 +247,71 @@ task t : s { unknown a; unknown initial u; minimise mean(u^2) + 3*abs(a) }
   EXPECT_GT(found[0].ahead, 1);
   EXPECT_NEAR(found[0].behind, -found[0].ahead, 1e-6);
   EXPECT_EQ(found[0].gradient, 0);
+}
+
+std::shared_ptr<driver::Compiled> task_of(const SourceFile& source) {
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::interpreter;
+  options.tangent = options.adjoint = true;
+  return compiled(source, options);
+}
+
+/// Kinks are where something unknown, or a state, passes them: switches by t, places and what is given are none.
+TEST(Kinks, AreWhereUnknownsMove) {
+  struct Case {
+    const char *rate, *loss;
+    bool has_kinks;
+  };
+  for (const Case& c :
+       {Case{"-k*u", "mean(u^2)", false}, Case{"-k*u", "mean(u^2), integral over time", false},
+        Case{"-k*u*if(x < 0.5, 1, 2)", "mean(u^2)", false}, Case{"-k*u*if(t < 0.1, 1, 2)", "mean(u^2)", false},
+        Case{"-k*u*abs(x - 0.3)", "mean(u^2)", false}, Case{"-k*u*max(g, 0.2)", "mean(u^2)", false},
+        Case{"-k*u*max(c, 0.2)", "mean(u^2)", false}, Case{"-u*max(k, 0.2)", "mean(u^2)", true},
+        Case{"-k*abs(u - 0.5)", "mean(u^2)", true}, Case{"-k*if(u > 0.5, u, 0.5)", "mean(u^2)", true},
+        Case{"-k*if(max(u, c) > c*u, u, u)*if(u > c, u, c)", "mean(u^2)", true},
+        Case{"-k*fraction(u)*(1 - fraction(u))", "mean(u^2)", true},
+        Case{"-k*(floor(u) + fraction(u))", "mean(u^2)", true}, Case{"-k*u", "max(u)", true},
+        Case{"-k*u + 0*max(c)", "mean(u^2)", false}, Case{"-k*u", "mean(abs(u - 0.5))", true}}) {
+    const SourceFile source("t.dpde",
+                            std::string("model m { field u; coefficient c; param k = 0.7, g = 0.1; dt(u) = ") + c.rate +
+                                " }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n c = x\n"
+                                " initial u = 0.4 + x\n time 0 .. 0.2, step 0.1\n}\n"
+                                "task t : s { unknown k; unknown initial u; minimise " +
+                                c.loss + " }\n");
+    const auto task = task_of(source);
+    ASSERT_NE(task, nullptr) << c.rate;
+    EXPECT_EQ(analysis::has_kinks(*task), c.has_kinks) << c.rate << " " << c.loss;
+  }
+}
+
+/// By hand: the first and the last state count half, at one step both. Certificates of a few steps do not come to the
+/// last state of the scene.
+TEST(OverTime, FirstAndLastStatesCountHalf) {
+  for (const int steps : {1, 2, 3}) {
+    const SourceFile source("t.dpde",
+                            "model m { field u; param k = 0.7; dt(u) = -k*u }\nscheme q { time = euler }\n"
+                            "scene s : m with q {\n grid x = 0 .. 1, cells 4, periodic\n initial u = 1\n time 0 .. " +
+                                std::to_string(steps) +
+                                "/10, step 1/10\n}\n"
+                                "task t : s { unknown k; minimise mean(u), integral over time }\n");
+    const auto task = task_of(source);
+    ASSERT_NE(task, nullptr);
+    DiagnosticSink sink;
+    const auto session = driver::Session::open(source, task, {}, sink);
+    const auto inverse = driver::Inverse::open(*session, source, sink);
+    ASSERT_NE(inverse, nullptr) << all_messages(source, sink);
+    Eigen::VectorXd gradient(1);
+    const double loss = inverse->value_and_gradient(inverse->start(), gradient), factor = 1 - 0.1 * 0.7;
+    double expected = 0, slope = 0;
+    for (int n = 0; n <= steps; ++n) {
+      const double length = n == 0 || n == steps ? 0.05 : 0.1;
+      expected += length * std::pow(factor, n);
+      slope += n == 0 ? 0 : -0.1 * n * length * std::pow(factor, n - 1);
+    }
+    EXPECT_NEAR(loss, expected, 1e-14) << steps;
+    EXPECT_NEAR(gradient[0], slope, 1e-14) << steps;
+  }
 }
 
 TEST(Slope, IsThatOfThePowerAndIgnoresRounding) {

@@ -174,12 +174,15 @@ TEST(Diagnostics, FieldsInIntegralsOfFormulas) {
     return std::string();
   };
   for (const char* formula : {"K(x - s)*u", "u", "(u^2 + s)*c", "K(s)*c", "K(x - s)/u", "-u*s", "if(s < x, dx(u), 0)",
-                              "K(x - s)*(u - mean(u))", "s + k*u"}) {
+                              "K(x - s)*(u - mean(u))", "s + k*u", "3*s*u", "s*(u*s)", "2*(u + K(s))", "(u*s)^2",
+                              "u/(1 + s*u)", "if(u > 0, u, s)", "u*integral(exp(-s*r*u), r, from = 0, to = 1)"}) {
     const std::string integral = std::string("integral(") + formula + ", s, from = 0, to = 1)";
     EXPECT_EQ(code(integral + " - u", "mean(u)"), "E0311") << formula;
     EXPECT_EQ(code("-u", "mean(" + integral + ")"), "E0311") << formula;
   }
-  for (const char* formula : {"K(x - s)", "exp(-s*u)", "u^s", "K(x - s)*mean(u)", "k*s", "if(s < u, s, 0)"}) {
+  for (const char* formula : {"K(x - s)", "exp(-s*u)", "u^s", "K(x - s)*mean(u)", "k*s", "if(s < u, s, 0)",
+                              "1/(1 + s*u)", "1/(1 + 3*s*u)", "exp(-3*s*u)", "if(s < u, u, s)", "max(u, s)",
+                              "(s - u)^2", "(s - u)*(s - u)", "s/(s + u)", "integral(s^r, r, from = 0, to = u)"}) {
     const std::string integral = std::string("u*integral(") + formula + ", s, from = 0, to = 1)";
     EXPECT_EQ(code(integral, "mean(u)"), "") << formula;
   }

@@ -245,11 +245,11 @@ std::string space_in_words(const Order& order) { return order.is_spectral ? "spe
 
 void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
   for (const driver::Jump& jump : jumps) {
-    job.sink().report("jump-in-coefficient", jump.range,
-                      {jump.name, "at a face differences take the mean of both sides"},
-                      fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
-                                  "order 2 where {0} jumps between cells",
-                                  jump.is_formula ? "k" : jump.name));
+    job.sink().report(
+        "jump-in-coefficient", jump.range, {jump.name, "at a face differences take the mean of both sides"},
+        fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
+                    "order 2 where {0} jumps between cells{1}",
+                    jump.is_factor ? jump.name : "k", jump.is_factor ? "" : ": k is all that multiplies grad(u)"));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "adjoint/plan.h"
 #include "driver/switches.h"
 #include "stencil/build.h"
 #include "support/match.h"
@@ -11,11 +12,50 @@ namespace dpde::analysis {
 
 namespace {
 
-bool is_kink(const stencil::Expr& e) {
-  const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
-  const bool bends =
-      call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
-  return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
+/// Whether anything of `e` moves with what is differentiated: conditions and places, which have no derivative, too.
+bool moves(const stencil::Expr& e, const adjoint::Varied& varied) {
+  bool found = false;
+  stencil::visit(e, [&](const stencil::Expr& part) {
+    const auto* param = std::get_if<stencil::Param>(&part->kind);
+    const auto* local = std::get_if<stencil::Local>(&part->kind);
+    const auto* access = std::get_if<stencil::Access>(&part->kind);
+    const auto* interp = std::get_if<stencil::Interp>(&part->kind);
+    found = found || (param != nullptr && varied.params.contains(param->name)) ||
+            (local != nullptr && varied.locals.contains(local->name)) ||
+            (access != nullptr && varied.fields.contains(access->field)) ||
+            (interp != nullptr && varied.fields.contains(interp->field));
+  });
+  return found;
+}
+
+bool has_moving_place(const stencil::Interp& interp, const adjoint::Varied& varied) {
+  return std::ranges::any_of(interp.displacement, [&](const stencil::Expr& e) { return moves(e, varied); });
+}
+
+bool bends_or_jumps(Fn fn) {
+  return fn == Fn::abs || fn == Fn::min || fn == Fn::max || fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction;
+}
+
+/// A switch that nothing unknown moves, as one by t or by places, is none.
+bool is_kink(const stencil::Expr& e, const adjoint::Varied& varied) {
+  if (const auto* call = std::get_if<stencil::Call>(&e->kind)) return bends_or_jumps(call->fn) && moves(e, varied);
+  if (const auto* select = std::get_if<stencil::Select>(&e->kind)) return moves(select->condition, varied);
+  const auto* interp = std::get_if<stencil::Interp>(&e->kind);
+  return interp != nullptr && has_moving_place(*interp, varied);
+}
+
+bool has_kink(const stencil::Kernel& kernel, adjoint::Varied varied) {
+  varied.locals.clear();
+  for (const stencil::Let& let : kernel.lets) {
+    if (moves(let.value, varied)) varied.locals.insert(let.name);
+  }
+  bool found = std::ranges::any_of(
+      kernel.scatters, [&](const stencil::Scatter& scatter) { return has_moving_place(scatter.target, varied); });
+  stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
+    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e, varied); });
+    return value;
+  });
+  return found;
 }
 
 bool bends(const network::Layer& layer) {
@@ -24,36 +64,35 @@ bool bends(const network::Layer& layer) {
   return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
 }
 
-bool has_extremes(const std::vector<stencil::Statement>& statements) {
-  return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
+bool has_extremes(const std::vector<stencil::Statement>& statements, const adjoint::Varied& varied) {
+  return std::ranges::any_of(statements, [&](const stencil::Statement& statement) {
     return match(
         statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
+        [&](const stencil::Reduce& reduce) {
+          return (reduce.kind == Reduction::max || reduce.kind == Reduction::min) &&
+                 varied.fields.contains(reduce.field);
+        },
         [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Run&) { return false; }, [](const stencil::Solve& solve) { return has_extremes(solve.body); },
-        [](const stencil::Repeat& repeat) { return has_extremes(repeat.body); });
+        [](const stencil::Run&) { return false; },
+        [&](const stencil::Solve& solve) { return has_extremes(solve.body, varied); },
+        [&](const stencil::Repeat& repeat) { return has_extremes(repeat.body, varied); });
   });
 }
 
 }  // namespace
 
 bool has_kinks(const driver::Compiled& compiled) {
-  bool found = false;
-  const auto look = [&](const stencil::Expr& value) {
-    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e); });
-  };
-  for (const auto& [name, derived] : compiled.derived) {
+  return std::ranges::any_of(compiled.derived, [&](const auto& one) {
+    const std::string& name = one.first;
     const stencil::Module module = driver::extract(compiled.stencil, {name});
-    found = found || has_extremes(module.programs.front().body);
-    for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
-    for (const stencil::Kernel& kernel : module.kernels) {
-      found = found || !kernel.scatters.empty();
-      for (const stencil::Let& let : kernel.lets) look(let.value);
-      for (const stencil::Store& store : kernel.stores) look(store.value);
-      for (const stencil::Sum& sum : kernel.sums) look(sum.value);
-    }
-  }
-  return found;
+    const stencil::Program& program = module.programs.front();
+    const adjoint::Varied varied = adjoint::find_varied(module, program, driver::active_inputs(compiled, name));
+    return has_extremes(program.body, varied) ||
+           std::ranges::any_of(
+               module.networks,
+               [](const network::Network& network) { return std::ranges::any_of(network.layers, bends); }) ||
+           std::ranges::any_of(module.kernels, [&](const stencil::Kernel& kernel) { return has_kink(kernel, varied); });
+  });
 }
 
 bool has_jumps(const driver::Compiled& compiled) { return !driver::jumps_of(compiled).empty(); }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what was differentiated has kinks: abs, max, if, interpolation at computed places, layers that bend.
+// Whether what was differentiated has kinks where unknowns move: abs, max, if, floor, interpolation at computed places,
+// layers that bend.
 #pragma once
 
 #include "driver/pipeline.h"

@@ -73,6 +73,15 @@ bool holds_derivative(const model::Expr& e, int axis) {
   });
 }
 
+/// Whether grad(u)/interpolate(1/k) can take the place of k*grad(u): of (1 + 9*w)*grad(u) that of w has no use.
+bool is_factor_in(const model::Expr& flux, const std::string& name) {
+  if (const model::Field* field = std::get_if<model::Field>(&flux->kind)) return field->name == name;
+  if (const model::Neg* neg = std::get_if<model::Neg>(&flux->kind)) return is_factor_in(neg->operand, name);
+  const model::Binary* b = std::get_if<model::Binary>(&flux->kind);
+  if (b == nullptr || (b->op != BinaryOp::multiply && b->op != BinaryOp::divide)) return false;
+  return is_factor_in(b->left, name) || (b->op == BinaryOp::multiply && is_factor_in(b->right, name));
+}
+
 /// What steps compute, as a person wrote it. What projections make of a constraint has masks in it that let nothing
 /// flow, which are no coefficients.
 bool is_written(model::UseKind kind) {
@@ -95,13 +104,13 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
     model::any_part(flux, [&](const model::Expr& part) {
       const model::Field* field = std::get_if<model::Field>(&part->kind);
       const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
-      if (c != nullptr && jumps(session, *c)) add({c->name, false, range});
+      if (c != nullptr && jumps(session, *c)) add({c->name, !c->is_mask && is_factor_in(flux, c->name), range});
       return false;
     });
     const std::optional<model::Jump> jump = model::jump_in(flux, problem, everywhere);
     if (!jump) return;
     const std::string function = jump->what.empty() ? "if" : jump->what;
-    add({jump->within.empty() ? function + "(...)" : jump->within, jump->within.empty(), range});
+    add({jump->within.empty() ? function + "(...)" : jump->within, false, range});
   };
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (!is_written(use.kind)) return;

@@ -12,9 +12,9 @@
 namespace dpde::driver {
 
 struct Jump {
-  std::string name;         // of a coefficient, a mask or an operator
-  bool is_formula = false;  // it stands in the equation itself: "if(...)"
-  SourceRange range;        // of the difference, or of the line
+  std::string name;        // of a coefficient, a mask or an operator; "if(...)" in the equation itself
+  bool is_factor = false;  // of the flux, and no mask, whose inverse is none
+  SourceRange range;       // of the difference, or of the line
 };
 
 /// Each name once. A coefficient jumps whose formula has a condition of places, a sign, a floor or a fraction, or that

@@ -160,7 +160,7 @@ class Expressions {
 
   // quadrature.cpp
   static bool is_quadrature(const ast::Call& e);
-  bool follows_place(const ast::Call& e, const Expr& value, const Expr& place);
+  bool follows_place(const ast::Call& e);
   std::optional<Expr> gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes);
   void look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole);
   std::optional<Expr> sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high);
@@ -205,6 +205,7 @@ class Expressions {
   std::map<std::string, Typed> running_ = {};  // what stands for the variables of integrals of formulas
   std::set<std::string> open_ = {};            // names whose formulas of the scene are being put in
   std::map<std::string, Typed> put_in_ = {};   // and those that were
+  std::vector<Expr> integrals_ = {};           // of formulas, spelled out
   bool is_measuring_ = false;                  // this body is read for its order only
   bool is_in_parts_ = false;                   // integrals of formulas are taken in two parts, to compare
   bool is_in_sum_ = false;                     // products of dot are left where they lie

@@ -72,21 +72,59 @@ std::optional<std::string> field_in(const Expr& e) {
   return found;
 }
 
-/// A field in a factor or a term that does not hold the place: whoever wrote it there meant the field at that place,
-/// since in front of the integral it is the same. In exp(-s*u) it may stand.
-std::optional<std::string> fixed_field(const Expr& e, const Expr& place) {
-  if (e == place) return std::nullopt;  // fields in its ends are those of the point
-  if (!any_part(e, [&](const Expr& part) { return part == place; })) return field_in(e);
-  std::vector<Expr> parts;
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) parts = {neg->operand};
-  if (const auto* b = std::get_if<Binary>(&e->kind); b != nullptr && b->op != BinaryOp::power)
-    parts = {b->left, b->right};
-  if (const auto* select = std::get_if<Select>(&e->kind)) parts = {select->yes, select->no};
-  if (const auto* derivative = std::get_if<Derivative>(&e->kind)) parts = {derivative->operand};
-  for (const Expr& part : parts) {
-    if (auto found = fixed_field(part, place)) return found;
+/// Looks for a field that can be taken out of an integral: whoever wrote it there meant the field at that place, since
+/// in front of the integral it is the same. In exp(-s*u) or 1/(1 + s*u) it may stand.
+struct MovableField {
+  using Found = std::optional<std::string>;
+  Expr place;
+  const std::vector<Expr>& integrals;  // within this one, spelled out: factors of theirs are not of the text
+
+  bool holds_place(const Expr& e) const {
+    return any_part(e, [&](const Expr& part) { return part == place; });
   }
-  return std::nullopt;
+  bool is_integral(const Expr& e) const {
+    return std::ranges::any_of(integrals, [&](const Expr& one) { return &one.node() == &e.node(); });
+  }
+  Found in(const std::vector<Expr>& parts, bool of_sum) const {
+    for (const Expr& part : parts) {
+      if (Found found = in(part, of_sum)) return found;
+    }
+    return std::nullopt;
+  }
+  /// A term of a factor is none of the integral's: `of_sum` is false within.
+  Found in(const Expr& e, bool of_sum) const;
+};
+
+MovableField::Found MovableField::in(const Expr& e, bool of_sum) const {
+  if (!holds_place(e)) return field_in(e);
+  if (is_integral(e)) return std::nullopt;
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return in(neg->operand, of_sum);
+  if (const auto* derivative = std::get_if<Derivative>(&e->kind)) return in(derivative->operand, of_sum);
+  if (const auto* select = std::get_if<Select>(&e->kind)) {
+    const bool has_edge_by_field = holds_place(select->condition) && field_in(select->condition);
+    return has_edge_by_field ? std::nullopt : in({select->yes, select->no}, of_sum);
+  }
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b == nullptr) return std::nullopt;
+  const bool left = holds_place(b->left), right = holds_place(b->right);
+  switch (b->op) {
+    case BinaryOp::add:
+    case BinaryOp::subtract: return of_sum ? in({b->left, b->right}, true) : std::nullopt;
+    case BinaryOp::multiply: return in({b->left, b->right}, of_sum && !(left && right));
+    case BinaryOp::divide:
+      if (!right) return in({b->right, b->left}, of_sum);
+      return in(b->left, false);
+    case BinaryOp::power: return right ? std::nullopt : in(b->left, false);
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return std::nullopt;
+  }
+  unreachable("operator");
 }
 
 }  // namespace
@@ -97,11 +135,17 @@ bool Expressions::is_quadrature(const ast::Call& e) {
          });
 }
 
-/// False after a diagnostic. What it is at one place says it of all.
-bool Expressions::follows_place(const ast::Call& e, const Expr& value, const Expr& place) {
-  const std::optional<std::string> field = fixed_field(value, place);
-  if (!field) return true;
+/// False after a diagnostic. What it is at a place that has no value says it of all.
+bool Expressions::follows_place(const ast::Call& e) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
+  const Expr place = param("a place " + variable);  // no name of a text
+  const std::map<std::string, Typed> outside = running_;
+  running_[variable] = number_of(place);
+  const std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  running_ = outside;
+  if (!value) return false;
+  const std::optional<std::string> field = MovableField{place, integrals_}.in(*value, true);
+  if (!field) return true;
   const std::string elsewhere =
       purpose_ == Purpose::quantity
           ? fmt::format("its values along {} are sample({}, at = {})", variable, *field, variable)
@@ -129,7 +173,7 @@ std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, 
     running_[variable] = number_of(place);
     std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
     if (value && of_sizes) value = model::call(Fn::abs, {*value}, origin);
-    if (!value || !follows_place(e, *value, place)) sum.reset();
+    if (!value) sum.reset();
     if (!sum) break;
     sum = binary(BinaryOp::add, *sum, binary(BinaryOp::multiply, node.weight, *value, origin), origin);
   }
@@ -194,7 +238,8 @@ Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
   const auto high = as_number(any(e.arguments[3].value), e.arguments[3].value.range());
   if (!low || !high) return {};
   const std::optional<Expr> sum = is_in_parts_ ? sum_of_parts(e, *low, *high) : gauss_sum(e, *low, *high, false);
-  if (!sum) return {};
+  if (!sum || (!is_in_parts_ && !follows_place(e))) return {};
+  integrals_.push_back(*sum);
   Typed result = number_of(*sum);
   if (is_too_large(result, range)) return {};
   if (running_.empty() && !is_in_parts_) look_at_parts(e, *low, *high, *sum);
