@@ -18,15 +18,7 @@ namespace {
 constexpr int stride = 4;
 /// Of what is smooth a cell has a quarter of the difference over four, of a jump all of it.
 constexpr double share_of_jump = 0.5;
-constexpr double least_jump = 1e-2;  // of the largest value: less is told apart from no error by no grid in use
-
-bool may_jump(const model::Expr& formula) {
-  return model::any_part(formula, [](const model::Expr& e) {
-    if (const model::Call* call = std::get_if<model::Call>(&e->kind))
-      return call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction;
-    return std::holds_alternative<model::Select>(e->kind);
-  });
-}
+constexpr double least_jump = 1e-2;  // of data, of the largest value: less may be noise of what was measured
 
 /// Whether some cell beside another along the axis differs from it as much as from those four cells on.
 bool jumps_along(std::span<const double> values, const std::array<int, 3>& cells, std::size_t axis) {
@@ -43,14 +35,15 @@ bool jumps_along(std::span<const double> values, const std::array<int, 3>& cells
   return next > least_jump * largest && next > share_of_jump * farther;
 }
 
-bool jumps(Session& session, const model::Coefficient& c) {
-  if (c.value.formula && !may_jump(*c.value.formula)) return false;
+/// A formula as it is judged in an equation, whatever the grid; data by their values.
+bool jumps(Session& session, const model::Coefficient& c, const model::Movement& everywhere) {
+  if (c.value.formula) return model::jump_in(*c.value.formula, session.problem(), everywhere).has_value();
   const std::vector<double> values = session.workspace().dense(c.name);
   std::array<int, 3> cells{1, 1, 1};
   for (std::size_t axis = 0; axis < session.axes().size(); ++axis) cells[axis] = session.axes()[axis].cells;
   const auto count =
       static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cells[2]);
-  if (values.size() != count) return c.value.formula.has_value();
+  if (values.size() != count) return false;
   for (std::size_t axis = 0; axis < session.axes().size(); ++axis) {
     if (jumps_along(values, cells, axis)) return true;
   }
@@ -104,7 +97,8 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
     model::any_part(flux, [&](const model::Expr& part) {
       const model::Field* field = std::get_if<model::Field>(&part->kind);
       const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
-      if (c != nullptr && jumps(session, *c)) add({c->name, !c->is_mask && is_factor_in(flux, c->name), range});
+      if (c != nullptr && jumps(session, *c, everywhere))
+        add({c->name, !c->is_mask && is_factor_in(flux, c->name), range});
       return false;
     });
     const std::optional<model::Jump> jump = model::jump_in(flux, problem, everywhere);

@@ -17,10 +17,9 @@ struct Jump {
   SourceRange range;       // of the difference, or of the line
 };
 
-/// Each name once. A coefficient jumps whose formula has a condition of places, a sign, a floor or a fraction, or that
-/// a file gives, and whose values differ by about as much from a cell to the next as over four cells. A formula does
-/// whose branches do not meet where places or states switch them (model/switches.h). In grad(u)/interpolate(1/k) none
-/// does: the harmonic mean is what flows.
+/// Each name once. A formula jumps, of a coefficient or in the equation, whose branches do not meet where places or
+/// states switch them (model/switches.h), a file's coefficient whose values differ by about as much from a cell to the
+/// next as over four cells. In grad(u)/interpolate(1/k) none does: the harmonic mean is what flows.
 std::vector<Jump> jumps_in_fluxes(Session& session);
 
 }  // namespace dpde::driver
