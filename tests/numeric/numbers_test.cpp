@@ -27,13 +27,14 @@ std::string pair_of(const std::string& grids, const std::string& sides, const st
 
 const std::string walls = "  boundary u: x.low = zero_gradient, x.high = 0.4\n  boundary v = zero_gradient\n";
 
+/// On one cell the variance is 0: its power has two derivatives there.
 TEST(Numbers, HaveCertifiedDerivatives) {
   for (std::size_t count = 0;
        const char* loss : {"(integral(u) - d)^2, mean over time", "(integral(u) - d)^2, sum over time",
                            "sqrt(mean(u^2)) + integral(u)*mean(v)^2", "mean(u^2)/integral(v), integral over time",
                            "d*integral(u) - exp(mean(v) - max(u)), mean over time",
                            "if(mean(u) > 0.1, (mean(u) - 0.1)^2, 0) + k*mean(v)^3 at t = 1/8, 1/4",
-                           "(sample(u, at = 0.4) - integral(v))^2 + integral((u - mean(u))^2)^1.5"})
+                           "(sample(u, at = 0.4) - integral(v))^2 + integral((u - mean(u))^2)^2.5"})
     for (const int cells : {1, 2, 9}) {
       if (!testing::is_tried(count++, 2)) continue;
       expect_certified(pair_of("  grid x = 0 .. 1, cells " + std::to_string(cells) + "\n", walls,
