@@ -16,7 +16,8 @@ bool is_step_of_rates(const Amplification& g, const Amplification& rates, const 
   // lost, as in high derivatives along one axis, the answer is no, which costs time alone.
   constexpr double roundings = 8;
   constexpr Angles any_wave{1, 0.7, 0.4};
-  if (!g.is_sum_of_exponentials() || !rates.is_sum_of_exponentials()) return false;
+  // What a step carries beside its states, as the first guess of a solve, has no rates.
+  if (g.size() != rates.size() || !g.is_sum_of_exponentials() || !rates.is_sum_of_exponentials()) return false;
   const Eigen::MatrixXcd z = step * rates.at(any_wave);
   const Eigen::MatrixXd sizes = z.cwiseAbs();
   Eigen::MatrixXcd power = Eigen::MatrixXcd::Identity(z.rows(), z.cols()), sum = polynomial.front() * power;

@@ -19,7 +19,24 @@ constexpr double smallest_jump = 1e-7;
 /// changes by next to nothing over both.
 constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
 
-bool is_comparison(BinaryOp op) { return op >= BinaryOp::less && op <= BinaryOp::not_equal; }
+bool is_comparison(BinaryOp op) {
+  switch (op) {
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal: return true;
+    case BinaryOp::add:
+    case BinaryOp::subtract:
+    case BinaryOp::multiply:
+    case BinaryOp::divide:
+    case BinaryOp::power:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return false;
+  }
+  unreachable("operator");
+}
 
 bool has_cases(Fn fn) { return fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction; }
 
