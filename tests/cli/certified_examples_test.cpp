@@ -6,7 +6,7 @@
 #include <set>
 
 #include "command_support.h"
-#include "examples_by_day.h"
+#include "support/examples_by_day.h"
 
 namespace dpde::testing {
 namespace {

@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "command_support.h"
-#include "examples_by_day.h"
+#include "support/examples_by_day.h"
 
 namespace dpde::testing {
 namespace {
