@@ -65,7 +65,8 @@ struct Maths {
   using B = typename T::B;
   using N = Numbers<Real>;
 
-  static V all(Real value) { return V{} + value; }
+  /// Not V{} + value: 0 + (-0) is no -0, so that the compiler keeps the sum, in the innermost loop of convolutions.
+  static V all(Real value) { return value - V{}; }
   static V larger(V a, V b) { return a < b ? b : a; }
   static V size_of(V a) { return a < 0 ? -a : a; }
 
