@@ -16,9 +16,10 @@ struct ModelVerdict {
 };
 
 struct ModelChecks {
-  bool second = false;   // second derivatives too
-  bool cpp = false;      // emitted C++ too
-  double seconds = 600;  // then it is stopped, and has failed
+  bool second = false;      // second derivatives too
+  bool cpp = false;         // emitted C++ too
+  bool symmetries = false;  // swapped axes, few checkpoints and two threads change nothing
+  double seconds = 600;     // then it is stopped, and has failed
 };
 
 /// Of task `t` of the text, in a process of its own: what crashes or hangs has failed.
