@@ -64,6 +64,20 @@ TEST_F(PrecisionCommand, IsCertifiedAsDoublesAndAsFloats) {
             std::string::npos);
 }
 
+/// Their networks are in f32 by default.
+TEST_F(PrecisionCommand, ProgramsByHandAreCertifiedAsDoublesWithTheirNetworks) {
+  write("by_hand.dpde", R"(network n(1) -> 1 { padding x periodic; initial he, seed 1; conv 4, 3; tanh; conv out, 3 }
+kernel go(u, o: field, dt: param, out v: field) { v = u + dt*o }
+program step { apply n(u) to o; run go; swap u, v }
+scene s : step { grid x = 0 .. 1, cells 16, periodic; initial u = sin(2*pi*x); time 0 .. 1, step 1/4 }
+task t : s { learn n; minimise mean(u^2); using lbfgs(), iterations 3 }
+)");
+  const Outcome verified = dpde("verify by_hand.dpde t --json");
+  ASSERT_EQ(verified.status, 0) << verified.err;
+  EXPECT_LT(verified.json()["dot_product"]["max_relative_error"].get<double>(), 1e-11);
+  EXPECT_GT(verified.json()["single_precision"]["max_relative_error"].get<double>(), 1e-11);
+}
+
 TEST_F(PrecisionCommand, OptimisesAndBuilds) {
   const Outcome found = dpde("optimize rod.dpde find --json --set real=f32");
   EXPECT_EQ(found.status, 0) << found.err;

@@ -169,6 +169,9 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), compiled.names, sink);
   if (compiled.problem->program.empty()) return module;
   tell_replaced(compiled.ast, written, module, sink);
+  if (options.real) {
+    for (network::Network& network : written.networks) network.real = *options.real;
+  }
   // Programs that stand in the text under the names of the scene's are the scene's: text that was emitted reads back.
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);
