@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "blas_product.h"
 #include "dpde/runtime/field.h"
 #include "network/convolve.h"
 #include "network/padding.h"
@@ -112,6 +113,21 @@ void conv_eigen(benchmark::State& state, Pass pass, int channels, int) {
   count(state, channels);
 }
 
+/// The product of matrices that the convolution is, by BLAS: columns of cells are there already, and nothing is padded.
+void conv_blas(benchmark::State& state, Pass pass, int channels, int) {
+  const int cells = static_cast<int>(state.range(0) * state.range(0)),
+            terms = static_cast<int>(channels * state.range(1) * state.range(1));
+  const Values w(int64_t{channels} * terms), columns(int64_t{terms} * cells), out(int64_t{channels} * cells);
+  for (auto _ : state) {
+    const bool is_there = pass == weights
+                              ? blas_product(channels, terms, cells, out.get(), columns.get(), true, w.get())
+                              : blas_product(channels, cells, terms, w.get(), columns.get(), false, out.get());
+    if (!is_there) return state.SkipWithError("built without OpenBLAS");
+    benchmark::ClobberMemory();
+  }
+  count(state, channels);
+}
+
 void sizes(benchmark::internal::Benchmark* benchmark) {
   for (const int64_t extent : {3, 5}) {
     for (const int64_t n : {64, 128, 256}) benchmark->Args({n, extent});
@@ -137,6 +153,30 @@ BENCHMARK_CAPTURE(conv_planes, forward_8_channels, forward, 8, 1)->Args({128, 3}
 BENCHMARK_CAPTURE(conv_onednn, forward_8_channels, forward, 8, 1)->Args({128, 3})->Args({128, 5});
 BENCHMARK_CAPTURE(conv_planes, weights_8_channels, weights, 8, 1)->Args({128, 3})->Args({128, 5});
 BENCHMARK_CAPTURE(conv_onednn, weights_8_channels, weights, 8, 1)->Args({128, 3})->Args({128, 5});
+/// Rows of any length; 128^2 cells would have 147 MiB of columns.
+void rows(benchmark::internal::Benchmark* benchmark) {
+  for (const int64_t n : {34, 48, 64}) benchmark->Args({n, 3});
+}
+BENCHMARK_CAPTURE(conv_planes, forward_24_channels, forward, 24, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, forward_24_channels, forward, 24, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, forward_32_channels, forward, 32, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, forward_32_channels, forward, 32, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, forward_64_channels, forward, 64, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, forward_64_channels, forward, 64, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, forward_128_channels, forward, 128, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, forward_128_channels, forward, 128, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, data_24_channels, data, 24, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, data_32_channels, data, 32, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, data_64_channels, data, 64, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, data_128_channels, data, 128, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, weights_24_channels, weights, 24, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, weights_24_channels, weights, 24, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, weights_32_channels, weights, 32, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, weights_32_channels, weights, 32, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, weights_64_channels, weights, 64, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, weights_64_channels, weights, 64, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_planes, weights_128_channels, weights, 128, 1)->Apply(rows);
+BENCHMARK_CAPTURE(conv_blas, weights_128_channels, weights, 128, 1)->Apply(rows);
 
 /// Whole networks: fields in, fields out. `adjoint` is forward and back, with gradients of inputs and weights.
 void run_network(benchmark::State& state, test::TestNetwork network, std::vector<int64_t> cells, bool adjoint) {
