@@ -103,8 +103,10 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
     });
     const std::optional<model::Jump> jump = model::jump_in(flux, problem, everywhere);
     if (!jump) return;
-    const std::string function = jump->what.empty() ? "if" : jump->what;
-    add({jump->within.empty() ? function + "(...)" : jump->within, false, range});
+    const std::string function = jump->is_at_pole     ? "a quotient"
+                                 : jump->what.empty() ? "if(...)"
+                                                      : jump->what + "(...)";
+    add({jump->within.empty() ? function : jump->within, false, range});
   };
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (!is_written(use.kind)) return;

@@ -51,6 +51,13 @@ void report(const model::Jump& jump, DiagnosticSink& sink) {
   if (jump.what == name_of(Fn::floor))
     return report_floor(jump.origin.range, "; --force goes on without the jump", sink);
   const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
+  if (jump.is_at_pole) {
+    sink.report("branches-do-not-meet", jump.origin.range,
+                {"as " + moved + " moves, this divides by 0 and jumps, and a gradient lacks what the jump adds"},
+                "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z); "
+                "--force goes on without the jump");
+    return;
+  }
   const std::string why = jump.what.empty()
                               ? moved + " moves the switch, and a gradient lacks what the jump adds"
                               : jump.what + " jumps as " + moved + " moves, and a gradient lacks what the jump adds";
@@ -110,7 +117,9 @@ std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stenc
                                    }};
   for (const stencil::Kernel& kernel : kernels_of(compiled.stencil, program)) {
     const std::optional<stencil::KernelJump> found = stencil::jump_in(kernel, movement);
-    if (found) return model::Jump{{found->range}, found->what, {found->movers.begin(), found->movers.end()}, ""};
+    if (found)
+      return model::Jump{
+          {found->range}, found->what, {found->movers.begin(), found->movers.end()}, "", found->is_at_pole};
   }
   return std::nullopt;
 }

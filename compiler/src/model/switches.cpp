@@ -24,6 +24,20 @@ const Expr* operand_of_switch(const Expr& e) {
   return has_cases ? call->arguments.data() : nullptr;
 }
 
+/// What is 0 where there is a pole: a divisor, what a power is of, or stands in a logarithm or a tangent.
+const Expr* operand_of_pole(const Expr& e) {
+  const Binary* binary = std::get_if<Binary>(&e->kind);
+  if (binary && binary->op == BinaryOp::divide) return &binary->right;
+  if (binary && binary->op == BinaryOp::power) return &binary->left;
+  const Call* call = std::get_if<Call>(&e->kind);
+  return call && (call->fn == Fn::log || call->fn == Fn::tan) ? call->arguments.data() : nullptr;
+}
+
+const Expr* operand_of_jump(const Expr& e) {
+  const Expr* of_switch = operand_of_switch(e);
+  return of_switch ? of_switch : operand_of_pole(e);
+}
+
 /// What a person wrote has a place in the text. What the compiler makes of inject() and sample() beside walls has none:
 /// it is continuous, by spacings that symbols know nothing of.
 bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
@@ -34,12 +48,13 @@ std::string switching_function(const Expr& e) {
   return call ? std::string(name_of(call->fn)) : "";
 }
 
-/// In the bodies of operators, too.
-bool has_switch(const Expr& e) {
+/// In the bodies of operators, too. What is divided by a number has no pole.
+bool may_jump(const Expr& e) {
   return any_part(e, [](const Expr& part) {
     const Apply* apply = std::get_if<Apply>(&part->kind);
-    if (apply != nullptr && std::ranges::any_of(apply->function.body, has_switch)) return true;
-    return operand_of_switch(part) != nullptr && !is_trusted(part);
+    if (apply != nullptr && std::ranges::any_of(apply->function.body, may_jump)) return true;
+    const Expr* operand = operand_of_jump(part);
+    return operand != nullptr && !std::holds_alternative<Number>((*operand)->kind) && !is_trusted(part);
   });
 }
 
@@ -70,6 +85,7 @@ class Converter {
   Id convert_new(const Expr& e, const Offset& offset);
   Id symbol(const Expr& e, const Offset& offset, const Piecewise::Symbol& symbol);
   Id param(const Expr& e, const std::string& name);
+  Id field(const Expr& e, const std::string& name, const Offset& offset);
   Id coordinate(const Expr& e, int axis, const Offset& offset);
   Id opaque(const Expr& e, const Offset& offset, const Scope& inside);
   Id shifted(const Shift& shift, Offset offset);
@@ -115,6 +131,19 @@ Piecewise::Id Converter::param(const Expr& e, const std::string& name) {
   return symbol(e, here, result);
 }
 
+/// With the sign that it has at first.
+Piecewise::Id Converter::field(const Expr& e, const std::string& name, const Offset& offset) {
+  Piecewise::Symbol result{.moves = moves(name)};
+  const State* state = scope_.contains(name) ? nullptr : problem_.find_state(name);
+  const Coefficient* coefficient = scope_.contains(name) ? nullptr : problem_.find_coefficient(name);
+  const std::optional<Expr> given = state         ? state->initial.formula
+                                    : coefficient ? coefficient->value.formula
+                                                  : std::nullopt;
+  const Movement nothing{[](const std::string&) { return false; }};
+  if (given) result.sign = find_sign(Converter(problem_, nothing, {*given, {}, ""}).formula());
+  return symbol(e, offset, result);
+}
+
 Piecewise::Id Converter::coordinate(const Expr& e, int axis, const Offset& offset) {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   const auto [low, high] = std::minmax({along.face(0), along.face(along.cells)});
@@ -123,7 +152,7 @@ Piecewise::Id Converter::coordinate(const Expr& e, int axis, const Offset& offse
 
 Piecewise::Id Converter::opaque(const Expr& e, const Offset& offset, const Scope& inside) {
   for_each_part(e, [&](const Expr& part) {
-    if (has_switch(part)) inner_.push_back({part, inside, within_});
+    if (may_jump(part)) inner_.push_back({part, inside, within_});
   });
   return symbol(e, offset, {.moves = moves(e)});
 }
@@ -138,7 +167,7 @@ Piecewise::Id Converter::convert(const Expr& e, const Offset& offset) {
   const auto found = known_.find(key);
   if (found != known_.end()) return found->second;
   const Id id = convert_new(e, offset);
-  if (operand_of_switch(e) && is_trusted(e)) formula_.trust(id);
+  if (operand_of_jump(e) && is_trusted(e)) formula_.trust(id);
   known_.emplace(key, id);
   sources_.emplace(id, e);
   return id;
@@ -148,8 +177,7 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
   const auto operand = [&](const Expr& part) { return convert(part, offset); };
   return match(
       e->kind, [&](const Number& n) { return formula_.number(n.value); },
-      [&](const Param& p) { return param(e, p.name); },
-      [&](const Field& field) { return symbol(e, offset, {.moves = moves(field.name)}); },
+      [&](const Param& p) { return param(e, p.name); }, [&](const Field& f) { return field(e, f.name, offset); },
       [&](const Coordinate& c) { return coordinate(e, c.axis, offset); },
       [&](const Noise&) { return symbol(e, offset, {}); },
       [&](const Neg& n) { return formula_.negate(operand(n.operand)); },
@@ -176,7 +204,7 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
         Scope inside;
         for (std::size_t i = 0; i < a.arguments.size(); ++i) inside[a.function.parameters[i]] = moves(a.arguments[i]);
         for (const Expr& part : a.function.body) {
-          if (has_switch(part)) inner_.push_back({part, inside, a.function.name});
+          if (may_jump(part)) inner_.push_back({part, inside, a.function.name});
         }
         return opaque(e, offset, scope_);
       },
@@ -259,12 +287,12 @@ std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const M
   while (!waiting.empty()) {
     const Converter::Inner next = waiting.back();
     waiting.pop_back();
-    if (!has_switch(next.value)) continue;
+    if (!may_jump(next.value)) continue;
     const Converter converter(problem, movement, next);
     if (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
       const Expr& e = converter.source_of(*found);
-      Jump jump{e->origin, switching_function(e), {}, next.within};
-      for (const std::string& name : reading_of(*operand_of_switch(e)).any) {
+      Jump jump{e->origin, switching_function(e), {}, next.within, operand_of_switch(e) == nullptr};
+      for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
         if (movement.moves(name)) jump.movers.push_back(name);
       }
       return jump;

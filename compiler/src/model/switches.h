@@ -24,12 +24,13 @@ struct OnlySwitching {
 };
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence);
 
-/// A choice whose value jumps where it switches.
+/// A choice whose value jumps where it switches, or what jumps where it divides by 0.
 struct Jump {
   Origin origin;
   std::string what;                 // "sign", "floor"; "" for if
   std::vector<std::string> movers;  // states, coefficients and parameters that move the switch
   std::string within;               // the operator or moving mask in whose body it stands; "" else
+  bool is_at_pole = false;          // where something is divided by 0
 };
 /// One for each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence);

@@ -27,6 +27,7 @@ class Converter {
   std::set<std::string> movers_of(Piecewise::Id id);
   /// The function that switches; "" for if.
   std::string function_of(Piecewise::Id id) const;
+  bool is_pole(Piecewise::Id id) const;
 
  private:
   using Id = Piecewise::Id;
@@ -81,6 +82,12 @@ std::set<std::string> Converter::movers_of(Piecewise::Id id) {
 std::string Converter::function_of(Piecewise::Id id) const {
   const auto* call = std::get_if<Call>(&sources_.at(id)->kind);
   return call ? std::string(name_of(call->fn)) : "";
+}
+
+bool Converter::is_pole(Piecewise::Id id) const {
+  const Expr& e = sources_.at(id);
+  const auto* call = std::get_if<Call>(&e->kind);
+  return std::holds_alternative<Binary>(e->kind) || (call && (call->fn == Fn::log || call->fn == Fn::tan));
 }
 
 Piecewise::Id Converter::symbol(const Expr& e, const Piecewise::Symbol& symbol) {
@@ -141,7 +148,7 @@ std::optional<KernelJump> jump_in(const Kernel& kernel, const Movement& movement
     converter.convert(value);
     if (const std::optional<Piecewise::Id> jump = find_jump(converter.formula()))
       return KernelJump{range.is_known() ? range : kernel.origin.range, converter.function_of(*jump),
-                        converter.movers_of(*jump)};
+                        converter.movers_of(*jump), converter.is_pole(*jump)};
   }
   return std::nullopt;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what a kernel stores or adds up jumps where a condition, sign, floor or fraction switches.
+// Whether what a kernel stores or adds up jumps where a condition, sign, floor or fraction switches, or where it
+// divides by 0.
 #pragma once
 
 #include <functional>
@@ -22,6 +23,7 @@ struct KernelJump {
   SourceRange range;
   std::string what;              // "sign", "floor"; "" for if
   std::set<std::string> movers;  // fields and parameters that move the switch
+  bool is_at_pole = false;       // where something is divided by 0
 };
 std::optional<KernelJump> jump_in(const Kernel& kernel, const Movement& movement);
 

@@ -3,21 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "support/assert.h"
 #include "support/evaluate.h"
+#include "support/jump_search.h"
 
 namespace dpde {
 
 namespace {
-
-/// Jumps below this part of the formula's size are those of guards, as if(abs(x) > 1e-8, sin(x)/x, 1).
-constexpr double smallest_jump = 1e-7;
-/// Of a value that is continuous across the switch, the difference across it falls with the distance, that of a tenth
-/// root too: to 0.16 where the distance falls to the smallest there is from that many times as much. What is smooth
-/// changes by next to nothing over both.
-constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
 
 bool is_comparison(BinaryOp op) {
   switch (op) {
@@ -60,7 +53,9 @@ Piecewise::Id Piecewise::negate(Id operand) {
 
 Piecewise::Id Piecewise::binary(BinaryOp op, Id left, Id right) {
   const bool moves = nodes_[left].moves || nodes_[right].moves;
-  return add({.kind = Kind::binary, .op = op, .a = left, .b = right, .moves = moves});
+  const bool is_pole = (op == BinaryOp::divide && nodes_[right].moves) ||
+                       (op == BinaryOp::power && nodes_[left].moves && !is_positive(right));
+  return add({.kind = Kind::binary, .op = op, .a = left, .b = right, .moves = moves, .is_pole = is_pole});
 }
 
 Piecewise::Id Piecewise::call(Fn fn, Id left, std::optional<Id> right) {
@@ -70,7 +65,15 @@ Piecewise::Id Piecewise::call(Fn fn, Id left, std::optional<Id> right) {
               .a = left,
               .b = right.value_or(left),
               .moves = moves,
-              .is_switch = moves && has_cases(fn)});
+              .is_switch = moves && has_cases(fn),
+              .is_pole = moves && (fn == Fn::log || fn == Fn::tan)});
+}
+
+/// Of an exponent, which makes no pole.
+bool Piecewise::is_positive(Id id) const {
+  const Node& node = nodes_[id];
+  if (node.kind == Kind::symbol) return symbols_[node.symbol].value.value_or(0) > 0;
+  return node.kind == Kind::number && node.value >= 0;
 }
 
 Piecewise::Id Piecewise::choice(Id condition, Id yes, Id no) {
@@ -79,52 +82,10 @@ Piecewise::Id Piecewise::choice(Id condition, Id yes, Id no) {
       {.kind = Kind::choice, .a = condition, .b = yes, .c = no, .moves = moves, .is_switch = nodes_[condition].moves});
 }
 
-bool Piecewise::has_switch() const { return std::ranges::any_of(nodes_, &Node::is_switch); }
-
-class JumpSearch {
- public:
-  using Id = Piecewise::Id;
-  explicit JumpSearch(const Piecewise& formula);
-  std::optional<Id> run();
-
- private:
-  /// All nodes at a point of a line, and on which side each switch is.
-  struct Look {
-    std::vector<double> values, sides;
-    double result() const { return values.back(); }
-  };
-
-  void choose_line(bool positive, bool one_moves);
-  double start_of(const Piecewise::Symbol& symbol, bool positive);
-  double spread() { return std::pow(10.0, exponent_(random_)); }
-  Look look(double s) const;
-  void evaluate(const Piecewise::Node& node, Id id, double s, Look& look) const;
-  std::optional<Id> search_line();
-  std::optional<Id> search_between(double from, const Look& at_from, double to, const Look& at_to);
-  bool is_open(const Look& one, const Look& other) const;
-  std::optional<Id> judge(double before, double behind);
-  std::vector<bool> needed(const Look& look) const;
-  bool is_defined(const Look& look, const std::vector<bool>& needed) const;
-  bool is_possible(double s) const;
-
-  const Piecewise& formula_;
-  std::vector<Id> switches_, comparisons_;  // comparisons: of what moves, in conditions
-  std::vector<int> judged_;                 // how often each switch was, and each comparison looked at
-  std::vector<double> hints_;
-  std::vector<double> base_, direction_;  // of the symbols, along the line
-  bool one_moves_ = false;
-  double typical_ = 0;  // size of the formula along the line
-  std::mt19937_64 random_{20240229};
-  std::normal_distribution<double> normal_;
-  std::uniform_real_distribution<double> part_of_one_, exponent_{-1.5, 1.5};
-};
-
 namespace {
 
 constexpr int most_lines = 64;
-constexpr int enough = 12;         // judgements of a switch
 constexpr int most_in_a_gap = 16;  // changes between two looks
-constexpr int bisections = 100;
 
 /// 0 and to both sides from 1e-3 to 1e6, in order.
 std::vector<double> places() {
@@ -141,6 +102,7 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
   for (Id id = 0; id < formula.nodes_.size(); ++id) {
     const Piecewise::Node& node = formula.nodes_[id];
     if (node.is_switch) switches_.push_back(id);
+    if (node.is_pole) poles_.push_back(id);
     if (node.kind == Piecewise::Kind::binary && node.moves && is_comparison(node.op)) comparisons_.push_back(id);
     if (node.kind == Piecewise::Kind::number) hints_.push_back(node.value);
   }
@@ -148,6 +110,7 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
     if (symbol.value) hints_.push_back(*symbol.value);
   }
   judged_.assign(formula.nodes_.size(), 0);
+  tried_ = judged_;
 }
 
 /// Near the numbers of the formula, as thresholds are among them, or anywhere.
@@ -202,6 +165,18 @@ JumpSearch::Look JumpSearch::look(double s) const {
   return result;
 }
 
+std::vector<Piecewise::Id> JumpSearch::operands_of(const Piecewise::Node& node) {
+  switch (node.kind) {
+    case Piecewise::Kind::number:
+    case Piecewise::Kind::symbol: return {};
+    case Piecewise::Kind::negate: return {node.a};
+    case Piecewise::Kind::binary:
+    case Piecewise::Kind::call: return {node.a, node.b};
+    case Piecewise::Kind::choice: return {node.a, node.b, node.c};
+  }
+  unreachable("kind of node");
+}
+
 /// Which nodes the result hangs on there: of a choice one branch.
 std::vector<bool> JumpSearch::needed(const Look& look) const {
   std::vector<bool> result(formula_.nodes_.size(), false);
@@ -209,13 +184,10 @@ std::vector<bool> JumpSearch::needed(const Look& look) const {
   for (Id id = formula_.nodes_.size(); id-- > 0;) {
     const Piecewise::Node& node = formula_.nodes_[id];
     if (!result[id]) continue;
-    switch (node.kind) {
-      case Piecewise::Kind::number:
-      case Piecewise::Kind::symbol: break;
-      case Piecewise::Kind::negate: result[node.a] = true; break;
-      case Piecewise::Kind::binary:
-      case Piecewise::Kind::call: result[node.a] = result[node.b] = true; break;
-      case Piecewise::Kind::choice: result[node.a] = result[look.values[node.a] != 0 ? node.b : node.c] = true; break;
+    const bool is_choice = node.kind == Piecewise::Kind::choice;
+    const Id taken = is_choice && look.values[node.a] != 0 ? node.b : node.c;
+    for (const Id operand : operands_of(node)) {
+      if (!is_choice || operand == node.a || operand == taken) result[operand] = true;
     }
   }
   return result;
@@ -267,15 +239,21 @@ std::optional<Piecewise::Id> JumpSearch::judge(double before, double behind) {
   }
   if (!changed) return std::nullopt;
   const double gap = behind - before, apart = distance * gap;
-  const double jump = std::abs(high.result() - low.result());
   const double near = std::abs(look(behind + apart).result() - look(before - apart).result());
+  if (!std::isfinite(high.result() - low.result())) return std::nullopt;
+  ++judged_[*changed];
+  return is_visible(before, low, behind, high) && !(jump_between(low, high) <= most_left_of_continuous * near)
+             ? changed
+             : std::nullopt;
+}
+
+/// Beside the size of the formula, and what it changes by on either side.
+bool JumpSearch::is_visible(double before, const Look& low, double behind, const Look& high) const {
+  const double gap = behind - before, jump = jump_between(low, high);
   const double beside = std::max(std::abs(low.result() - look(before - 2 * gap).result()),
                                  std::abs(high.result() - look(behind + 2 * gap).result()));
-  if (!std::isfinite(jump)) return std::nullopt;
-  ++judged_[*changed];
   const double size = std::max({std::abs(low.result()), std::abs(high.result()), typical_});
-  const bool is_visible = jump > smallest_jump * size && !(jump <= 10 * beside);
-  return is_visible && !(jump <= most_left_of_continuous * near) ? changed : std::nullopt;
+  return jump > smallest_jump * size && !(jump <= 10 * beside);
 }
 
 std::optional<Piecewise::Id> JumpSearch::search_between(double from, const Look& at_from, double to,
@@ -313,19 +291,35 @@ std::optional<Piecewise::Id> JumpSearch::search_line() {
       if (const std::optional<Id> jump = search_between(at[i], looks[i], at[i + 1], looks[i + 1])) return jump;
     }
   }
-  return std::nullopt;
+  return search_poles(at, looks);
 }
 
 std::optional<Piecewise::Id> JumpSearch::run() {
-  if (switches_.empty()) return std::nullopt;
-  for (int line = 0; line < most_lines; ++line) {
+  const auto is_done = [&](Id id) { return is_judged(id); };
+  const int lines = switches_.empty() && poles_.empty() ? 0 : most_lines;
+  for (int line = 0; line < lines; ++line) {
     choose_line(line % 2 == 1, line % 4 >= 2);
     if (const std::optional<Id> jump = search_line()) return jump;
-    if (std::ranges::all_of(switches_, [&](Id id) { return judged_[id] >= enough; })) break;
+    if (std::ranges::all_of(switches_, is_done) && std::ranges::all_of(poles_, is_done)) break;
   }
   return std::nullopt;
 }
 
 std::optional<Piecewise::Id> find_jump(const Piecewise& formula) { return JumpSearch(formula).run(); }
+
+std::optional<double> JumpSearch::sign() {
+  const auto is_known = [](const Piecewise::Symbol& s) { return s.value || (s.low && s.high); };
+  if (!std::ranges::all_of(formula_.symbols_, is_known)) return std::nullopt;
+  std::optional<double> result;
+  for (int k = 0; k < most_lines; ++k) {
+    choose_line(false, false);
+    const double value = look(0).result(), sign = (value > 0) - (value < 0);
+    if (sign == 0 || result.value_or(sign) != sign) return std::nullopt;
+    result = sign;
+  }
+  return result;
+}
+
+std::optional<double> find_sign(const Piecewise& formula) { return JumpSearch(formula).sign(); }
 
 }  // namespace dpde

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas with choices in them, and whether their values jump where a choice switches. A kink (both branches have the
-// same value there, as in if(u > 0, u, 0)) is no jump.
+// Formulas with choices and quotients in them, and whether their values jump where a choice switches or a divisor is 0.
+// A kink (both branches have the same value there, as in if(u > 0, u, 0)) is no jump.
 //
 // Symbols are independent of one another. Some of them move, and a choice that hangs on these is a switch. Along random
 // lines through the values of all that moves, the places where a switch changes sides are bisected down to
 // neighbouring numbers, and the values of the whole formula on both sides are compared. So v*if(v > 0, a, b) does not
-// jump though its branches do not meet.
+// jump though its branches do not meet. Places where a divisor is 0 are found in the same way, those too that it only
+// touches, as z/sqrt(z^2) does: what is made of continuous functions jumps nowhere else.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +22,14 @@ class Piecewise {
   using Id = std::size_t;
 
   /// What is not known has any value, or one between `low` and `high`. What moves stays there, unless it `may_leave`
-  /// them where nothing else moves.
+  /// them where nothing else moves. With a `sign` it keeps that where something is divided by it, as a length or a
+  /// temperature does, for which formulas are written; at a kink it does not, since abs(u)/u is made to switch.
   struct Symbol {
     bool moves = false;
     std::optional<double> value = {};
     std::optional<double> low = {}, high = {};
     bool may_leave = false;
+    std::optional<double> sign = {};
   };
 
   Id number(double value);
@@ -38,11 +41,8 @@ class Piecewise {
   /// if(condition, yes, no)
   Id choice(Id condition, Id yes, Id no);
 
-  /// It is known not to jump: no switch.
-  void trust(Id id) { nodes_[id].is_switch = false; }
-
-  /// Whether a choice, sign, floor or fraction hangs on what moves.
-  bool has_switch() const;
+  /// It is known not to jump.
+  void trust(Id id) { nodes_[id].is_switch = nodes_[id].is_pole = false; }
 
  private:
   friend class JumpSearch;
@@ -55,15 +55,21 @@ class Piecewise {
     Fn fn = Fn::sin;
     Id a = 0, b = 0, c = 0;  // operands; of a choice condition, yes and no
     bool moves = false;
-    bool is_switch = false;
+    bool is_switch = false;  // a choice, sign, floor or fraction that hangs on what moves
+    bool is_pole = false;    // a quotient, power, logarithm or tangent that may have one where something moves
   };
   Id add(Node node);
+  bool is_positive(Id id) const;
 
   std::vector<Node> nodes_;  // operands stand before what is made of them
   std::vector<Symbol> symbols_;
 };
 
-/// A switch of `formula` at which the value of its last node jumps. Deterministic.
+/// A switch of `formula`, or a node with a pole, at which the value of its last node jumps. Deterministic.
 std::optional<Piecewise::Id> find_jump(const Piecewise& formula);
+
+/// 1 or -1 where the last node has that sign wherever its symbols may be, as far as random values tell; nothing where
+/// it has both or is 0, or where a symbol is not known.
+std::optional<double> find_sign(const Piecewise& formula);
 
 }  // namespace dpde

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Jumps where a divisor is 0. The divisor changes its sign there, as in atan(1/z), or touches 0, as in z/abs(z) and
+// z/sqrt(z^2).
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "support/jump_search.h"
+
+namespace dpde {
+
+namespace {
+
+constexpr double smallest_gap = 1e-60;  // its fifth power is a number yet
+constexpr double golden = 0.618033988749895;
+/// A minimum is 0 where it falls as the bracket does, or the root of that: to a millionth at the first look.
+constexpr int most_shrinks = 200, first_look = 30;
+constexpr double most_at_first_look = 1e-2;
+constexpr int most_widenings = 12;
+constexpr int most_on_a_line = 4;
+constexpr double near_value = 0.5;  // of a parameter
+
+}  // namespace
+
+/// What is 0 where the node has no value.
+double JumpSearch::divisor(Id pole, const Look& look) const {
+  const Piecewise::Node& node = formula_.nodes_[pole];
+  const bool divides = node.kind == Piecewise::Kind::binary && node.op == BinaryOp::divide;
+  const double operand = look.values[divides ? node.b : node.a];
+  return node.kind == Piecewise::Kind::call && node.fn == Fn::tan ? std::cos(operand) : operand;
+}
+
+std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, double to) const {
+  const bool is_negative = std::signbit(divisor(pole, from));
+  double low = from, high = to;
+  for (int k = 0; k < bisections; ++k) {
+    const double middle = low + (high - low) / 2;
+    if (middle == low || middle == high) break;
+    const double value = divisor(pole, middle);
+    if (std::isnan(value)) return std::nullopt;
+    (std::signbit(value) == is_negative ? low : high) = middle;
+  }
+  return around_zero(pole, {low, high});
+}
+
+/// The least size between both, by the golden section. Nothing where it does not fall below a part of that at the ends
+/// soon.
+std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left) const {
+  const auto size = [&](double s) { return std::abs(divisor(pole, s)); };
+  const double at_ends = std::max(size(from), size(to));
+  double low = from, high = to, left = to, right = from, at_left = 0, at_right = 0;
+  for (int k = 0; k < most_shrinks; ++k) {
+    if (!(low < left && left < right && right < high)) {  // at first, and where rounding has moved them
+      left = high - golden * (high - low);
+      right = low + golden * (high - low);
+      if (!(low < left && left < right && right < high)) break;
+      at_left = size(left);
+      at_right = size(right);
+    }
+    if (at_left < at_right) {
+      high = std::exchange(right, left);
+      at_right = at_left;
+      left = high - golden * (high - low);
+      at_left = size(left);
+    } else {
+      low = std::exchange(left, right);
+      at_left = at_right;
+      right = low + golden * (high - low);
+      at_right = size(right);
+    }
+    if (k == first_look && !(std::min(at_left, at_right) <= most_left * at_ends)) return std::nullopt;
+  }
+  return around_zero(pole, {low, high});
+}
+
+/// Wide enough that the divisor is 0 at neither end.
+std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, Place place) const {
+  double step = place.gap();
+  for (int k = 0; k < most_widenings; ++k, step *= 2) {
+    const bool is_low = divisor(pole, place.before) == 0, is_high = divisor(pole, place.behind) == 0;
+    if (!is_low && !is_high) return place;
+    if (is_low) place.before -= step;
+    if (is_high) place.behind += step;
+  }
+  return std::nullopt;
+}
+
+/// The same zero with the line beginning beside it, where numbers are closer. Nothing, and the line as it was, where
+/// that makes the divisor no smaller.
+std::optional<JumpSearch::Place> JumpSearch::move_nearer(Id pole, const Place& place, bool crosses) {
+  const auto size = [&](const Place& p) {
+    return std::max(std::abs(divisor(pole, p.before)), std::abs(divisor(pole, p.behind)));
+  };
+  const double now = size(place), reach = 4 * place.gap();
+  const std::vector<double> base = base_;
+  for (std::size_t i = 0; i < base_.size(); ++i) base_[i] += place.before * direction_[i];
+  const bool changes = std::signbit(divisor(pole, -reach)) != std::signbit(divisor(pole, reach));
+  std::optional<Place> nearer;
+  if (crosses == changes) nearer = crosses ? crossing(pole, -reach, reach) : touching(pole, -reach, reach, 1);
+  if (nearer && size(*nearer) <= now / 2) return nearer;
+  base_ = base;
+  return std::nullopt;
+}
+
+/// As near to the zero as numbers come: of z/(abs(z) + 1e-30) both sides meet there.
+bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses) {
+  const std::vector<double> base = base_;
+  bool jumps = jumps_at_pole(pole, place);
+  while (jumps && place.gap() > smallest_gap) {
+    const std::optional<Place> nearer = move_nearer(pole, place, crosses);
+    if (!nearer) break;
+    place = *nearer;
+    jumps = jumps_at_pole(pole, place);
+  }
+  base_ = base;
+  return jumps;
+}
+
+/// Values that come to two limits jump. Those that come to none run off to infinity: where states move them that ends
+/// a run, and what is divided by keeps its sign; of parameters and places alone they do so within the run.
+bool JumpSearch::jumps_at_pole(Id pole, const Place& place) const {
+  const auto [before, behind] = place;
+  const double apart = distance * place.gap();
+  const Look low = look(before), high = look(behind), far_low = look(before - apart), far_high = look(behind + apart);
+  const std::vector<bool> needed_low = needed(low), needed_high = needed(high);
+  if (!(needed_low[pole] || needed_high[pole]) || !is_defined(low, needed_low) || !is_defined(high, needed_high))
+    return false;
+  const double jump = jump_between(low, high);
+  const double unsettled = std::max(jump_between(far_low, low), jump_between(far_high, high));
+  if (!std::isfinite(jump) || !std::isfinite(unsettled)) return false;
+  if (unsettled <= most_left_of_continuous * jump) {
+    const bool at_kink = has_kink(low, high, far_low, needed_low);
+    return is_visible(before, low, behind, high) && is_possible_at_pole(before, at_kink) &&
+           is_possible_at_pole(behind, at_kink);
+  }
+  const bool is_infinite = low.result() * high.result() < 0 &&
+                           std::abs(low.result()) > 2 * std::abs(far_low.result()) &&
+                           std::abs(high.result()) > 2 * std::abs(far_high.result());
+  return is_infinite && is_of_the_run(pole, low) && is_possible_at_pole(before, false) &&
+         is_possible_at_pole(behind, false);
+}
+
+bool JumpSearch::is_possible_at_pole(double s, bool at_kink) const {
+  for (std::size_t i = 0; i < formula_.symbols_.size(); ++i) {
+    const Piecewise::Symbol& symbol = formula_.symbols_[i];
+    const double value = base_[i] + s * direction_[i];
+    if (!at_kink && symbol.sign && value * *symbol.sign < 0) return false;
+    const bool is_chance = value == 0 && direction_[i] == 0 && !symbol.value;  // as of u/sqrt(u^2 + v^2)
+    if (is_chance) return false;
+    const bool is_free = !symbol.moves || (at_kink && symbol.may_leave && one_moves_);
+    if (!is_free && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
+  }
+  return true;
+}
+
+/// Whether abs, min, max, a root or a choice has its kink between both. `beside` is farther away on the lower side.
+bool JumpSearch::has_kink(const Look& low, const Look& high, const Look& beside,
+                          const std::vector<bool>& needed) const {
+  for (Id id = 0; id < formula_.nodes_.size(); ++id) {
+    const Piecewise::Node& node = formula_.nodes_[id];
+    if (!needed[id] || !node.moves) continue;
+    const auto at = [&](const Look& look, Id operand) { return look.values[operand]; };
+    const bool is_call = node.kind == Piecewise::Kind::call;
+    if (is_call && node.fn == Fn::abs && std::signbit(at(low, node.a)) != std::signbit(at(high, node.a))) return true;
+    if (is_call && (node.fn == Fn::min || node.fn == Fn::max) &&
+        (at(low, node.a) < at(low, node.b)) != (at(high, node.a) < at(high, node.b)))
+      return true;
+    const bool is_power = node.kind == Piecewise::Kind::binary && node.op == BinaryOp::power &&
+                          at(low, node.b) != std::floor(at(low, node.b));
+    if ((is_power || (is_call && node.fn == Fn::sqrt)) &&
+        std::abs(at(low, node.a)) <= most_left_of_continuous * std::abs(at(beside, node.a)))
+      return true;
+  }
+  return low.sides != high.sides;
+}
+
+/// Whether the divisor is made of what is known alone, and parameters have about their values.
+bool JumpSearch::is_of_the_run(Id pole, const Look& look) const {
+  std::vector<bool> is_part(formula_.nodes_.size(), false);
+  is_part[pole] = true;
+  for (Id id = pole + 1; id-- > 0;) {
+    const Piecewise::Node& node = formula_.nodes_[id];
+    if (!is_part[id]) continue;
+    if (node.kind == Piecewise::Kind::symbol) {
+      const Piecewise::Symbol& symbol = formula_.symbols_[node.symbol];
+      if (!symbol.value && !(symbol.low && symbol.high)) return false;
+      if (symbol.value && !(std::abs(look.values[id] - *symbol.value) <= near_value * std::abs(*symbol.value)))
+        return false;
+    }
+    const bool divides = id == pole && node.kind == Piecewise::Kind::binary && node.op == BinaryOp::divide;
+    for (const Id operand : operands_of(node)) is_part[operand] = is_part[operand] || !divides || operand == node.b;
+  }
+  return true;
+}
+
+/// Of each pole the nearest places of a line.
+std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>& at, const std::vector<Look>& looks) {
+  const std::size_t middle = at.size() / 2;
+  for (const Id pole : poles_) {
+    std::vector<double> divisors;
+    for (const Look& look : looks) divisors.push_back(divisor(pole, look));
+    const auto size = [&](std::size_t i) { return std::abs(divisors[i]); };
+    const int before = tried_[pole];
+    for (std::size_t k = 0; k < middle && !is_judged(pole) && tried_[pole] < before + most_on_a_line; ++k) {
+      for (const std::size_t i : {middle + k, middle - 1 - k}) {
+        if (std::isnan(divisors[i]) || std::isnan(divisors[i + 1])) continue;
+        const bool crosses = std::signbit(divisors[i]) != std::signbit(divisors[i + 1]);
+        const bool is_least = !crosses && i > 0 && size(i) < size(i - 1) && size(i) <= size(i + 1);
+        if (!crosses && !is_least) continue;
+        const std::optional<Place> place =
+            crosses ? crossing(pole, at[i], at[i + 1]) : touching(pole, at[i - 1], at[i + 1], most_at_first_look);
+        ++tried_[pole];
+        judged_[pole] += place && is_possible_at_pole(place->before, false) ? 1 : 0;
+        if (place && jumps_at_pole(pole, *place, crosses)) return pole;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace dpde

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas that jump where they divide by 0, in each slot of a problem, differences of the loss as judge; and those of
+// the field that divide and do not jump.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "driver/inverse.h"
+#include "driver/switches.h"
+#include "driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// Each jumps where z is 0.
+constexpr const char* jumping[] = {"z/abs(z)",       "z/sqrt(z^2)", "abs(z)/z",         "max(z, 0)/z",   "(z^2)^0.5/z",
+                                   "atan(1/z)",      "tanh(1/z)",   "min(z, 0)/abs(z)", "z*abs(z)^(-1)", "z^3/abs(z)^3",
+                                   "1/(1 + exp(1/z))"};
+
+struct Slot {
+  const char* name;
+  const char* z;  // passes 0 as the unknown moves
+  bool is_by_states = false;
+};
+constexpr Slot slots[] = {{"rate", "(t - a)"},          {"held", "(t - a)"},      {"initial", "(x/8 - a)"},
+                          {"coefficient", "(x/8 - a)"}, {"boundary", "(t - a)"},  {"loss", "(u - a)", true},
+                          {"event", "(u - a)", true},   {"rate", "(u - a)", true}};
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+/// `formula` in the slot; the rest is smooth.
+std::string text_with(const std::string& slot, const std::string& formula, const std::string& unknown = "a") {
+  const auto in = [&](const std::string& name, const std::string& else_text) {
+    return slot == name ? formula : else_text;
+  };
+  return "network n(q) { initial he, seed 1; conv 4, 3; tanh; conv 1, 3 }\n"
+         "model m { field u, v, w; param a = 0.4; param b = 5; coefficient c; mask wall\n u = " +
+         in("held", "0.1") + " inside wall\n dt(u) = -u + 0.1*c + 0.01*v + " + in("rate", "0.1") +
+         "\n dt(v) = lap(v) - v + 0.3*u + 0.01*a + 0.01*b\n dt(w) = -w\n}\nscene s : m { grid x = 0 .. 8, cells 8\n" +
+         " boundary u: x = 0\n boundary v: x = " + in("boundary", "0.1*a") + "\n boundary w: x = 1\n" +
+         " initial u = sin(x) + 0.1*" + in("initial", "a") + "\n initial v = 0.2\n initial w = 1 + x\n c = 2 + " +
+         in("coefficient", "a") + "\n wall = x < 1\n at t = 0.5: u = " + in("event", "u") +
+         "\n time 0 .. 1, step 1/16\n}\ntask t : s { unknown " + unknown + "; minimise mean(u^2 + " +
+         in("loss", "0") + ") + mean(v^2) }\n";
+}
+
+/// The first error of the gradient of task t; "" where there is none.
+std::string refusal(const std::string& text) {
+  const SourceFile source("poles.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.backend = driver::Backend::interpreter;
+  DiagnosticSink sink;
+  driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) {
+    if (d.kind->severity != Severity::error) continue;
+    EXPECT_TRUE(d.range.is_known()) << all_messages(source, sink);
+    return std::string(d.kind->code);
+  }
+  return "";
+}
+
+/// By how much the loss differs on both sides of a = 7/16, where z is 0 in a cell or at a step.
+double jump_by_differences(const std::string& text) {
+  const SourceFile source("poles.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = options.takes_jumps = true;
+  options.backend = driver::Backend::interpreter;
+  DiagnosticSink sink;
+  auto compiled = driver::compile(source, options, sink);
+  EXPECT_TRUE(compiled) << all_messages(source, sink);
+  if (!compiled) return NAN;
+  const auto session =
+      driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), {}, sink);
+  const auto inverse = session ? driver::Inverse::open(*session, source, sink) : nullptr;
+  EXPECT_TRUE(inverse) << all_messages(source, sink);
+  if (!inverse) return NAN;
+  const auto loss = [&](double a) { return inverse->value(Eigen::VectorXd::Constant(1, a)); };
+  return std::abs(loss(0.4375 + 1e-9) - loss(0.4375 - 1e-9));
+}
+
+TEST(JumpsAtPoles, TheTemplateIsSmooth) {
+  EXPECT_EQ(refusal(text_with("", "")), "");
+  EXPECT_LT(jump_by_differences(text_with("", "")), 1e-8);
+}
+
+TEST(JumpsAtPoles, AreRefusedInEachSlot) {
+  for (const Slot& slot : slots) {
+    for (const char* formula : jumping) {
+      EXPECT_EQ(refusal(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609") << slot.name << ": " << formula;
+    }
+  }
+}
+
+TEST(JumpsAtPoles, AreThoseOfDifferences) {
+  for (const Slot& slot : slots) {
+    if (slot.is_by_states) continue;
+    for (const char* formula : jumping) {
+      EXPECT_GT(jump_by_differences(text_with(slot.name, replaced(formula, "z", slot.z))), 1e-5)
+          << slot.name << ": " << formula;
+    }
+    for (const char* formula : {"z/(abs(z) + 1e-2)", "z*abs(z)/sqrt(z^2)", "z*atan(1/z)", "sin(z)/z", "tanh(1/z^2)"}) {
+      const std::string text = text_with(slot.name, replaced(formula, "z", slot.z));
+      EXPECT_EQ(refusal(text), "") << slot.name << ": " << formula;
+      EXPECT_LT(jump_by_differences(text), 1e-6) << slot.name << ": " << formula;
+    }
+  }
+}
+
+TEST(JumpsAtPoles, InsideOperatorsAndBesideOthers) {
+  for (const char* formula :
+       {"mean((u - a)/abs(u - a))", "dx((u - a)/abs(u - a))", "n((u - a)/abs(u - a))", "a*u/abs(u)", "a*v*u/sqrt(u^2)",
+        "a*(u - v)/abs(u - v)", "a*dx(u)/abs(dx(u))", "a*atan(tan(u))", "2*a + 0.5*(1 + u/abs(u))", "a*atan(v/u)",
+        "a*u*exp(-log(abs(u)))", "a*(abs(u) - u)/u", "a*v/abs(v)", "1/(t - a)", "a*tanh(1/u)"})
+    EXPECT_EQ(refusal(text_with("rate", formula)), "E0609") << formula;
+}
+
+/// Both sides meet, or what is divided by keeps its sign: w begins positive, u has both signs.
+TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
+  for (const char* formula :
+       {"a*u/(abs(u) + 1e-6)", "a*u/(abs(u) + 1e-12)", "a*u/(abs(u) + 1e-30)", "a*u/sqrt(u^2 + v^2)",
+        "a*u/sqrt(u^2 + 1e-12)", "u/abs(u)*u*a", "a/u", "a*v/u", "a*u*abs(u)/abs(u)", "a*tanh(1/w)",
+        "a/(exp(1/w) - 1)", "u*tanh(1/a)", "tanh((x - 4)/a)", "1/(t - b)", "b/(1 + b*t)", "a*sin(u)/u",
+        "(exp(u) - 1)/u*a", "a*(1 - cos(u))/u^2", "u/(a + u)", "a*exp(-1/u)", "a*tanh(1/u^2)",
+        "a*(u/v + abs(u/v))/(1 + abs(u/v))*v", "a*max(0, min(1, u/v))*v", "a*(u^2 - v^2)/(u - v)",
+        "a*(exp(u) - exp(v))/(u - v)", "a*u*tanh(1/u)", "a*u^3/abs(u)", "a*if(abs(u) > 1e-9, sin(u)/u, 1)",
+        "a*u/(abs(u) + abs(v) + 1e-12)", "a*log(abs(u) + 1)", "a*u*log(u^2 + 1e-300)", "a*u^2/sqrt(u^2)", "a/abs(u)",
+        "a*atan(1/abs(u))", "a*u/sqrt(abs(u))", "a*u/max(abs(u), 1e-10)", "a*tan(u)", "a*atan(v/w)", "min(1, x/a)",
+        "a*(1 - exp(-u/w))", "min(1, max(0, 1e9*(t - a)))", "1/(1 + exp(-1e9*(t - a)))", "a*u*v/(u + v)",
+        "(u - u^3/abs(u)^2)*a", "a*w^1.5/(1 + w)", "a*w^(-0.5)", "a*max(w, 0)^0.3"})
+    EXPECT_EQ(refusal(text_with("rate", formula)), "") << formula;
+}
+
+}  // namespace
+}  // namespace dpde::testing
