@@ -61,6 +61,11 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     entry["value"] = json_number(gradient[part.offset]);
     job.say(fmt::format("d loss / d {} = {:.12g}\n", name, shown(gradient[part.offset])));
   }
+  if (norm == 0)
+    job.say(
+        fmt::format("  exactly 0: here the loss does not change with {0}, and no test tells whether it should. Where "
+                    "{0} moves what is narrower than a step or a cell, as a steep ramp, write that wider\n",
+                    name));
   json[part.name] = std::move(entry);
 }
 

@@ -138,7 +138,8 @@ void say_certificate(Job& job, const TaskRun& run) {
     parts.push_back(fmt::format("the gradient of {} on {} cells to {:.1e} (rounding {:.1e})", of, whole.grid,
                                 whole.error, whole.rounding));
   }
-  std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
+  const char* const verdict = run.certificate->left_out.empty() ? "certified" : "certified in part";
+  std::string text = parts.empty() ? "not certified" : fmt::format("{}: {}", verdict, fmt::join(parts, "; "));
   for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;
   job.say(text + "\n");
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde verify: certifies derivatives on the compiled kernels.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -107,6 +108,18 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
       kink.unknown, kink.behind, kink.ahead, kink.gradient);
 }
 
+std::string verdict_of(const analysis::Certificate& certificate) {
+  if (!certificate.passed()) return "NOT certified";
+  if (certificate.tests_nothing()) return "nothing to certify";
+  if (certificate.untested.empty()) return "certified";
+  const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
+  return fmt::format(
+      "by {0} the derivative is 0 but for rounding, and was not tested: where {0} moves what is narrower than a step "
+      "or "
+      "a cell, as a steep ramp, write that wider\ncertified but for {0}",
+      names);
+}
+
 void show(Job& job, const std::string& target, const analysis::Certificate& certificate) {
   std::string text = fmt::format("{}: tangent against adjoint\n", target);
   for (const analysis::DotCase& one : certificate.cases) {
@@ -130,9 +143,7 @@ void show(Job& job, const std::string& target, const analysis::Certificate& cert
         "most {:.2e}\n",
         certificate.single->cases.size(), certificate.single->worst());
   }
-  const bool is_empty = certificate.passed() && certificate.tests_nothing();
-  const char* verdict = is_empty ? "nothing to certify" : certificate.passed() ? "certified" : "NOT certified";
-  text += fmt::format("{}: {}\n", verdict, reason_of(certificate));
+  text += fmt::format("{}: {}\n", verdict_of(certificate), reason_of(certificate));
   job.say(text);
 }
 

@@ -252,6 +252,18 @@ QuotientEvidence quotients_of_gradient(driver::Inverse& inverse, const Point& po
                {bend, largest_asymmetry * std::abs(bend)});
 }
 
+/// Unknowns whose terms of the derivative are less than what tangent and adjoint may differ by.
+std::vector<std::string> untested_unknowns(const driver::Inverse& inverse, const Eigen::VectorXd& gradient,
+                                           const Point& point) {
+  const Eigen::VectorXd terms = gradient.cwiseProduct(point.direction).cwiseAbs();
+  std::vector<std::string> names;
+  for (const driver::Inverse::Part& part : inverse.parts()) {
+    if (terms.segment(part.offset, part.size).sum() <= largest_dot_error * terms.sum())
+      names.push_back(part.is_initial() ? "initial " + part.name : part.name);
+  }
+  return names;
+}
+
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                 const driver::SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = driver::Session::open(source, compiled, options, sink);
@@ -265,6 +277,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   certificate.steady = inverse->last().steady;
+  certificate.untested = untested_unknowns(*inverse, gradient, point);
   inverse->hold_steps(true);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const bool has_hessian = inverse->has_products(Curvature::full);
