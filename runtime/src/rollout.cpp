@@ -288,7 +288,6 @@ double Rollout::Impl::loss() {
   result.stopped = false;
   if (setup.steady > 0) {
     const std::optional<Steady> steady = run_to_steady();
-    result.stopped = !steady && stopping();
     if (!steady) return std::numeric_limits<double>::quiet_NaN();
     add_losses(events_at(setup.steps), steady->step, buffers[static_cast<size_t>(current)]);
     return loss_value;

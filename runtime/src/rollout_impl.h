@@ -188,13 +188,14 @@ struct Rollout::Impl {
   // Until steady (rollout_steady.cpp)
   double largest_change(const StateBuffer& from, const StateBuffer& to) const;
   bool is_still(const StateBuffer& from, const StateBuffer& to) const;
+  bool goes_on_to_steady(int state, bool is_back);
   std::optional<Steady> run_to_steady();
-  Steady find_steady_rates();
+  std::optional<Steady> find_steady_rates();
   bool run_steady_gradient();
   std::vector<double> unrest_of(const StateBuffer& state);
   SteadyAdjoint solve_adjoint(const StateBuffer& state, std::span<const double> unrest);
-  void solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
-                         SteadyAdjoint& report) const;
+  bool solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x, bool is_back,
+                         SteadyAdjoint& report);
   int last_step() const { return std::max(setup.steps - 1, 0); }
 
   // What networks and solves computed (rollout_tapes.cpp)

@@ -26,7 +26,18 @@ constexpr double most_by_rounding = 1e-8, most_by_single_rounding = 1e-3;  // wh
 constexpr int least_vectors = 8, most_vectors = 60;                        // of GMRES between restarts
 constexpr int more_terms = 4, most_stalls = 4;
 
+/// Somebody wants no more while a linear system is solved.
+struct StoppedBetweenProducts {};
+
 }  // namespace
+
+/// One step, or one product with a step's derivative, more; sets result.stopped, and is false, where somebody wants no
+/// more. Nobody knows how many there are: at least those that the run may take.
+bool Rollout::Impl::goes_on_to_steady(int state, bool is_back) {
+  const int64_t total = std::max<int64_t>(setup.steps, steps_worked + 2);
+  result.stopped = stopping() || !go_on(state, 1, total, is_back);
+  return !result.stopped;
+}
 
 /// Of all states but rates, a unit of time.
 double Rollout::Impl::largest_change(const StateBuffer& from, const StateBuffer& to) const {
@@ -48,16 +59,19 @@ bool Rollout::Impl::is_still(const StateBuffer& from, const StateBuffer& to) con
   return true;
 }
 
-/// From the initial state; `current` is then where it ends. Nothing when stopped, or where values are not finite.
+/// From the initial state; `current` is then where it ends. Nothing when stopped, which result.stopped tells, or where
+/// values are not finite.
 std::optional<Steady> Rollout::Impl::run_to_steady() {
+  result.stopped = stopping();
+  if (result.stopped) return std::nullopt;
   if (!setup.rates.empty()) return find_steady_rates();
   double change = 0;
   for (int n = 0; n < setup.steps; ++n) {
-    if (stopping()) return std::nullopt;
     const int next = free_buffer(current, current);
     const StateBuffer &from = buffers[static_cast<size_t>(current)], &to = buffers[static_cast<size_t>(next)];
     step(n, from, to);
     current = next;
+    if (!goes_on_to_steady(n + 1, false)) return std::nullopt;
     if (is_still(from, to)) return Steady{true, n + 1, time(n + 1), largest_change(from, to)};
     const bool is_last = n + 1 == setup.steps;
     if ((is_last || n % steps_between_looks == steps_between_looks - 1) && find_blow_up(n + 1, to)) return std::nullopt;
@@ -72,9 +86,9 @@ std::optional<Steady> Rollout::Impl::run_to_steady() {
 }
 
 /// x - step(x) = b for a linear `step`, from the guess x. Neumann's sum b + step(b) + step(step(b)) + ..., cut off, is
-/// the preconditioner, of more terms where GMRES stalls.
-void Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
-                                      SteadyAdjoint& report) const {
+/// the preconditioner, of more terms where GMRES stalls. False when stopped.
+bool Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
+                                      bool is_back, SteadyAdjoint& report) {
   const bool is_single = setup.layout.real == DPDE_F32;
   const double tolerance = is_single ? most_left_single : most_left, rounding = is_single ? 0x1p-23 : 0x1p-52;
   const auto fits = static_cast<int>(std::min<int64_t>(
@@ -82,6 +96,7 @@ void Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<cons
   const int vectors = std::max(fits, least_vectors);
   std::vector<double> image(b.size());
   const auto apply = [&](std::span<const double> v, std::span<double> to) {
+    if (!goes_on_to_steady(last_step(), is_back)) throw StoppedBetweenProducts();
     ++report.products;
     step(v, to);
   };
@@ -101,10 +116,14 @@ void Rollout::Impl::solve_fixed_point(const VectorFunction& step, std::span<cons
   gmres.resize(b.size());
   report.bytes = static_cast<int64_t>((gmres.vectors() + 3) * b.size() * sizeof(double));
   for (double before = INFINITY; stalls < most_stalls; terms *= more_terms) {
-    report.residual = gmres.solve(b, x).residual;
+    try {
+      report.residual = gmres.solve(b, x).residual;
+    } catch (const StoppedBetweenProducts&) {
+      return false;
+    }
     const double by_rounding = 16 * rounding * norm(x) / norm(b);
     report.bound = std::max(tolerance, std::min(by_rounding, is_single ? most_by_single_rounding : most_by_rounding));
-    if (report.residual <= report.bound || stopping()) return;
+    if (report.residual <= report.bound) return true;
     stalls += report.residual < 0.1 * before ? 0 : 1;
     before = report.residual;
   }
@@ -137,8 +156,8 @@ std::vector<double> Rollout::Impl::unrest_of(const StateBuffer& state) {
   return unrest;
 }
 
-/// bars[bar] becomes lambda. To first order the state comes to rest at x + (I - S_x)^-1*(S(x) - x), where the loss is
-/// larger by lambda*(S(x) - x).
+/// bars[bar] becomes lambda, unless stopped. To first order the state comes to rest at x + (I - S_x)^-1*(S(x) - x),
+/// where the loss is larger by lambda*(S(x) - x).
 SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<const double> unrest) {
   const auto cells = static_cast<size_t>(cell_count(setup.layout)), size = state.size() * cells;
   const auto write = [&](std::span<const double> v) {
@@ -158,7 +177,7 @@ SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<c
       reverse_step(last_step(), state);
       read(image);
     };
-    solve_fixed_point(step_back, x_bar, lambda, report);
+    if (!solve_fixed_point(step_back, x_bar, lambda, true, report)) return report;
   }
   for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
   std::vector<double>& values = x_bar;
@@ -169,8 +188,8 @@ SteadyAdjoint Rollout::Impl::solve_adjoint(const StateBuffer& state, std::span<c
   return report;
 }
 
-/// The state is steady as it is given.
-Steady Rollout::Impl::find_steady_rates() {
+/// The state is steady as it is given. Nothing when stopped.
+std::optional<Steady> Rollout::Impl::find_steady_rates() {
   const auto cells = static_cast<size_t>(cell_count(setup.layout));
   const StateBuffer &from = buffers[1], &to = buffers[2];
   for (size_t s = 0; s < from.size(); ++s) copy_all(setup.layout, from[s], buffers.front()[s]);
@@ -196,7 +215,7 @@ Steady Rollout::Impl::find_steady_rates() {
     for (size_t i = 0; i < image.size(); ++i) image[i] -= of_params[i];
   };
   SteadyAdjoint report;
-  if (norm(of_params) > 0) solve_fixed_point(linear, of_params, solution, report);
+  if (norm(of_params) > 0 && !solve_fixed_point(linear, of_params, solution, false, report)) return std::nullopt;
   write(solution);
   current = 1;
   return steady;
@@ -207,7 +226,7 @@ bool Rollout::Impl::run_steady_gradient() {
   const std::optional<Steady> steady = run_to_steady();
   result.steady.reset();
   if (!steady) loss_value = std::numeric_limits<double>::quiet_NaN();
-  if (!steady || stopping()) return !stopping();
+  if (!steady) return !result.stopped;
   const StateBuffer& state = buffers[static_cast<size_t>(current)];
   const std::vector<double> unrest = unrest_of(state);
   add_losses(events_at(setup.steps), steady->step, state);
@@ -215,7 +234,7 @@ bool Rollout::Impl::run_steady_gradient() {
   seed_end(state, steady->step);
   result.steady = solve_adjoint(state, unrest);
   result.steady->state = *steady;
-  if (stopping()) return false;
+  if (result.stopped) return false;
   reverse_step(last_step(), state);
   for (void* of_state : bars[bar]) fill_all(setup.layout, of_state, 0.0);  // wherever the run has begun
   return true;

@@ -83,6 +83,7 @@ class RunChecker {
   double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   double not_at_rest(const SteadyAdjoint& adjoint) const;
   bool comes_to_rest();
+  void watch_steady();
   bool begin(std::uint64_t seed);
   double loss_at(const Eigen::VectorXd& x);
   bool begin_elsewhere();
@@ -130,6 +131,16 @@ bool RunChecker::comes_to_rest() {
   return !is_out_of_time_;
 }
 
+/// What goes back from a steady state is a linear solve, and nobody knows how long that takes; nor how long runs beside
+/// the point do.
+void RunChecker::watch_steady() {
+  const auto has_time = [this](const GradientProgress&) {
+    is_out_of_time_ = is_out_of_time_ || spent() > seconds_;
+    return !is_out_of_time_;
+  };
+  session_.engine().watch_gradients(has_time, 1);
+}
+
 /// A point with its gradient; false where that is not finite, or there is no time for it.
 bool RunChecker::begin(std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -138,8 +149,9 @@ bool RunChecker::begin(std::uint64_t seed) {
   try {
     inverse_.hold_steps(false);
     if (result_.is_steady && !comes_to_rest()) return false;
+    if (result_.is_steady) watch_steady();
     const double loss = inverse_.value_and_gradient(point_.x, gradient_);
-    if (!std::isfinite(loss)) return false;
+    if (!std::isfinite(loss) || is_out_of_time_) return false;
     inverse_.hold_steps(true);
     moved_at_end_ = inverse_.last().steady ? not_at_rest(*inverse_.last().steady) : 0;
     const double before = spent();
@@ -213,12 +225,16 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
   const std::string name = part == nullptr ? "all unknowns" : part->name;
   QuotientEvidence found = evidence_for(part);
   if (found.is_elsewhere) {
-    if (!begin_elsewhere()) {
+    if (!begin_elsewhere() && !is_out_of_time_) {
       result_.is_in_doubt = true;
       return leave_out(name, fmt::format("at one point quotients and gradient differ by {:.2e}, and no other is finite",
                                          found.error.value_or(NAN)));
     }
     found = evidence_for(part);
+  }
+  if (is_out_of_time_) {
+    result_.lacked_time = true;
+    return leave_out(name, "no time");
   }
   if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
     result_.stops_early = true;
@@ -232,9 +248,13 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,
                                 found.error.value_or(NAN));
   } else if (!found.is_resolved(precisions_.largest_error)) {
-    leave_out(name, moved_at_end_ > 0 ? "the tolerance of until steady hides what it does to the loss; a smaller one "
-                                        "shows it"
-                                      : "rounding hides what it does to the loss of " + run_text());
+    leave_out(name, gradient_.dot(direction_in(part)) == 0
+                        ? fmt::format("the loss of {} does not change with it beside the point, and its derivative is "
+                                      "0: it acts later, or not at all, or where steps and cells are too coarse for it",
+                                      run_text())
+                    : moved_at_end_ > 0 ? "the tolerance of until steady hides what it does to the loss; a smaller one "
+                                          "shows it"
+                                        : "rounding hides what it does to the loss of " + run_text());
   } else if (!found.proves(precisions_.largest_error)) {
     leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
   } else {
