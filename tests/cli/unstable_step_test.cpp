@@ -103,7 +103,7 @@ TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
       "  grid x = 0 .. 1, cells 16, periodic\n  k = 0.1\n  initial u = sin(2*pi*x)\n  time 0 .. 2, step 0.02\n}\n";
   write("s.dpde", text + "dataset d : s { runs 3; seed 1; vary k in 0.15 .. 0.2; frames every 0.2; file \"d.nc\" }\n");
   const Outcome run = dpde("run s.dpde d --out . --json");
-  EXPECT_EQ(run.status, 1) << run.err;
+  EXPECT_EQ(run.status, 2) << run.err;
   EXPECT_NE(run.err.find("run 0 of dataset d: scene s: the step 0.02 is above"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(path("d.nc")));
   const Outcome forced = dpde("run s.dpde d --out . --json --force");

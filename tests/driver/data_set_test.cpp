@@ -16,28 +16,60 @@ scene s : m { grid x = 0 .. 1, cells 8, periodic; a = 1; initial u = a*sin(2*pi*
 dataset d : s { runs 6; vary a from 1 }
 )";
 
-TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
-  const SourceFile source("test.dpde", text);
+/// The runs of `body`, a model and a scene that varies a, made on so many threads: what is said.
+struct Made {
+  model::DataSet set;
+  std::vector<Diagnostic> said;
+};
+
+Made make(const std::string& file, int threads, const DataSetMaker::Take& take) {
+  const SourceFile source("test.dpde", file);
   DiagnosticSink sink;
   driver::CompileOptions options;
   options.selection.name = "s";
   const std::optional<driver::Compiled> parsed = driver::compile(source, options, sink);
-  ASSERT_TRUE(parsed) << testing::all_messages(source, sink);
-  std::optional<model::DataSet> set = model::data_set_from_ast(parsed->ast, "d", sink);
-  ASSERT_TRUE(set) << testing::all_messages(source, sink);
+  EXPECT_TRUE(parsed) << testing::all_messages(source, sink);
+  std::optional<model::DataSet> set = parsed ? model::data_set_from_ast(parsed->ast, "d", sink) : std::nullopt;
+  EXPECT_TRUE(set) << testing::all_messages(source, sink);
+  if (!set) return {};
+  DataSetOptions how;
+  how.backend = driver::Backend::interpreter;
+  how.threads = threads;
+  const auto maker = DataSetMaker::open(source, *set, how, sink);
+  EXPECT_TRUE(maker) << testing::all_messages(source, sink);
+  DiagnosticSink said;
+  if (maker) EXPECT_FALSE(maker->make([](int) { return false; }, take, said));
+  return {*set, said.all()};
+}
+
+TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
   for (const int threads : {1, 4}) {
-    DataSetOptions how;
-    how.backend = driver::Backend::interpreter;
-    how.threads = threads;
-    const auto maker = DataSetMaker::open(source, *set, how, sink);
-    ASSERT_TRUE(maker) << testing::all_messages(source, sink);
-    DiagnosticSink said;
-    const auto take = [](int run, const DataRun&) {
+    const Made made = make(text, threads, [](int run, const DataRun&) {
       if (run == 2) throw std::runtime_error("the disk is gone");
-    };
-    EXPECT_FALSE(maker->make([](int) { return false; }, take, said));
-    ASSERT_EQ(said.all().size(), 1U);
-    EXPECT_EQ(said.all()[0].message, "run 2 of dataset d: the disk is gone");
+    });
+    ASSERT_EQ(made.said.size(), 1U);
+    EXPECT_EQ(made.said[0].message, "run 2 of dataset d: the disk is gone");
+    EXPECT_EQ(made.said[0].kind->code, "E0903");
+  }
+}
+
+/// The first that fails, by its own error.
+TEST(DataSetMaker, ARunThatFailsHasTheErrorOfARun) {
+  const std::string grows =
+      "model m { field u; param a; dt(u) = exp(a*u) }\n"
+      "scene s : m { grid x = 0 .. 1, cells 8, periodic; a = 1; initial u = 1; time 0 .. 1/16, step 1/256 }\n"
+      "dataset d : s { runs 6; seed 4; vary a in -200 .. 200 }\n";
+  for (const int threads : {1, 4}) {
+    const Made made = make(grows, threads, [](int, const DataRun&) {});
+    int first = 0;
+    while (first < made.set.runs && made.set.value_of(0, first) < 0) ++first;
+    ASSERT_GT(made.set.value_of(0, first), 10);
+    ASSERT_GT(first, 0);
+    ASSERT_EQ(made.said.size(), 1U);
+    EXPECT_EQ(made.said[0].kind->code, "E0801");
+    EXPECT_TRUE(made.said[0].message.starts_with(fmt::format("run {} of dataset d: u ", first)))
+        << made.said[0].message;
+    EXPECT_TRUE(made.said[0].range.is_known());
   }
 }
 

@@ -152,9 +152,12 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
     return false;
   }
   if (result.blow_up) {
-    sink.report("run-failed", datum.origin.range,
-                {fmt::format("scene {}, which makes the data, blows up at t = {}", datum.scene, result.blow_up->t)},
-                fmt::format("dpde run {} {} shows where", source.path(), datum.scene));
+    DiagnosticSink of_run;
+    report_blow_up(*other, *result.blow_up, of_run);
+    for (Diagnostic each : of_run.all()) {
+      each.message = fmt::format("scene {}, which makes the data: {}", datum.scene, each.message);
+      sink.add(std::move(each));
+    }
     return false;
   }
   report_not_steady(*other, result, sink);

@@ -247,10 +247,10 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
     make_run(wanted[static_cast<std::size_t>(i)], all);
   });
   for (const Diagnostic& each : all.warnings) sink.add(each);
-  for (const Diagnostic& each : all.why) {
-    if (each.kind->severity == Severity::error)
-      sink.report("run-failed", each.range,
-                  {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
+  for (Diagnostic each : all.why) {
+    if (each.kind->severity != Severity::error) continue;
+    each.message = fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message);
+    sink.add(std::move(each));
   }
   return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
 }
