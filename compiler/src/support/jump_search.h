@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <random>
 #include <vector>
@@ -61,11 +62,12 @@ class JumpSearch {
 
   bool is_judged(Id id) const { return judged_[id] >= enough || tried_[id] >= most_tried; }
   std::optional<Id> search_poles(const std::vector<double>& at, const std::vector<Look>& looks);
-  double divisor(Id pole, const Look& look) const;
-  double divisor(Id pole, double s) const { return divisor(pole, look(s)); }
-  std::optional<Place> crossing(Id pole, double from, double to) const;
-  std::optional<Place> touching(Id pole, double from, double to, double most_left) const;
-  std::optional<Place> around_zero(Id pole, Place place) const;
+  std::vector<Id> parts_of_divisor(Id pole) const;
+  double divisor(Id pole, const std::vector<double>& values) const;
+  double divisor(Id pole, double s);
+  std::optional<Place> crossing(Id pole, double from, double to);
+  std::optional<Place> touching(Id pole, double from, double to, double most_left);
+  std::optional<Place> around_zero(Id pole, Place place);
   std::optional<Place> move_nearer(Id pole, const Place& place, bool crosses);
   bool jumps_at_pole(Id pole, Place place, bool crosses);
   bool jumps_at_pole(Id pole, const Place& place) const;
@@ -75,8 +77,10 @@ class JumpSearch {
 
   const Piecewise& formula_;
   std::vector<Id> switches_, comparisons_, poles_;  // comparisons: of what moves, in conditions
-  std::vector<int> judged_;                 // how often each switch and pole was, and each comparison looked at
-  std::vector<int> tried_;                  // places of each pole, possible ones or not
+  std::vector<int> judged_;                         // how often each switch and pole was, and each comparison looked at
+  std::vector<int> tried_;                          // places of each pole, possible ones or not
+  std::map<Id, std::vector<Id>> divisors_;          // of each pole, what its divisor is made of
+  Look of_divisor_;                                 // where no other node is looked at
   std::vector<double> hints_;
   std::vector<double> base_, direction_;  // of the symbols, along the line
   bool one_moves_ = false;

@@ -22,15 +22,35 @@ constexpr double near_value = 0.5;  // of a parameter
 
 }  // namespace
 
-/// What is 0 where the node has no value.
-double JumpSearch::divisor(Id pole, const Look& look) const {
+std::vector<Piecewise::Id> JumpSearch::parts_of_divisor(Id pole) const {
   const Piecewise::Node& node = formula_.nodes_[pole];
   const bool divides = node.kind == Piecewise::Kind::binary && node.op == BinaryOp::divide;
-  const double operand = look.values[divides ? node.b : node.a];
+  std::vector<bool> is_part(pole, false);
+  is_part[divides ? node.b : node.a] = true;
+  std::vector<Id> parts;
+  for (Id id = pole; id-- > 0;) {
+    if (!is_part[id]) continue;
+    parts.push_back(id);
+    for (const Id operand : operands_of(formula_.nodes_[id])) is_part[operand] = true;
+  }
+  std::ranges::reverse(parts);
+  return parts;
+}
+
+double JumpSearch::divisor(Id pole, double s) {
+  of_divisor_.sides.clear();
+  for (const Id id : divisors_.at(pole)) evaluate(formula_.nodes_[id], id, s, of_divisor_);
+  return divisor(pole, of_divisor_.values);
+}
+
+/// What is 0 where the node has no value.
+double JumpSearch::divisor(Id pole, const std::vector<double>& values) const {
+  const Piecewise::Node& node = formula_.nodes_[pole];
+  const double operand = values[divisors_.at(pole).back()];
   return node.kind == Piecewise::Kind::call && node.fn == Fn::tan ? std::cos(operand) : operand;
 }
 
-std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, double to) const {
+std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, double to) {
   const bool is_negative = std::signbit(divisor(pole, from));
   double low = from, high = to;
   for (int k = 0; k < bisections; ++k) {
@@ -45,7 +65,7 @@ std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, doub
 
 /// The least size between both, by the golden section. Nothing where it does not fall below a part of that at the ends
 /// soon.
-std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left) const {
+std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left) {
   const auto size = [&](double s) { return std::abs(divisor(pole, s)); };
   const double at_ends = std::max(size(from), size(to));
   double low = from, high = to, left = to, right = from, at_left = 0, at_right = 0;
@@ -74,7 +94,7 @@ std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, doub
 }
 
 /// Wide enough that the divisor is 0 at neither end.
-std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, Place place) const {
+std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, Place place) {
   double step = place.gap();
   for (int k = 0; k < most_widenings; ++k, step *= 2) {
     const bool is_low = divisor(pole, place.before) == 0, is_high = divisor(pole, place.behind) == 0;
@@ -133,7 +153,7 @@ bool JumpSearch::jumps_at_pole(Id pole, const Place& place) const {
     return is_visible(before, low, behind, high) && is_possible_at_pole(before, at_kink) &&
            is_possible_at_pole(behind, at_kink);
   }
-  const bool is_infinite = low.result() * high.result() < 0 &&
+  const bool is_infinite = low.result() * high.result() < 0 && far_low.result() * far_high.result() < 0 &&
                            std::abs(low.result()) > 2 * std::abs(far_low.result()) &&
                            std::abs(high.result()) > 2 * std::abs(far_high.result());
   return is_infinite && is_of_the_run(pole, low) && is_possible_at_pole(before, false) &&
@@ -145,8 +165,6 @@ bool JumpSearch::is_possible_at_pole(double s, bool at_kink) const {
     const Piecewise::Symbol& symbol = formula_.symbols_[i];
     const double value = base_[i] + s * direction_[i];
     if (!at_kink && symbol.sign && value * *symbol.sign < 0) return false;
-    const bool is_chance = value == 0 && direction_[i] == 0 && !symbol.value;  // as of u/sqrt(u^2 + v^2)
-    if (is_chance) return false;
     const bool is_free = !symbol.moves || (at_kink && symbol.may_leave && one_moves_);
     if (!is_free && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
   }
@@ -176,21 +194,13 @@ bool JumpSearch::has_kink(const Look& low, const Look& high, const Look& beside,
 
 /// Whether the divisor is made of what is known alone, and parameters have about their values.
 bool JumpSearch::is_of_the_run(Id pole, const Look& look) const {
-  std::vector<bool> is_part(formula_.nodes_.size(), false);
-  is_part[pole] = true;
-  for (Id id = pole + 1; id-- > 0;) {
+  return std::ranges::all_of(divisors_.at(pole), [&](Id id) {
     const Piecewise::Node& node = formula_.nodes_[id];
-    if (!is_part[id]) continue;
-    if (node.kind == Piecewise::Kind::symbol) {
-      const Piecewise::Symbol& symbol = formula_.symbols_[node.symbol];
-      if (!symbol.value && !(symbol.low && symbol.high)) return false;
-      if (symbol.value && !(std::abs(look.values[id] - *symbol.value) <= near_value * std::abs(*symbol.value)))
-        return false;
-    }
-    const bool divides = id == pole && node.kind == Piecewise::Kind::binary && node.op == BinaryOp::divide;
-    for (const Id operand : operands_of(node)) is_part[operand] = is_part[operand] || !divides || operand == node.b;
-  }
-  return true;
+    if (node.kind != Piecewise::Kind::symbol) return true;
+    const Piecewise::Symbol& symbol = formula_.symbols_[node.symbol];
+    if (!symbol.value) return symbol.low && symbol.high;
+    return std::abs(look.values[id] - *symbol.value) <= near_value * std::abs(*symbol.value);
+  });
 }
 
 /// Of each pole the nearest places of a line.
@@ -198,7 +208,7 @@ std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>
   const std::size_t middle = at.size() / 2;
   for (const Id pole : poles_) {
     std::vector<double> divisors;
-    for (const Look& look : looks) divisors.push_back(divisor(pole, look));
+    for (const Look& look : looks) divisors.push_back(divisor(pole, look.values));
     const auto size = [&](std::size_t i) { return std::abs(divisors[i]); };
     const int before = tried_[pole];
     for (std::size_t k = 0; k < middle && !is_judged(pole) && tried_[pole] < before + most_on_a_line; ++k) {

@@ -104,16 +104,19 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
     if (node.is_switch) switches_.push_back(id);
     if (node.is_pole) poles_.push_back(id);
     if (node.kind == Piecewise::Kind::binary && node.moves && is_comparison(node.op)) comparisons_.push_back(id);
-    if (node.kind == Piecewise::Kind::number) hints_.push_back(node.value);
+    if (node.kind == Piecewise::Kind::number && node.value != 0) hints_.push_back(node.value);
   }
   for (const Piecewise::Symbol& symbol : formula.symbols_) {
-    if (symbol.value) hints_.push_back(*symbol.value);
+    if (symbol.value.value_or(0) != 0) hints_.push_back(*symbol.value);
   }
   judged_.assign(formula.nodes_.size(), 0);
   tried_ = judged_;
+  of_divisor_.values.assign(formula.nodes_.size(), 0);
+  for (const Id pole : poles_) divisors_.emplace(pole, parts_of_divisor(pole));
 }
 
-/// Near the numbers of the formula, as thresholds are among them, or anywhere.
+/// Near the numbers of the formula, as thresholds are among them, or anywhere: not at 0, where u/sqrt(u^2 + v^2) jumps
+/// on a line with v = 0 and on no other.
 double JumpSearch::start_of(const Piecewise::Symbol& symbol, bool positive) {
   if (symbol.value) return symbol.moves ? *symbol.value * (1 + 0.1 * normal_(random_)) : *symbol.value;
   if (symbol.low && symbol.high) return *symbol.low + (*symbol.high - *symbol.low) * part_of_one_(random_);
