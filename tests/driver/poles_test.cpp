@@ -49,7 +49,7 @@ std::string text_with(const std::string& slot, const std::string& formula, const
 }
 
 /// The first error of the gradient of task t; "" where there is none.
-std::string refusal(const std::string& text) {
+std::string code_refused(const std::string& text) {
   const SourceFile source("poles.dpde", text);
   driver::CompileOptions options;
   options.selection.name = "t";
@@ -86,14 +86,14 @@ double jump_by_differences(const std::string& text) {
 }
 
 TEST(JumpsAtPoles, TheTemplateIsSmooth) {
-  EXPECT_EQ(refusal(text_with("", "")), "");
+  EXPECT_EQ(code_refused(text_with("", "")), "");
   EXPECT_LT(jump_by_differences(text_with("", "")), 1e-8);
 }
 
 TEST(JumpsAtPoles, AreRefusedInEachSlot) {
   for (const Slot& slot : slots) {
     for (const char* formula : jumping) {
-      EXPECT_EQ(refusal(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609") << slot.name << ": " << formula;
+      EXPECT_EQ(code_refused(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609") << slot.name << ": " << formula;
     }
   }
 }
@@ -107,7 +107,7 @@ TEST(JumpsAtPoles, AreThoseOfDifferences) {
     }
     for (const char* formula : {"z/(abs(z) + 1e-2)", "z*abs(z)/sqrt(z^2)", "z*atan(1/z)", "sin(z)/z", "tanh(1/z^2)"}) {
       const std::string text = text_with(slot.name, replaced(formula, "z", slot.z));
-      EXPECT_EQ(refusal(text), "") << slot.name << ": " << formula;
+      EXPECT_EQ(code_refused(text), "") << slot.name << ": " << formula;
       EXPECT_LT(jump_by_differences(text), 1e-6) << slot.name << ": " << formula;
     }
   }
@@ -137,7 +137,7 @@ TEST(JumpsAtPoles, InsideOperatorsAndBesideOthers) {
                               "a*log(exp(u/abs(u)))",
                               "a*(u - 0.1)/((u - 0.1)^2)^(1/2)",
                               "(x - 10*a)/abs(x - 10*a)"})
-    EXPECT_EQ(refusal(text_with("rate", formula)), "E0609") << formula;
+    EXPECT_EQ(code_refused(text_with("rate", formula)), "E0609") << formula;
 }
 
 /// Both sides meet, or what is divided by keeps its sign: w begins positive, u has both signs.
@@ -202,7 +202,7 @@ TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
                               "(u - a)*abs(u - a)/sqrt((u - a)^2 + 1e-10)",
                               "a*sqrt(abs(u))*u/abs(u)",
                               "(x - 4)/sqrt((x - 4)^2 + a^2)"})
-    EXPECT_EQ(refusal(text_with("rate", formula)), "") << formula;
+    EXPECT_EQ(code_refused(text_with("rate", formula)), "") << formula;
 }
 
 }  // namespace
