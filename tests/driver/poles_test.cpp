@@ -93,7 +93,8 @@ TEST(JumpsAtPoles, TheTemplateIsSmooth) {
 TEST(JumpsAtPoles, AreRefusedInEachSlot) {
   for (const Slot& slot : slots) {
     for (const char* formula : jumping) {
-      EXPECT_EQ(code_refused(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609") << slot.name << ": " << formula;
+      EXPECT_EQ(code_refused(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609")
+          << slot.name << ": " << formula;
     }
   }
 }
