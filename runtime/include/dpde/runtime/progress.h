@@ -19,9 +19,9 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 /// Of a loss or a gradient: `done` of `total` steps, those forward, those computed again from stored states, and those
 /// back.
 struct GradientProgress {
-  std::int64_t done, total;
-  double time;           // of the state it is at: it rises, and falls on the way back
-  bool is_back = false;  // that state's adjoint has just been found
+  std::int64_t done, total;  // of a run until steady the most it may take, which grows with products of its solve
+  double time;               // of the state it is at: it rises, and falls on the way back
+  bool is_back = false;      // that state's adjoint has just been found
 };
 /// False stops it.
 using GradientCallback = std::function<bool(const GradientProgress&)>;

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The certificate of a steady state keeps its time in the linear solve that goes back, too.
+#include <chrono>
+
+#include "analysis/run_check.h"
+#include "driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// At rest at once, and a way back of thousands of products, as 1e-11 of a step is in the rounding of its adjoint.
+constexpr const char* text = R"(
+model m { field u; param k; param f; dt(u) = k*lap(u) + k*(f - u) }
+scheme c { time = rk4 }
+scene s : m with c { k = 1e-11; f = 1; grid x = 0 .. 1, cells 8; grid y = 0 .. 1, cells 8; grid z = 0 .. 1, cells 8
+  boundary u: all = 0
+  initial u = x; time 0 .. 1e8, step 0.1, until steady 1e-8 }
+task t : s { unknown f from 0.5; minimise mean(u^2) }
+)";
+
+TEST(SteadyBudget, HoldsOnTheWayBack) {
+  const SourceFile source("slow.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.backend = driver::Backend::interpreter;
+  const std::shared_ptr<const driver::Compiled> scene = testing::compiled(source, options);
+  ASSERT_TRUE(scene);
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const analysis::RunCheck result = analysis::check_run(source, scene, 0.05);  // the whole takes 2 seconds
+  EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 1);
+  EXPECT_TRUE(result.lacked_time);
+  ASSERT_FALSE(result.left_out.empty());
+  EXPECT_EQ(result.left_out.front(), "the steady state: no time");
+}
+
+}  // namespace
+}  // namespace dpde::testing
