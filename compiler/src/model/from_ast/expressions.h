@@ -234,7 +234,11 @@ struct LoadedFile {
 /// load("path") or load("path.nc", u); nullopt when `e` is no call of load. A bad one is reported and gives a file "".
 std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e);
 
-/// Marks a datum as one number a state; false when `field` is no datum.
+/// Whether it is a datum that is one number a state, or can be: an observable of a scene, or a file, of which it is
+/// said by where it stands. Fields of a scene and states of trajectories lie on its grid; without a grid they are
+/// numbers without being that.
+bool can_be_series(const Draft& draft, const std::string& field);
+/// Marks such a datum as one number a state; false when `field` is none.
 bool mark_as_series(Draft& draft, const std::string& field);
 
 /// Terms that hold samples outside of mean, sum and integral, taken once: in the first cell of the grid.

@@ -360,12 +360,15 @@ bool holds_sample(const Expr& e) {
 
 }  // namespace
 
-bool mark_as_series(Draft& draft, const std::string& field) {
+bool can_be_series(const Draft& draft, const std::string& field) {
   if (!draft.problem.task) return false;
-  for (Datum& datum : draft.problem.task->data) {
-    if (datum.name == field) return datum.series = true;
-  }
-  return false;
+  const auto datum = std::ranges::find(draft.problem.task->data, field, &Datum::name);
+  return datum != draft.problem.task->data.end() && (datum->series || (!datum->file.empty() && !datum->trajectories));
+}
+
+bool mark_as_series(Draft& draft, const std::string& field) {
+  if (!can_be_series(draft, field)) return false;
+  return std::ranges::find(draft.problem.task->data, field, &Datum::name)->series = true;
 }
 
 Expr over_one_cell(Draft& draft, const Expr& e) {

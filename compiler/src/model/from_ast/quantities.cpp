@@ -3,6 +3,8 @@
 // number, are left as they are, for they cost one sweep; any other number, (integral(u) - d)^2, is the mean of itself.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
@@ -22,13 +24,10 @@ const Expr* scaled_reduction(const Binary& b) {
 }
 
 /// The part of `e` that is no number: what varies in space outside of all reductions; nullptr where there is none.
-/// Data that stand outside are one number a state.
+/// Data that stand outside are one number a state, where they can be.
 const Expr* varying_part(const Draft& draft, const Expr& e) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
-  if (const auto* field = std::get_if<Field>(&e->kind)) {
-    const Meaning* meaning = draft.scope.find(field->name);
-    return meaning != nullptr && meaning->role == Role::datum ? nullptr : &e;
-  }
+  if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(draft, field->name) ? nullptr : &e;
   if (is_uniform(e)) return nullptr;
   const Expr* found = nullptr;
   bool has_parts = false;
@@ -39,6 +38,20 @@ const Expr* varying_part(const Draft& draft, const Expr& e) {
   const bool is_made_of_parts = std::holds_alternative<Neg>(e->kind) || std::holds_alternative<Binary>(e->kind) ||
                                 std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind);
   return has_parts && is_made_of_parts ? found : &e;
+}
+
+/// What to write for it.
+std::string reduced(const Draft& draft, const Expr& varying) {
+  const auto* field = std::get_if<Field>(&varying->kind);
+  if (field != nullptr && draft.problem.task) {
+    const auto datum = std::ranges::find(draft.problem.task->data, field->name, &Datum::name);
+    if (datum != draft.problem.task->data.end() && !datum->scene.empty())
+      return fmt::format(
+          "write mean((u - {0})^2) or another mean, or let {0} be a number: observe seen = mean({1}) in "
+          "scene {2}, and here data {0} = seen from scene {2}",
+          datum->name, datum->field, datum->scene);
+  }
+  return "write mean(u^2), sum, integral, max or min of what varies in space, as in mean((u - v)^2)";
 }
 
 /// The data that stand outside of reductions.
@@ -101,8 +114,7 @@ std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::str
   const Expr* mistake = draft.problem.has_grid ? varying_part(draft, number) : nullptr;  // of one cell: a number
   if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
-    draft.sink.report("not-reduced", range.is_known() ? range : e.range(), {what},
-                      "write mean(u^2), sum, integral, max or min of what varies in space, as in mean((u - v)^2)");
+    draft.sink.report("not-reduced", range.is_known() ? range : e.range(), {what}, reduced(draft, *mistake));
     return std::nullopt;
   }
   mark_series(draft, number);
