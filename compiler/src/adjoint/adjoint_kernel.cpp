@@ -184,44 +184,30 @@ class Gathering {
   /// and counted only where that is in doubt: repeated for all points of a wide stencil, a value makes millions of
   /// nodes.
   KernelAdjoint cheapest(DerivedNames& names) const {
-    Split split{terms_, {}, names};
-    if (!fills_keep_what_is_stored()) return written(split, names);
-    auto further = split_further(split);
-    for (; further && further->operations_saved >= plain_gain; further = split_further(split))
-      split = std::move(*further);
-    KernelAdjoint best = written(split, names = split.names);
-    for (; further; further = split_further(split)) {
-      split = std::move(*further);
-      DerivedNames own = split.names;
-      KernelAdjoint candidate = written(split, own);
-      if (cost(candidate) >= cost(best)) return best;
+    if (!fills_keep_what_is_stored()) return in_one_kernel(names);
+    constexpr int least = 2 * stream_cost;
+    SharedValues values(terms_);
+    DerivedNames taken = names;  // by the fields as well
+    auto further = values.best(least);
+    for (; further && further->operations_saved >= plain_gain; further = values.best(least))
+      values.store(*further, taken.fresh("shared_bar"));
+    KernelAdjoint best = written(values, names = taken);
+    for (int least_cost = further ? cost(best) : 0; further; further = values.best(least)) {
+      values.store(*further, taken.fresh("shared_bar"));
+      DerivedNames own = taken;
+      KernelAdjoint candidate = written(values, own);
+      const int its_cost = cost(candidate);
+      if (its_cost >= least_cost) return best;
       best = std::move(candidate);
-      names = own;
+      least_cost = its_cost;
+      names = std::move(own);
     }
     return best;
   }
 
  private:
-  /// What reads the fields `stored`, and the names taken so far.
-  struct Split {
-    PointTerms terms;
-    std::vector<Let> stored;
-    DerivedNames names;
-    int operations_saved = 0;  // by the last of them
-  };
-
-  std::optional<Split> split_further(const Split& split) const {
-    DerivedNames names = split.names;
-    const std::string field = names.fresh("shared_bar");
-    auto shared = most_shared(split.terms, split.stored, field, 2 * stream_cost);
-    if (!shared) return std::nullopt;
-    std::vector<Let> stored = split.stored;
-    stored.push_back({field, shared->value});
-    return Split{std::move(shared->terms), std::move(stored), std::move(names), shared->operations_saved};
-  }
-
-  KernelAdjoint written(const Split& split, DerivedNames& names) const {
-    return split.stored.empty() ? in_one_kernel(names) : in_two_kernels(split.terms, split.stored, names);
+  KernelAdjoint written(const SharedValues& values, DerivedNames& names) const {
+    return values.stored().empty() ? in_one_kernel(names) : in_two_kernels(values.terms(), values.stored(), names);
   }
 
   /// A fill around a periodic axis leaves nothing of what a field holds beyond bounded ones.

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <set>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "stencil/build.h"
@@ -19,16 +20,6 @@ using namespace stencil;
 
 namespace {
 
-std::set<std::string> decisive_lets(const PointTerms& terms) {
-  Kernel kernel;
-  kernel.lets = terms.lets;
-  for (const ReadBars& read : terms.reads) {
-    for (const auto& [k, term] : read.by_offset) kernel.stores.push_back({read.field, false, term, {}});
-  }
-  for (const auto& [name, term] : terms.params) kernel.sums.push_back({name, term});
-  return stencil::decisive_lets(kernel);
-}
-
 /// A set of small numbers.
 class Bits {
  public:
@@ -40,6 +31,9 @@ class Bits {
     words_.resize(std::max(words_.size(), other.words_.size()));
     for (std::size_t i = 0; i < other.words_.size(); ++i) words_[i] |= other.words_[i];
   }
+  bool contains(std::size_t number) const {
+    return number / 64 < words_.size() && (words_[number / 64] >> number % 64 & 1) != 0;
+  }
   int count() const {
     int count = 0;
     for (const std::uint64_t word : words_) count += std::popcount(word);
@@ -50,14 +44,14 @@ class Bits {
   std::vector<std::uint64_t> words_;
 };
 
-/// Puts `replacement` where the value of a number stands. What does not hold it stays the same node.
+/// Puts fields where values of some numbers stand. What holds none of them stays the same node.
 class Replacing {
  public:
-  Replacing(Numbering& numbering, int number, Expr replacement)
-      : numbering_(numbering), number_(number), replacement_(std::move(replacement)) {}
+  Replacing(Numbering& numbering, const std::map<int, Expr>& fields) : numbering_(numbering), fields_(fields) {}
 
   Expr operator()(const Expr& e) {
-    if (numbering_.number(e) == number_) return replacement_;
+    const auto field = fields_.find(numbering_.number(e));
+    if (field != fields_.end()) return field->second;
     if (is_decision(e)) return e;
     if (const auto known = replaced_.find(&e.node()); known != replaced_.end()) return known->second;
     bool is_same = true;
@@ -71,137 +65,239 @@ class Replacing {
 
  private:
   Numbering& numbering_;  // keeps the nodes alive
-  int number_;
-  Expr replacement_;
+  const std::map<int, Expr>& fields_;
   std::unordered_map<const Node*, Expr> replaced_;
-};
-
-/// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as
-/// it is written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
-class Uses {
- public:
-  Uses(const PointTerms& terms, const std::vector<Let>& stored) : stored_(stored), decisive_(decisive_lets(terms)) {
-    for (const Let& let : terms.lets) {
-      const int number = note(let.value);
-      numbering_.define_local(let.name, number);
-      if (decisive_.contains(let.name)) keep_parts(number);
-    }
-    std::map<Offset, std::vector<int>> used;
-    for (const ReadBars& read : terms.reads) {
-      for (const auto& [k, term] : read.by_offset) used[k].push_back(note(term));
-    }
-    for (const auto& [name, term] : terms.params) used[{}].push_back(note(term));
-    int displacement = 0;
-    for (const auto& [k, numbers] : used) {
-      ++displacement;
-      for (const int number : numbers) use(number, displacement);
-    }
-  }
-
-  /// Loads and operations that are not repeated when the value is read from a field.
-  int saved(int number) const {
-    const Known& known = of_[number];
-    if (!known.may_be_stored || known.is_truth || known.is_kept || numbering_[number].uniform) return 0;
-    return (known.displacements - 1) * (known.reads.count() - 1 + numbering_[number].cost);
-  }
-
-  int operations_saved(int number) const { return (of_[number].displacements - 1) * (numbering_[number].cost - 1); }
-
-  /// The value that saves most, and an expression for it.
-  std::pair<int, Expr> best() const {
-    int best = 0;
-    for (int number = 1; number < static_cast<int>(of_.size()); ++number) {
-      if (saved(number) > saved(best)) best = number;
-    }
-    return {best, of_[best].expression};
-  }
-  bool empty() const { return of_.empty(); }
-
-  bool is_decisive(const Let& let) const { return decisive_.contains(let.name); }
-
-  Replacing replacing(int number, const Expr& replacement) { return {numbering_, number, replacement}; }
-
- private:
-  struct Known {
-    Expr expression = 0.0;
-    Bits reads;  // what it loads
-    int displacements = 0;
-    int last_displacement = 0;
-    bool may_be_stored = true;
-    bool is_truth = false;  // no number
-    bool is_decision = false;
-    bool is_kept = false;  // part of a decisive let
-    bool is_noted = false;
-  };
-
-  /// Notes `e` and what it is made of; its number.
-  int note(const Expr& e) {
-    const int number = numbering_.number(e);
-    if (number < static_cast<int>(of_.size()) && of_[number].is_noted) return number;
-    Known known;
-    known.expression = e;
-    known.is_noted = true;
-    known.is_truth = is_truth(e);
-    known.is_decision = is_decision(e);
-    if (const Access* a = std::get_if<Access>(&e->kind)) {
-      known.reads.insert(loads_++);
-      known.may_be_stored = std::ranges::none_of(stored_, [&](const Let& field) { return field.name == a->field; });
-    }
-    if (std::holds_alternative<Interp>(e->kind)) known.may_be_stored = false;
-    for_each_child(e, [&](const Expr& child) {
-      const Known& part = of_[note(child)];
-      known.reads.merge(part.reads);
-      known.may_be_stored = known.may_be_stored && part.may_be_stored;
-    });
-    if (number >= static_cast<int>(of_.size())) of_.resize(number + 1);
-    of_[number] = std::move(known);
-    return number;
-  }
-
-  void use(int number, int displacement) {
-    Known& known = of_[number];
-    if (known.last_displacement == displacement) return;
-    known.last_displacement = displacement;
-    ++known.displacements;
-    if (known.is_decision) return;
-    for (const int child : numbering_[number].children) use(child, displacement);
-  }
-
-  /// What a value consists of is not replaced in it.
-  void keep_parts(int number) {
-    for (const int child : numbering_[number].children) {
-      if (of_[child].is_kept) continue;
-      of_[child].is_kept = true;
-      keep_parts(child);
-    }
-  }
-
-  const std::vector<Let>& stored_;
-  const std::set<std::string> decisive_;
-  Numbering numbering_;
-  std::vector<Known> of_;  // by number
-  std::size_t loads_ = 0;  // that differ
 };
 
 }  // namespace
 
-std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<Let>& stored,
-                                       const std::string& field, int least) {
-  Uses uses(terms, stored);
-  if (uses.empty()) return std::nullopt;
-  const auto [number, value] = uses.best();
-  if (uses.saved(number) < least) return std::nullopt;
-  SharedValue result{value, terms, uses.operations_saved(number)};
-  Replacing replacing = uses.replacing(number, access(field));
-  const auto replace = [&](Expr& e) { e = replacing(e); };
-  for (Let& let : result.terms.lets) {
-    if (!uses.is_decisive(let)) replace(let.value);
+/// The distinct values of the terms, and at how many displacements each is needed. What a decision hangs on stays as
+/// it is written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
+class SharedValues::Search {
+ public:
+  explicit Search(PointTerms terms) : terms_(std::move(terms)) {
+    for (std::size_t i = 0; i < terms_.lets.size(); ++i) {
+      const Let& let = terms_.lets[i];
+      let_index_.emplace(let.name, i);
+      lets_.push_back(note(let.value));
+      numbering_.define_local(let.name, lets_.back());
+      locals_.push_back(locals_in(let.value));
+    }
+    is_decisive_.resize(lets_.size());
+    std::map<Offset, std::vector<int>> used;
+    for (const ReadBars& read : terms_.reads) {
+      for (const auto& [k, term] : read.by_offset) add_term(used[k], term);
+    }
+    for (const auto& [name, term] : terms_.params) add_term(used[{}], term);
+    for (auto& [k, numbers] : used) used_.push_back(std::move(numbers));
+    find_decisions();
   }
-  for (ReadBars& read : result.terms.reads) {
-    for (auto& [k, term] : read.by_offset) replace(term);
+
+  std::optional<Found> best(int least) {
+    walk();
+    const std::vector<int> displacements = count_displacements();
+    const std::vector<bool> unfit = find_unfit();
+    int best = -1, most = least;
+    for (int n = 0; n < size(); ++n) {
+      if (unfit[n] || values_[n].rank < 0) continue;
+      const int saved = (displacements[n] - 1) * (values_[n].loads - 1 + numbering_[n].cost);
+      if (saved < most || (saved == most && best >= 0 && values_[best].rank < values_[n].rank)) continue;
+      best = n;
+      most = saved;
+    }
+    if (best < 0) return std::nullopt;
+    return Found{best, values_[best].expression, (displacements[best] - 1) * (numbering_[best].cost - 1)};
   }
-  for (auto& [name, term] : result.terms.params) replace(term);
-  return result;
-}
+
+  void store(const Found& found, const std::string& field) {
+    fields_.emplace(found.number, access(field));
+    values_[found.number].is_stored = true;
+    stored_.push_back({field, found.value});
+  }
+
+  PointTerms terms() {
+    PointTerms result = terms_;
+    if (fields_.empty()) return result;
+    Replacing replacing(numbering_, fields_);
+    const auto replace = [&](Expr& e) { e = replacing(e); };
+    for (std::size_t i = 0; i < result.lets.size(); ++i) {
+      if (!is_decisive_[i]) replace(result.lets[i].value);
+    }
+    for (ReadBars& read : result.reads) {
+      for (auto& [k, term] : read.by_offset) replace(term);
+    }
+    for (auto& [name, term] : result.params) replace(term);
+    return result;
+  }
+
+  const std::vector<Let>& stored() const { return stored_; }
+
+ private:
+  struct Known {
+    Expr expression = 0.0;
+    Bits reads;             // what it loads
+    int loads = 0;          // of them
+    bool is_whole = true;   // nothing in it is interpolated
+    bool is_number = true;  // and no truth
+    bool is_noted = false;
+    bool is_decision = false;
+    Bits decisive;  // of a decision: lets that stand in it
+    bool is_stored = false;
+    bool is_seen = false, is_seen_as_written = false;  // by the walk at hand
+    int rank = -1;                                     // in the order of that walk
+  };
+
+  int size() const { return static_cast<int>(values_.size()); }
+
+  /// Notes `e` and what it is made of; its number. The numbers of what it is made of are smaller.
+  int note(const Expr& e) {
+    const int number = numbering_.number(e);
+    if (number < size() && values_[number].is_noted) return number;
+    Known known;
+    known.expression = e;
+    known.is_noted = true;
+    known.is_number = !is_truth(e);
+    known.is_decision = is_decision(e);
+    known.is_whole = !std::holds_alternative<Interp>(e->kind);
+    if (std::holds_alternative<Access>(e->kind)) known.reads.insert(loads_++);
+    for_each_child(e, [&](const Expr& child) {
+      const Known& part = values_[note(child)];
+      known.reads.merge(part.reads);
+      known.is_whole = known.is_whole && part.is_whole;
+    });
+    known.loads = known.reads.count();
+    if (number >= size()) values_.resize(number + 1);
+    values_[number] = std::move(known);
+    return number;
+  }
+
+  void add_term(std::vector<int>& used, const Expr& term) {
+    used.push_back(note(term));
+    roots_.push_back(used.back());
+  }
+
+  /// Places among the lets of those that stand in `e`.
+  Bits locals_in(const Expr& e) const {
+    Bits locals;
+    for_each_node(e, [&](const Expr& part) {
+      if (const Local* local = std::get_if<Local>(&part->kind)) locals.insert(let_index_.at(local->name));
+    });
+    return locals;
+  }
+
+  /// Each node once, however often it stands there.
+  static void for_each_node(const Expr& e, const std::function<void(const Expr&)>& f) {
+    std::unordered_set<const Node*> seen;
+    const std::function<void(const Expr&)> pass = [&](const Expr& part) {
+      if (!seen.insert(&part.node()).second) return;
+      f(part);
+      for_each_child(part, pass);
+    };
+    pass(e);
+  }
+
+  /// Equal decisions may be written by different lets: each node is looked at.
+  void find_decisions() {
+    std::unordered_set<const Node*> seen;
+    const std::function<void(const Expr&)> pass = [&](const Expr& e) {
+      if (!seen.insert(&e.node()).second) return;
+      if (is_decision(e)) values_[numbering_.number(e)].decisive.merge(locals_in(e));
+      for_each_child(e, pass);
+    };
+    for (const Let& let : terms_.lets) pass(let.value);
+    for (const ReadBars& read : terms_.reads) {
+      for (const auto& [k, term] : read.by_offset) pass(term);
+    }
+    for (const auto& [name, term] : terms_.params) pass(term);
+  }
+
+  /// What is left of the terms: ranks its values in order of appearance, and finds lets that decisions hang on.
+  void walk() {
+    for (Known& value : values_) {
+      value.is_seen = value.is_seen_as_written = false;
+      value.rank = -1;
+    }
+    last_rank_ = 0;
+    decisive_ = {};
+    for (std::size_t i = 0; i < lets_.size(); ++i) see(lets_[i], is_decisive_[i]);
+    for (const int root : roots_) see(root, false);
+    for (std::size_t i = lets_.size(); i-- > 0;) {
+      is_decisive_[i] = decisive_.contains(i);
+      if (is_decisive_[i]) decisive_.merge(locals_[i]);
+    }
+  }
+
+  void see(int number, bool as_written) {
+    Known& value = values_[number];
+    bool& is_seen = as_written ? value.is_seen_as_written : value.is_seen;
+    if (is_seen) return;
+    is_seen = true;
+    if (value.is_stored && !as_written) return;
+    if (value.is_decision) decisive_.merge(value.decisive);
+    for (const int child : numbering_[number].children) see(child, as_written || value.is_decision);
+    if (value.rank < 0) value.rank = last_rank_++;
+  }
+
+  std::vector<int> count_displacements() const {
+    std::vector<Bits> needed(values_.size());
+    for (std::size_t displacement = 0; displacement < used_.size(); ++displacement) {
+      for (const int number : used_[displacement]) needed[number].insert(displacement);
+    }
+    std::vector<int> counts(values_.size());
+    for (int n = size() - 1; n >= 0; --n) {
+      counts[n] = needed[n].count();
+      if (counts[n] == 0 || values_[n].is_stored || values_[n].is_decision) continue;
+      for (const int child : numbering_[n].children) needed[child].merge(needed[n]);
+    }
+    return counts;
+  }
+
+  /// Those that are not to be stored: truths, the same at all points, interpolated, part of a let that a decision hangs
+  /// on, or made of what is stored.
+  std::vector<bool> find_unfit() const {
+    std::vector<bool> is_kept(values_.size()), is_made_of_stored(values_.size()), unfit(values_.size());
+    const std::function<void(int)> keep_parts = [&](int number) {
+      for (const int child : numbering_[number].children) {
+        if (is_kept[child]) continue;
+        is_kept[child] = true;
+        keep_parts(child);
+      }
+    };
+    for (std::size_t i = 0; i < lets_.size(); ++i) {
+      if (is_decisive_[i]) keep_parts(lets_[i]);
+    }
+    for (int n = 0; n < size(); ++n) {
+      const Known& value = values_[n];
+      is_made_of_stored[n] =
+          value.is_stored || (!value.is_decision && std::ranges::any_of(numbering_[n].children, [&](int child) {
+            return is_made_of_stored[child];
+          }));
+      unfit[n] = !value.is_number || !value.is_whole || numbering_[n].uniform || is_kept[n] || is_made_of_stored[n];
+    }
+    return unfit;
+  }
+
+  const PointTerms terms_;
+  Numbering numbering_;
+  std::vector<Known> values_;  // by number
+  std::size_t loads_ = 0;      // that differ
+  std::map<std::string, std::size_t> let_index_;
+  std::vector<int> lets_;               // the number of each
+  std::vector<Bits> locals_;            // that stand in each
+  std::vector<int> roots_;              // the terms, in order
+  std::vector<std::vector<int>> used_;  // terms by displacement
+  std::vector<bool> is_decisive_;       // of the lets
+  Bits decisive_;                       // those found so far
+  int last_rank_ = 0;
+  std::map<int, Expr> fields_;  // by the number of what they hold
+  std::vector<Let> stored_;
+};
+
+SharedValues::SharedValues(PointTerms terms) : search_(std::make_unique<Search>(std::move(terms))) {}
+SharedValues::~SharedValues() = default;
+std::optional<SharedValues::Found> SharedValues::best(int least) { return search_->best(least); }
+void SharedValues::store(const Found& found, const std::string& field) { search_->store(found, field); }
+PointTerms SharedValues::terms() const { return search_->terms(); }
+const std::vector<Let>& SharedValues::stored() const { return search_->stored(); }
 
 }  // namespace dpde::adjoint

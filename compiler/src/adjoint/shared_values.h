@@ -5,6 +5,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,15 +29,32 @@ struct PointTerms {
   std::vector<std::pair<std::string, stencil::Expr>> params;
 };
 
-struct SharedValue {
-  stencil::Expr value;
-  PointTerms terms;      // with the field in its place
-  int operations_saved;  // at each point, for one load at each displacement
-};
+/// Which values are best stored, one after another. The terms are numbered once; what was stored is a leaf from then
+/// on, so that each further value costs one walk over numbers.
+class SharedValues {
+ public:
+  explicit SharedValues(PointTerms terms);
+  ~SharedValues();
+  SharedValues(const SharedValues&) = delete;
+  SharedValues& operator=(const SharedValues&) = delete;
 
-/// The value that saves most when `field` holds it, as far as loads and operations tell; nullopt when that is less than
-/// `least`. It reads none of the fields in `stored` and interpolates nothing.
-std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<stencil::Let>& stored,
-                                       const std::string& field, int least);
+  struct Found {
+    int number;  // of the value
+    stencil::Expr value;
+    int operations_saved;  // at each point, for one load at each displacement
+  };
+  /// The value that saves most when a field holds it, as far as loads and operations tell; nullopt when that is less
+  /// than `least`. It reads no field that was stored and interpolates nothing.
+  std::optional<Found> best(int least);
+  void store(const Found& found, const std::string& field);
+  /// With the fields in the places of what they hold.
+  PointTerms terms() const;
+  /// Those stored, each with the value it holds.
+  const std::vector<stencil::Let>& stored() const;
+
+ private:
+  class Search;
+  std::unique_ptr<Search> search_;
+};
 
 }  // namespace dpde::adjoint
