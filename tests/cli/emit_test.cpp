@@ -26,6 +26,20 @@ TEST_F(EmitCommand, StencilTextIsAFileThatRunsToTheSameResult) {
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
+/// A stage is read back, or the command says that it is not.
+TEST_F(EmitCommand, WhatIsNotReadBackIsToldSo) {
+  write("rod.dpde", rod_text);
+  const std::string told = "dpde reads ast, stencil, tangent and adjoint back";
+  EXPECT_NE(dpde("emit --help").out.find("dpde reads ast, stencil, tangent and"), std::string::npos);
+  for (const std::string stage : {"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop"}) {
+    const Outcome emitted = dpde("emit rod.dpde find --stage " + stage + " -o again.dpde");
+    ASSERT_EQ(emitted.status, 0) << emitted.err;
+    const bool is_read = dpde("emit again.dpde --stage ast").status == 0;
+    EXPECT_EQ(emitted.err.find(told) == std::string::npos, is_read) << stage << emitted.err;
+    EXPECT_EQ(dpde("emit rod.dpde find --quiet --stage " + stage).err, "") << stage;
+  }
+}
+
 /// Blocks of a text without its comments, and without the empty lines at the end that they leave.
 std::string without_comments(const std::string& text) {
   std::string kept = std::regex_replace(text, std::regex("#[^\n]*\n"), "");

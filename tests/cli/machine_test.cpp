@@ -42,6 +42,29 @@ TEST_F(Machine, AThreadThatCannotBeMadeIsTold) {
   }
 }
 
+/// As `head` does: what has read enough is gone before the command writes. Text that fills the pipe, text that is
+/// written at the end, errors, files.
+TEST_F(Machine, AReaderThatIsGoneEndsNothing) {
+  write("rod.dpde", rod_text);
+  const auto without_reader = [&](const std::string& arguments) {
+    const Outcome outcome = shell(
+        "{ while [ ! -e gone ]; do sleep 0.01; done; $DPDE " + arguments +
+        "; echo $? > status; } | { exec 0<&-; : > gone; }; while [ ! -s status ]; do sleep 0.01; done; rm gone");
+    EXPECT_EQ(outcome.err.find("E090"), std::string::npos) << outcome.err;
+    const std::string status = content(path("status"));
+    fs::remove(path("status"));
+    return status;
+  };
+  for (const std::string arguments :
+       {"man", "--help", "explain E0609", "emit rod.dpde rod --stage llvm", "check rod.dpde rod",
+        "run rod.dpde rod --json", "gradient rod.dpde find"})
+    EXPECT_EQ(without_reader(arguments), "0\n") << arguments;
+  EXPECT_EQ(without_reader("run rod.dpde rod --set cells=4096"), "2\n");
+  EXPECT_EQ(without_reader("run rod.dpde rod --out there"), "0\n");
+  EXPECT_TRUE(fs::exists(path("there/u.npy")));
+  EXPECT_EQ(shell("$DPDE man > /dev/full").status, 3) << "what cannot be written is told as ever";
+}
+
 TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
   const Outcome outcome = dpde("gradient " + example("heat/heat.dpde") + " recover --memory lots --json");
   EXPECT_EQ(outcome.status, 2);

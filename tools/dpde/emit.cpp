@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 
 #include "codegen/cpp/emit_cpp.h"
@@ -108,6 +109,11 @@ std::string stage_text(Job& job, const EmitOptions& options) {
   return codegen::emit_assembly(compiled->loop);
 }
 
+/// C++, LLVM's text and assembly are no .dpde by their looks; these are nearly.
+bool looks_as_if_read_back(const std::string& stage) {
+  return stage == "model" || stage == "loop" || stage == "adjoint-loop";
+}
+
 int emit(const EmitOptions& options) {
   Job job(options);
   guarded(job, [&] {
@@ -119,6 +125,12 @@ int emit(const EmitOptions& options) {
     } else {
       files::write_file(options.output, text, job.sink());
     }
+    if (looks_as_if_read_back(options.stage) && !options.quiet)
+      std::fputs(fmt::format("dpde: text of the stage {} is to be looked at: dpde reads ast, stencil, tangent and "
+                             "adjoint back\n",
+                             options.stage)
+                     .c_str(),
+                 stderr);
   });
   return job.finish(Json::object());
 }
@@ -129,7 +141,7 @@ void add_emit(CLI::App& app, int& status) {
   const auto options = std::make_shared<EmitOptions>();
   CLI::App* verb = app.add_subcommand("emit", "print one stage of the compiler as text");
   add_common_options(*verb, *options, {.out = false, .seed = false, .json = false});
-  verb->add_option("--stage", options->stage, "which one")
+  verb->add_option("--stage", options->stage, "which one; dpde reads ast, stencil, tangent and adjoint back")
       ->required()
       ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp",
                              "adjoint-cpp", "llvm", "adjoint-llvm", "asm", "adjoint-asm"}));

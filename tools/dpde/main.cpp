@@ -16,6 +16,7 @@
 #include "command.h"
 #include "dpde/instruction_set.h"
 #include "interrupt.h"
+#include "standard_output.h"
 #include "verbs.h"
 #include "version.h"
 
@@ -64,7 +65,7 @@ bool wants_json(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace dpde::tools;
-  std::signal(SIGPIPE, SIG_IGN);
+  drop_what_nobody_reads();
   mallopt(M_MMAP_THRESHOLD, 1 << 17);  // arrays that are given back go to the system, also after larger ones
   CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
   app.set_version_flag("--version", version_text);
