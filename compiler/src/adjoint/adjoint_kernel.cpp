@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <set>
+#include <unordered_map>
 
 #include "adjoint/shared_values.h"
 #include "adjoint/walk.h"
@@ -43,8 +44,9 @@ Offset minus(const Offset& k) { return {-k[0], -k[1], -k[2]}; }
 /// Collects the lets of a walk at several displacements.
 class ShiftedLets {
  public:
-  ShiftedLets(const std::vector<Let>& lets, int rank, DerivedNames& names) : lets_(lets), rank_(rank), names_(names) {
-    for (const Let& let : lets) index_.emplace(let.name, static_cast<int>(index_.size()));
+  ShiftedLets(const std::vector<Let>& lets, int rank, DerivedNames& names)
+      : lets_(lets), rank_(rank), names_(names), used_(lets.size()) {
+    for (const Let& let : lets) index_.emplace(let.name, index_.size());
   }
 
   /// `e` at the point displaced by k, with its lets noted at that displacement.
@@ -55,24 +57,20 @@ class ShiftedLets {
   /// All noted lets, in an order that defines before use.
   std::vector<Let> definitions() {
     std::vector<Let> result;
-    for (const Let& let : lets_) {
-      for (const auto& [key, shifted_name] : used_) {
-        if (key.first != index_.at(let.name)) continue;
-        const Offset k = key.second;
-        result.push_back({shifted_name, shift(let.value, k, [&](const std::string& n) { return use(n, k); })});
-      }
+    for (std::size_t i = 0; i < lets_.size(); ++i) {
+      for (const auto& [k, shifted_name] : used_[i]) result.push_back({shifted_name, at(lets_[i].value, k)});
     }
     return result;
   }
 
  private:
   std::string use(const std::string& name, const Offset& k) {
-    const auto key = std::make_pair(index_.at(name), k);
-    const auto found = used_.find(key);
-    if (found != used_.end()) return found->second;
+    const std::size_t index = index_.at(name);
+    const auto found = used_[index].find(k);
+    if (found != used_[index].end()) return found->second;
     const std::string shifted = k == Offset{} ? name : names_.fresh(name + shift_suffix(k, rank_));
-    used_.emplace(key, shifted);
-    visit(lets_[key.first].value, [&](const Expr& e) {
+    used_[index].emplace(k, shifted);
+    visit(lets_[index].value, [&](const Expr& e) {
       if (const Local* inner = std::get_if<Local>(&e->kind)) use(inner->name, k);
     });
     return shifted;
@@ -81,8 +79,8 @@ class ShiftedLets {
   const std::vector<Let>& lets_;
   const int rank_;
   DerivedNames& names_;
-  std::map<std::string, int> index_;
-  std::map<std::pair<int, Offset>, std::string> used_;
+  std::unordered_map<std::string, std::size_t> index_;
+  std::vector<std::map<Offset, std::string>> used_;  // the names of each let
 };
 
 /// Whether the terms of a read at offset k can stem from points outside the primal region.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Algebra that saves multiplications once uniform factors are combined: dt*(nu*a/hx^2 + v*b/(2*hx)) has two uniform
 // factors outside and two inside, dt*nu/hx^2*a + v*dt/(2*hx)*b none more than the terms had. Equal but for rounding.
-#include <map>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "stencil/build.h"
@@ -105,8 +106,8 @@ Expr distribute(const Expr& e) {
 }
 
 /// Uses of each let by what is stored, directly or through other lets that are used.
-std::map<std::string, int> count_uses(const Kernel& kernel) {
-  std::map<std::string, int> uses;
+std::unordered_map<std::string, int> count_uses(const Kernel& kernel) {
+  std::unordered_map<std::string, int> uses;
   const auto note = [&](const Expr& e) {
     if (const Local* local = std::get_if<Local>(&e->kind)) ++uses[local->name];
   };
@@ -125,8 +126,8 @@ std::map<std::string, int> count_uses(const Kernel& kernel) {
 }  // namespace
 
 Kernel with_lets_inlined(const Kernel& kernel) {
-  const std::map<std::string, int> uses = count_uses(kernel);
-  std::map<std::string, Expr> inlined;
+  const std::unordered_map<std::string, int> uses = count_uses(kernel);
+  std::unordered_map<std::string, Expr> inlined;
   const std::function<Expr(const Expr&)> inline_in = [&](const Expr& e) {
     const Local* local = std::get_if<Local>(&e->kind);
     const auto value = local ? inlined.find(local->name) : inlined.end();
