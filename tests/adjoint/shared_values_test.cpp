@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <map>
+#include <new>
 #include <utility>
 
 #include "adjoint/adjoint.h"
@@ -14,6 +16,22 @@
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 #include "support/split_mix.h"
+
+namespace {
+
+std::size_t allocations = 0;
+
+}  // namespace
+
+// All of this program: what takes memory is counted. Inlined by halves they would look like a mismatch to the compiler.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  void* const memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
 
 namespace dpde {
 namespace {
@@ -148,6 +166,44 @@ TEST(SharedValues, BesidePeriodicAxesAreNotStoredBeyondWalls) {
   adjoint::adjoint(module, "q", {{"u"}, {}}, sink);
   ASSERT_EQ(sink.all().size(), 1u);
   EXPECT_EQ(sink.all()[0].kind->code, "E0601");
+}
+
+/// `count` states, each of which has a value that costs much and stands in 13 terms.
+std::size_t allocations_of(int count) {
+  std::string arguments, stores, fills, swaps;
+  adjoint::Activity wrt;
+  for (int n = 0; n < count; ++n) {
+    const auto name = [&](const std::string& stem) { return fmt::format("{}{}", stem, n); };
+    std::string costly = name("a"), sum = "0";
+    for (int k = 0; k < 24; ++k) costly = fmt::format("sin({} + {})", costly, name("b"));
+    for (int axis = 0; axis < 2; ++axis) {
+      for (int k = -3; k <= 3; ++k) sum += fmt::format(" + {}*{}{}", weights[k + 3], name("u"), at(axis, k));
+    }
+    arguments += fmt::format("{}: field halo 3, {}: field, {}: field, out {}: field, ", name("u"), name("a"), name("b"),
+                             name("w"));
+    stores += fmt::format("  {0} = {1} + c*{2}*({3})\n", name("w"), name("u"), costly, sum);
+    fills += fmt::format("fill {} periodic; ", name("u"));
+    swaps += fmt::format("; swap {}, {}", name("u"), name("w"));
+    wrt.fields.insert(name("u"));
+  }
+  const stencil::Module module = testing::parse_module("kernel k(" + arguments + "c: param) {\n" + stores +
+                                                       "}\nprogram p { " + fills + "run k" + swaps + " }\n");
+  DiagnosticSink sink;
+  const std::size_t before = allocations;
+  const adjoint::Derivative derived = adjoint::adjoint(module, "p", wrt, sink);
+  const std::size_t made = allocations - before;
+  std::size_t stored = 0;
+  for (const stencil::Kernel& kernel : derived.module.kernels) {
+    for (const stencil::Store& store : kernel.stores) stored += store.field.starts_with("shared_bar") ? 1 : 0;
+  }
+  EXPECT_EQ(stored, static_cast<std::size_t>(count));
+  return made;
+}
+
+/// What is stored was looked for anew, with all terms numbered, for each value: four times as much for twice the text.
+TEST(SharedValues, AreFoundInProportionToTheText) {
+  const std::size_t of_eight = allocations_of(8), of_sixteen = allocations_of(16);
+  EXPECT_LT(static_cast<double>(of_sixteen), 2.2 * static_cast<double>(of_eight));
 }
 
 }  // namespace

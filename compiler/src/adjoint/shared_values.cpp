@@ -238,16 +238,23 @@ class SharedValues::Search {
     if (value.rank < 0) value.rank = last_rank_++;
   }
 
+  /// Parents first: their numbers are larger. A row of bits for each value, all in one piece: this is asked anew for
+  /// each value that is stored.
   std::vector<int> count_displacements() const {
-    std::vector<Bits> needed(values_.size());
+    const std::size_t words = used_.size() / 64 + 1;
+    std::vector<std::uint64_t> needed(values_.size() * words);
+    const auto row = [&](int number) { return needed.data() + static_cast<std::size_t>(number) * words; };
     for (std::size_t displacement = 0; displacement < used_.size(); ++displacement) {
-      for (const int number : used_[displacement]) needed[number].insert(displacement);
+      for (const int number : used_[displacement])
+        row(number)[displacement / 64] |= std::uint64_t{1} << displacement % 64;
     }
     std::vector<int> counts(values_.size());
     for (int n = size() - 1; n >= 0; --n) {
-      counts[n] = needed[n].count();
+      for (std::size_t word = 0; word < words; ++word) counts[n] += std::popcount(row(n)[word]);
       if (counts[n] == 0 || values_[n].is_stored || values_[n].is_decision) continue;
-      for (const int child : numbering_[n].children) needed[child].merge(needed[n]);
+      for (const int child : numbering_[n].children) {
+        for (std::size_t word = 0; word < words; ++word) row(child)[word] |= row(n)[word];
+      }
     }
     return counts;
   }

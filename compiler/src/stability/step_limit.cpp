@@ -353,6 +353,11 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
 }
 
 Largest FrozenAnalysis::excess(double step) const {
+  const auto known = excess_.find(step);
+  return known != excess_.end() ? known->second : excess_[step] = find_excess(step);
+}
+
+Largest FrozenAnalysis::find_excess(double step) const {
   std::optional<Amplification> g = at(step);
   if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
   const Factors factors_at = factors_of(*g, step);

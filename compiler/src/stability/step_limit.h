@@ -111,6 +111,7 @@ class FrozenAnalysis {
   StepLimit bisect(double stable, double unstable, double precision) const;
   StepLimit descend(double unstable, double precision) const;
   double next_step(double step) const;
+  Largest find_excess(double step) const;
 
   const LinearStep *linear_, *plain_;  // the second without events: it has the rates of the equations
   FrozenPoint point_;
@@ -123,6 +124,7 @@ class FrozenAnalysis {
   double short_ = 0;
   std::vector<double> polynomial_;  // by powers, what most steps are of the rates; empty: none is known
   mutable std::map<Angles, Eigen::VectorXcd> own_eigenvalues_;  // of these: a cache
+  mutable std::map<double, Largest> excess_;                    // by steps: searches come back to them, a cache
   std::optional<Amplification> events_;                         // G of a step of length 0
 };
 
