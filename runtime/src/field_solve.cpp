@@ -105,9 +105,8 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   fail(why_not_, none);
 }
 
-/// The advice is found where somebody asks for it: a search that goes on with a shorter step does not. Copies of the
-/// exception share the system.
-void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
+/// Found where somebody asks for it: a search that goes on with a shorter step does not. Copies share the system.
+std::function<std::string()> FieldSolve::advice_for(const SolveReport& report) const {
   struct System {
     StencilMatrix matrix;
     SolveOptions options;
@@ -115,11 +114,14 @@ void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
     SolveReport report;
   };
   const auto system = std::make_shared<const System>(System{matrix_, options_, right_, report});
-  throw Unsolved(
-      {.text = fmt::format("solve for {}: {}", name_, why),
-       .method = std::string(name_of(report.method)),
-       .residual = report.residual,
-       .advice = [system] { return advice_on(system->matrix, system->options, system->right, system->report); }});
+  return [system] { return advice_on(system->matrix, system->options, system->right, system->report); };
+}
+
+void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
+  throw Unsolved({.text = fmt::format("solve for {}: {}", name_, why),
+                  .method = std::string(name_of(report.method)),
+                  .residual = report.residual,
+                  .advice = advice_for(report)});
 }
 
 /// Tapes name solvers by where they are, so that none may outlive its solver.
@@ -231,6 +233,8 @@ void FieldSolve::note(const SolveReport& report) {
   }
   note_->iterations += report.iterations;
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
+  const bool is_missed = !report.converged && solve_.warns != 0;
+  if (is_missed && (note_->missed == 0 || report.residual > note_->residual)) note_->advice = advice_for(report);
   if (report.residual >= note_->residual) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;
@@ -239,7 +243,7 @@ void FieldSolve::note(const SolveReport& report) {
   const double by_rounding = rounding_of(layout_) > 1e-12 ? 1e-3 : 1e-6;
   if (report.is_least_squares && report.incompatible > by_rounding)
     note_->of_least_squares = std::max(note_->of_least_squares, report.incompatible);
-  if (!report.converged && solve_.warns != 0) ++note_->missed;
+  if (is_missed) ++note_->missed;
 }
 
 void FieldSolve::check(const SolveReport& report) const {

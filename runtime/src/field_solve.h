@@ -51,6 +51,7 @@ class FieldSolve {
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
+  std::function<std::string()> advice_for(const SolveReport& report) const;
   [[noreturn]] void fail(const std::string& why, const SolveReport& report) const;
 
   dpde_solve solve_{};

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is wrong with a solve or an open end is said, in words that help.
+#include <regex>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -119,6 +121,45 @@ TEST_F(SolveTrouble, SolvesThatWereStoppedEarlyAreNotBlamed) {
   EXPECT_EQ(verify.out.find("solves: to 1e-12"), std::string::npos) << verify.out;
   EXPECT_NE(verify.out.find("solves: stopped early, with up to"), std::string::npos) << verify.out;
   EXPECT_NE(verify.err.find("solves were stopped early, as warn says"), std::string::npos) << verify.err;
+}
+
+/// Methods that advice names, "take cg, gmres or direct" and "solve = cg(1e-09, 30)".
+std::vector<std::string> advised(const std::string& text) {
+  std::vector<std::string> found;
+  static const std::regex with_numbers("solve = (\\w+\\([^)]*\\))"), by_name("take ([a-z, ]+)"), method("[a-z]+");
+  std::smatch match;
+  if (std::regex_search(text, match, with_numbers)) found.push_back(match[1]);
+  if (!std::regex_search(text, match, by_name)) return found;
+  const std::string names = match[1];
+  for (std::sregex_iterator name(names.begin(), names.end(), method), end; name != end; ++name) {
+    if (name->str() != "or") found.push_back(name->str());
+  }
+  return found;
+}
+
+/// A solve that warns advises what solves this very system: each of it is taken at its word.
+TEST_F(SolveTrouble, WhatAWarningAdvisesSolvesTheSystem) {
+  const auto text = [](const std::string& operation, const std::string& solve) {
+    return "model m { field w; solve " + operation + " = -w for psi; dt(w) = 0.2*psi }\nscheme few { solve = " + solve +
+           "; time = euler; guess = none }\nscene s : m with few {\n  grid x = 0 .. 1, cells 24; grid y = 0 .. 1, "
+           "cells 20\n  boundary psi: all = 0; boundary w: all = zero_gradient\n  initial w = 1 + x*y; time 0 .. "
+           "0.1, step 0.1 }\n";
+  };
+  for (const std::string operation : {"lap(psi)", "lap(psi) - advect((20, 10), psi)"}) {
+    for (const std::string solve : {"gmres(1e-9, 2, warn)", "bicgstab(1e-9, 2, warn)"}) {
+      write("s.dpde", text(operation, solve));
+      const Outcome warned = dpde("run s.dpde --json");
+      EXPECT_EQ(warned.codes(), std::vector<std::string>{"W0809"}) << warned.err;
+      const std::vector<std::string> methods = advised(warned.json()["diagnostics"][0]["hint"]);
+      EXPECT_FALSE(methods.empty()) << warned.err;
+      for (const std::string& method : methods) {
+        write("s.dpde", text(operation, method));
+        const Outcome solved = dpde("run s.dpde --json");
+        EXPECT_EQ(solved.status, 0) << operation << solve << method << solved.err;
+        EXPECT_TRUE(solved.codes().empty()) << operation << solve << method << solved.err;
+      }
+    }
+  }
 }
 
 /// On the narrow grids of verify the obstacle may close the channel. Nothing is left of the operator of p there.

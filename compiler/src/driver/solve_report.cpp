@@ -38,6 +38,7 @@ void add_note(SolveNote& to, const SolveNote& note) {
   if (note.residual < to.residual) return;
   to.residual = note.residual;
   to.tolerance = note.tolerance;
+  if (note.advice) to.advice = note.advice;
 }
 
 }  // namespace
@@ -104,6 +105,17 @@ std::string text_of(const std::vector<SolveReport>& solves) {
   return text;
 }
 
+namespace {
+
+/// What solves them, as it was tried; of more cells than methods are tried on what is known of these iterations.
+std::string what_solves(const SolveNote& note) {
+  const std::string tried = note.advice ? note.advice() : "";
+  if (!tried.empty() || !(note.residual < 1)) return tried;
+  return fmt::format("a tolerance of {:.1g} is what these iterations come to", 2 * note.residual);
+}
+
+}  // namespace
+
 void report_solves(const model::Problem& problem, const std::vector<SolveReport>& solves, DiagnosticSink& sink) {
   const double rounding = problem.scheme.real == Precision::f32 ? 1e-3 : 1e-6;
   for (const SolveReport& solve : solves) {
@@ -112,7 +124,7 @@ void report_solves(const model::Problem& problem, const std::vector<SolveReport>
       sink.report("tolerance-missed", solve.range,
                   {solve.field, fmt::format("{}", note.missed), fmt::format("{}", note.solves),
                    fmt::format("{:.3g}", note.residual), fmt::format("{:.3g}", note.tolerance)},
-                  fmt::format("allow more iterations or another method: solve = cg({:g}, 1000)", note.tolerance));
+                  what_solves(note));
     if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
     const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
     if (!(note.incompatible > rounding) || is_constraint) continue;

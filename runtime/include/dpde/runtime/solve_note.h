@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace dpde {
@@ -17,6 +18,9 @@ struct SolveNote {
   double incompatible = 0;             // the largest part of b that no x reaches, over |b|
   double of_least_squares = 0;         // that of solutions whose derivative is not known, more than rounding
   int64_t missed = 0;                  // solves that did not come to the tolerance and were to be a warning
+  /// Of the one of those that left most: what to write instead, found out when it is asked for by trying methods on its
+  /// system; "" where none is tried.
+  std::function<std::string()> advice = {};
 };
 
 }  // namespace dpde
