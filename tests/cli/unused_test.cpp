@@ -121,5 +121,26 @@ TEST_F(IdleAxis, SaysHowMuchWorkItIs) {
   EXPECT_NE(check.out.find("a grid of y alone is 8 times less work"), std::string::npos) << check.out;
 }
 
+/// A condition that jumps is told once: as one that nothing reads, or as one whose jump a gradient lacks.
+TEST_F(Unused, ASideThatNothingReadsJumpsForNobody) {
+  const auto text = [](const std::string& rate, const std::string& low, const std::string& v) {
+    return "model m { field u; field v; param k; dt(u) = " + rate +
+           "; dt(v) = u }\nscene s : m {\n  grid x = 0 .. 1, "
+           "cells 8; k = 0.5\n  boundary u: x.low = " +
+           low + ", x.high = zero_gradient\n  boundary v: x = " + v +
+           "\n  initial u = 1 + x; initial v = x; time 0 .. 0.01, step 0.001 }\ntask t : s { unknown k; minimise "
+           "mean(u^2) }\n";
+  };
+  for (const std::string jump : {"if(k > 0.2, k, 0)", "k*fraction(3*k)", "if(v > 0.2, k, 0)", "k*sign(k - 0.2)"}) {
+    write("read.dpde", text("k*lap(u)", jump, "zero_gradient"));
+    EXPECT_EQ(dpde("gradient read.dpde t --json").codes(), std::vector<std::string>{"E0609"}) << jump;
+    write("idle.dpde", text("-k*u", jump, "zero_gradient"));
+    const Outcome idle = dpde("gradient idle.dpde t --json");
+    EXPECT_EQ(idle.codes(), std::vector<std::string>{"W0502"}) << jump << idle.err;
+    write("none.dpde", text("-k*u", "zero_gradient", "zero_gradient"));
+    EXPECT_EQ(idle.json()["gradient"], dpde("gradient none.dpde t --json").json()["gradient"]) << jump;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

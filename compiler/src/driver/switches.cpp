@@ -13,6 +13,7 @@
 #include "adjoint/rules.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/idle_walls.h"
 #include "stencil/jumps.h"
 
 namespace dpde::driver {
@@ -134,8 +135,19 @@ model::Influence influence_in(const Compiled& compiled) {
   return model::Influence(*compiled.problem, step ? reading_of(compiled.stencil, *step) : model::Reading{});
 }
 
+/// Of the formulas of the scene. A side that nothing reads jumps for nobody, and has a warning of its own: which those
+/// are takes a lowering, so that it is asked where there is a jump.
+std::vector<model::Jump> jumps_of_formulas(const Compiled& compiled, const model::Influence& influence) {
+  const model::Problem& problem = *compiled.problem;
+  const std::vector<model::Jump> jumps = model::jumps_of(problem, influence);
+  const bool has_walls =
+      std::ranges::any_of(problem.axes, [](const model::Axis& axis) { return axis.topology == Topology::bounded; });
+  if (jumps.empty() || !has_walls) return jumps;
+  return model::jumps_of(stencil::without_idle_walls(problem), influence);
+}
+
 std::vector<model::Jump> jumps_by(const Compiled& compiled, const model::Influence& influence) {
-  std::vector<model::Jump> jumps = model::jumps_of(*compiled.problem, influence);
+  std::vector<model::Jump> jumps = jumps_of_formulas(compiled, influence);
   const stencil::Program* step = written_step(compiled);
   std::optional<model::Jump> of_step = step ? jump_of_program(compiled, *step, influence) : std::nullopt;
   if (of_step) jumps.push_back(std::move(*of_step));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "model/build.h"
 #include "model/uses.h"
@@ -298,31 +299,51 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
                           name, holder, place, idle.is_high ? "-" : ""));
 }
 
-}  // namespace
-
-void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
+/// All that ask for something and are not read.
+std::vector<Idle> idle_walls(const Lowering& lowering) {
+  std::vector<Idle> found;
   const model::Problem& problem = lowering.problem();
-  if (!problem.program.empty() || problem.scheme.follows_flow()) return;  // departure points may lie anywhere
+  if (!problem.program.empty() || problem.scheme.follows_flow()) return found;  // departure points may lie anywhere
   const Readers readers(lowering);
   for (const model::State& state : problem.states) {
     const bool is_stated = state.velocity_of.empty() && problem.find_projection(state.name) == nullptr;
     if (!state.rhs || !is_stated) continue;
-    std::vector<SourceRange> told;
     for (int axis = 0; axis < lowering.rank(); ++axis) {
       if (problem.axes[static_cast<std::size_t>(axis)].topology == Topology::periodic ||
           state.placement[static_cast<std::size_t>(axis)])
         continue;
       for (const bool is_high : {false, true}) {
         const Idle idle{state, axis, is_high, problem.find_state(readers.on_wall(state.name, axis, is_high))};
-        const model::Side& side = idle.of(state);
         const bool is_read =
             idle.holder ? readers.in_step(state.name, axis, is_high) : readers.anywhere(state.name, axis, is_high);
-        if (is_read || !asks_for_something(side) || std::ranges::count(told, range_of(state, side)) > 0) continue;
-        told.push_back(range_of(state, side));
-        report(problem, idle, sink);
+        if (!is_read && asks_for_something(idle.of(state))) found.push_back(idle);
       }
     }
   }
+  return found;
+}
+
+}  // namespace
+
+void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
+  std::map<std::string, std::vector<SourceRange>> told;  // by state
+  for (const Idle& idle : idle_walls(lowering)) {
+    std::vector<SourceRange>& of_state = told[idle.state.name];
+    const SourceRange range = range_of(idle.state, idle.of(idle.state));
+    if (std::ranges::count(of_state, range) > 0) continue;
+    of_state.push_back(range);
+    report(lowering.problem(), idle, sink);
+  }
+}
+
+model::Problem without_idle_walls(const model::Problem& problem) {
+  model::Problem result = problem;
+  for (const Idle& idle : idle_walls(Lowering(problem))) {
+    const auto state = std::ranges::find(result.states, idle.state.name, &model::State::name);
+    model::AxisSides& sides = state->boundary[static_cast<std::size_t>(idle.axis)];
+    (idle.is_high ? sides.high : sides.low) = {.kind = SideKind::zero_gradient};
+  }
+  return result;
 }
 
 }  // namespace dpde::stencil

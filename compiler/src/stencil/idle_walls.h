@@ -12,4 +12,7 @@ namespace dpde::stencil {
 /// Conditions of slope 0 ask for nothing.
 void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink);
 
+/// With zero_gradient in their places: what no equation reads neither jumps nor switches.
+model::Problem without_idle_walls(const model::Problem& problem);
+
 }  // namespace dpde::stencil
