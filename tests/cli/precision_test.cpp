@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `real = f32` from the command line: files, checkpoints, costs, certificates, mistakes.
+#include <algorithm>
 #include <cmath>
 
 #include "command_support.h"
@@ -103,6 +104,82 @@ TEST_F(PrecisionCommand, OtherPrecisionsAreMistakes) {
   const Outcome run = dpde("run rod.dpde rod --json --set real=f16");
   EXPECT_EQ(run.codes(), std::vector<std::string>{"E0505"});
   EXPECT_NE(run.err.find("choose one of: f64, f32"), std::string::npos) << run.err;
+}
+
+/// u is about `size`, w_1, w_2, ... are what the formulas make of it.
+std::string formulas_of(const std::string& size, const std::string& c, const std::vector<std::string>& formulas) {
+  std::string fields, equations, observed, initial;
+  for (std::size_t i = 0; i < formulas.size(); ++i) {
+    const std::string w = "w_" + std::to_string(i + 1);
+    fields += "; field " + w;
+    equations += "\n  dt(" + w + ") = " + formulas[i];
+    initial += "\n  initial " + w + " = 0";
+    observed += "\n  observe of_" + w + " = max(abs(" + w + "))";
+  }
+  return "model m { field u" + fields + "; param c = " + c + "; let k = " + c + "\n  dt(u) = 0*u" + equations +
+         " }\nscheme q { time = euler; real = f32 }\nscene s : m with q { grid x = 0 .. 1, cells 4, periodic\n  "
+         "initial "
+         "u = " +
+         size + "*(1 + x)" + initial + observed + "\n  time 0 .. 1, step 1 }\n";
+}
+
+/// A number beyond the floats either makes of fields what it makes in double precision, or is refused where it stands.
+TEST_F(PrecisionCommand, NumbersBeyondFloatsAreMetOrRefused) {
+  const std::vector<std::pair<std::string, std::string>> numbers = {
+      {"1e-60", "1e30"},
+      {"1e-42", "1e20"},
+      {"1e39", "1e-20"},
+      {"1e60", "1e-30"}};  // with a u that makes floats of them
+  for (const auto& [number, size] : numbers) {
+    for (const std::string c : {"c", "k"}) {
+      write("factors.dpde", formulas_of(size, number,
+                                        {c + "*u", "u*" + c, "-u*" + c, "u/(1/" + c + ")", c + "*u + 2*" + c + "*u",
+                                         "sqrt(" + c + "*u)", c + "*dx(u)"}));
+      const Outcome single = dpde("run factors.dpde --json --force"),
+                    exact = dpde("run factors.dpde --json --force --set real=f64");
+      ASSERT_EQ(single.status, 0) << number << single.err;
+      ASSERT_EQ(exact.status, 0) << number << exact.err;
+      const Json found = single.json()["observables"], known = exact.json()["observables"];
+      for (const auto& [name, values] : known.items()) {
+        const double wanted = values, value = found[name];
+        EXPECT_NE(wanted, 0) << name;
+        EXPECT_NEAR(value, wanted, 1e-5 * wanted) << c << " = " << number << ", " << name;
+      }
+      const std::vector<std::string> sums = {"u + " + c,
+                                             c + " - u",
+                                             "max(u, " + c + ")",
+                                             "min(u, " + c + ")",
+                                             "sqrt(u*u + " + c + ")",
+                                             "u/(u + " + c + ")",
+                                             "if(u > " + c + ", u, 1)",
+                                             "if(u > 0, " + c + ", u)",
+                                             c};
+      write("sums.dpde", formulas_of(size, number, sums));
+      const Outcome refused = dpde("run sums.dpde --json");
+      EXPECT_EQ(refused.status, 2) << number;
+      // a let is told once, where its number stands
+      EXPECT_EQ(std::ranges::count(refused.codes(), "E0103"), c == "c" ? std::ssize(sums) : 1) << number << refused.err;
+      EXPECT_NE(refused.err.find("write real = f64"), std::string::npos) << refused.err;
+    }
+  }
+  write("far.dpde", formulas_of("1e30", "1e-80", {"c*u"}));
+  EXPECT_EQ(dpde("run far.dpde --json").codes(), std::vector<std::string>{"E0103"}) << "it makes 0 of every float";
+}
+
+/// Derivatives multiply numbers that stand apart in the formula.
+TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
+  for (const std::string loss : {"mean((u/1e20 - 1)^2)", "mean((u/c - 1)^2)"}) {
+    write("s.dpde",
+          "model m { field u; param c = 1e20; dt(u) = lap(u) }\nscheme q { real = f32 }\nscene s : m with q {\n"
+          "  grid x = 0 .. 1, cells 16, periodic\n  initial u = 1e20; time 0 .. 0.01, step 0.001 }\n"
+          "task t : s { unknown initial u from 1e20*(1 + 0.2*sin(2*pi*x)); minimise " +
+              loss + " }\n");
+    const Outcome single = dpde("gradient s.dpde t --json --certify"),
+                  exact = dpde("gradient s.dpde t --json --set real=f64");
+    ASSERT_EQ(single.status, 0) << loss << single.err;
+    const auto norm = [](const Outcome& outcome) { return outcome.json()["gradient"]["u"]["norm"].get<double>(); };
+    EXPECT_NEAR(norm(single), norm(exact), 1e-4 * norm(exact)) << loss;
+  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "codegen/cpp/emit_cpp.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "command.h"
+#include "driver/param_values.h"
 #include "driver/scene_text.h"
 #include "files/files.h"
 #include "loop/print_loop.h"
@@ -41,7 +42,7 @@ loop::Module adjoint_loop(const driver::Compiled& compiled) {
   std::vector<std::string> read = adjoints;
   read.push_back(compiled.step_name());  // of which there is one that keeps what adjoints read
   return driver::lower_to_loop(driver::extract(compiled.stencil, read), adjoints, compiled.real(),
-                               driver::totals_of(compiled), driver::kept_of(compiled));
+                               driver::totals_of(compiled), driver::kept_of(compiled), driver::values_of(compiled));
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {

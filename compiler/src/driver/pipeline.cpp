@@ -17,16 +17,17 @@
 #include "driver/lone_models.h"
 #include "driver/losses.h"
 #include "driver/over_time.h"
+#include "driver/param_values.h"
 #include "driver/switches.h"
 #include "driver/tuning.h"
 #include "driver/values_of_programs.h"
 #include "driver/wide_formulas.h"
-#include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
 #include "model/build.h"
 #include "model/manufactured.h"
 #include "model/print_model.h"
+#include "model/single_numbers.h"
 #include "model/verify_model.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -336,6 +337,8 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
     compiled.problem->scheme.real = *options.real;
     for (network::Network& network : compiled.problem->networks) network.real = *options.real;
   }
+  if (compiled.real() == Precision::f32) model::check_numbers_of_floats(*compiled.problem, sink);
+  if (sink.has_errors()) return false;
   const auto text = [&] { return print(*compiled.problem); };
   if (!stages.after("model", text, [&] { return verify(*compiled.problem); })) return false;
   if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
@@ -432,7 +435,7 @@ adjoint::Kept kept_of(const Compiled& compiled) {
 }
 
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals, const adjoint::Kept& kept) {
+                           const adjoint::Totals& totals, const adjoint::Kept& kept, const loop::ParamValues& values) {
   module = adjoint::with_newton_steps(std::move(module));
   const bool keeps = adjoint::add_kept_programs(kept, module);
   for (const stencil::Pass& pass : stencil::loop_passes) {
@@ -445,7 +448,7 @@ loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> prog
     adjoint::make_totals({kept.adjoint_name(), totals.results}, module);
     programs.insert(programs.end(), {kept.step_name(), kept.adjoint_name()});
   }
-  return loop::from_stencil(module, programs, real);
+  return loop::from_stencil(module, programs, real, values);
 }
 
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
@@ -456,7 +459,7 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
   compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(),
-                                totals_of(compiled), kept_of(compiled));
+                                totals_of(compiled), kept_of(compiled), values_of(compiled));
   if (!stages.after(
           "loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); }))
     return std::nullopt;

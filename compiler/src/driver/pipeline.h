@@ -19,6 +19,7 @@
 #include "adjoint/totals.h"
 #include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
+#include "loop/from_stencil.h"
 #include "loop/loop.h"
 #include "model/from_ast.h"
 #include "model/model.h"
@@ -102,7 +103,8 @@ adjoint::Kept kept_of(const Compiled& compiled);
 /// The rows of the named programs, after the passes for speed: what the back ends get. With those of the
 /// totals and of what is kept.
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals = {}, const adjoint::Kept& kept = {});
+                           const adjoint::Totals& totals = {}, const adjoint::Kept& kept = {},
+                           const loop::ParamValues& values = {});
 
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);

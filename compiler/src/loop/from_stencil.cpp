@@ -101,8 +101,11 @@ std::set<std::string> time_dependent_fields(const stencil::Program& program, std
 
 class ModuleBuilder {
  public:
-  ModuleBuilder(const stencil::Module& source, std::vector<std::string> params)
-      : source_(source), uniforms_(std::move(params), taken_names(source)), contested_(contested_fields(source)) {
+  ModuleBuilder(const stencil::Module& source, std::vector<std::string> params, Precision real,
+                const ParamValues& values)
+      : source_(source),
+        uniforms_(std::move(params), taken_names(source), real, values),
+        contested_(contested_fields(source)) {
     for (const stencil::Kernel& kernel : source.kernels) row_names_.reserve(kernel.name);
   }
 
@@ -424,7 +427,8 @@ Module ModuleBuilder::take() {
 
 }  // namespace
 
-Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs, Precision real) {
+Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs, Precision real,
+                    const ParamValues& values) {
   std::vector<const stencil::Program*> chosen;
   std::vector<std::string> params;
   for (const std::string& name : programs) {
@@ -433,7 +437,7 @@ Module from_stencil(const stencil::Module& module, const std::vector<std::string
     chosen.push_back(program);
     for (const std::string& param : stencil::interface_of(module, *program).params) add_once(params, param);
   }
-  ModuleBuilder builder(module, std::move(params));
+  ModuleBuilder builder(module, std::move(params), real, values);
   for (const stencil::Program* program : chosen) builder.add_program(*program);
   Module result = builder.take();
   result.real = real;

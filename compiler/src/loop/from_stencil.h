@@ -8,6 +8,7 @@
 //    of a field that a sweep has just written is done with that sweep.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,12 @@
 
 namespace dpde::loop {
 
-/// The module must have passed stencil::verify and hold the programs.
+/// Values that parameters have, as far as they are known.
+using ParamValues = std::map<std::string, double>;
+
+/// The module must have passed stencil::verify and hold the programs. `values`: how large uniforms are, which in rows
+/// of floats may be more than one number (Factors::varying).
 Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs,
-                    Precision real = Precision::f64);
+                    Precision real = Precision::f64, const ParamValues& values = {});
 
 }  // namespace dpde::loop

@@ -10,6 +10,8 @@
 
 #include "loop/expressions.h"
 #include "support/contains.h"
+#include "support/evaluate.h"
+#include "support/match.h"
 
 namespace dpde::loop {
 
@@ -29,8 +31,9 @@ std::size_t hash_of(const Expr& e) {
 
 }  // namespace
 
-UniformTable::UniformTable(std::vector<std::string> params, NameSupply taken)
-    : params_(std::move(params)), names_(std::move(taken)) {
+UniformTable::UniformTable(std::vector<std::string> params, NameSupply taken, Precision real,
+                           const std::map<std::string, double>& values)
+    : params_(std::move(params)), names_(std::move(taken)), real_(real), param_values_(values) {
   for (const std::string& name : params_) names_.reserve(name);
 }
 
@@ -73,6 +76,7 @@ int UniformTable::index_of(const Expr& definition, const std::string& wish) {
   if (found != last) return found->second;
   const int index = static_cast<int>(uniforms_.size());
   uniforms_.push_back({name_for(definition, wish), definition});
+  values_.push_back(real_ == Precision::f32 ? value_of(definition) : 1);
   by_hash_.emplace(hash, index);
   return index;
 }
@@ -80,6 +84,23 @@ int UniformTable::index_of(const Expr& definition, const std::string& wish) {
 Expr UniformTable::use(const Expr& definition, const std::string& wish) {
   if (std::holds_alternative<Literal>(definition->kind)) return definition;
   return make(Uniform{index_of(definition, wish)});
+}
+
+double UniformTable::value_of(const Expr& definition) const {
+  const auto value = [&](const Expr& part) { return value_of(part); };
+  return match(
+      definition->kind, [](const Literal& l) { return l.value; },
+      [&](const Uniform& u) { return values_[static_cast<std::size_t>(u.index)]; },
+      [&](const Param& p) {
+        const auto known = param_values_.find(params_[static_cast<std::size_t>(p.index)]);
+        return known == param_values_.end() ? 1.0 : known->second;
+      },
+      [](const Counter&) { return 1.0; }, [](const Load&) { return 1.0; }, [](const Local&) { return 1.0; },
+      [](const Inside&) { return 1.0; }, [](const Interp&) { return 1.0; },
+      [&](const Neg& n) { return -value(n.operand); }, [&](const Rounded& r) { return value(r.operand); },
+      [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
+      [&](const Call& c) { return evaluate_call_of(c.fn, c.arguments, value); },
+      [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); });
 }
 
 void Factors::add_number(double value, bool inverse) {
@@ -107,8 +128,30 @@ Expr Factors::unsigned_definition() const {
 
 Expr Factors::definition() const { return negative_ ? loop::negate(unsigned_definition()) : unsigned_definition(); }
 
-Expr Factors::varying(UniformTable& uniforms) const {
-  std::vector<Expr> above = above_;
+/// What several factors make, as 1e-20 twice, may be no float although what they make of fields is one. Powers of two
+/// are taken out of it until a float is left: of the exponents that floats have, up to 126 in size, half is left to
+/// parameters that change. The value of fields between two such powers is then in range where all of it is.
+std::vector<Expr> Factors::take_powers(const UniformTable& uniforms) {
+  constexpr int most = 63;
+  std::vector<Expr> powers;
+  const double value = uniforms.value_of(unsigned_definition());
+  if (!std::isnormal(value)) return powers;
+  for (int exponent = std::ilogb(value); std::abs(exponent) > most;) {
+    const int taken = exponent > 0 ? most : -most;
+    powers.emplace_back(std::scalbn(1.0, taken));
+    number_above_ = std::scalbn(number_above_, -taken);
+    exponent -= taken;
+  }
+  return powers;
+}
+
+Expr Factors::varying(UniformTable& uniforms) {
+  const std::vector<Expr> powers = uniforms.real() == Precision::f32 ? take_powers(uniforms) : std::vector<Expr>();
+  std::vector<Expr> above;
+  for (std::size_t i = 0; i < std::max(above_.size(), powers.size()); ++i) {
+    if (i < above_.size()) above.push_back(above_[i]);
+    if (i < powers.size()) above.push_back(powers[i]);
+  }
   const Expr uniform = unsigned_definition();
   if (!is_literal(uniform, 1)) above.insert(above.begin(), uniforms.use(uniform));
   Expr result = product(above);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -15,8 +16,10 @@ namespace dpde::loop {
 
 class UniformTable {
  public:
-  /// `taken`: names of fields, lets and sums, which no uniform may have.
-  UniformTable(std::vector<std::string> params, NameSupply taken);
+  /// `taken`: names of fields, lets and sums, which no uniform may have. `real`: what rows hold values in, and so the
+  /// uniforms that they read. `values` of parameters say how large these are.
+  UniformTable(std::vector<std::string> params, NameSupply taken, Precision real,
+               const std::map<std::string, double>& values);
 
   /// The parameter as a leaf of a uniform's definition; a name seen for the first time becomes a parameter.
   Expr param(const std::string& name);
@@ -30,6 +33,9 @@ class UniformTable {
   Expr use(const Expr& definition, const std::string& wish = "");
   int index_of(const Expr& definition, const std::string& wish = "");
 
+  Precision real() const { return real_; }
+  /// The value of a definition, with 1 for what is not known.
+  double value_of(const Expr& definition) const;
   std::vector<std::string> params() const { return params_; }
   std::vector<std::string> counters() const { return counters_; }
   std::vector<UniformDef> take() { return std::move(uniforms_); }
@@ -42,6 +48,9 @@ class UniformTable {
   std::unordered_multimap<std::size_t, int> by_hash_;  // of definitions -> index
   NameSupply names_;
   int next_number_ = 0;
+  Precision real_;
+  const std::map<std::string, double>& param_values_;
+  std::vector<double> values_;  // of the uniforms
 };
 
 /// The uniform part of a product and the rest of it. Numbers are kept apart, so that 2*nu/(3*hx) stays readable.
@@ -55,11 +64,12 @@ class Factors {
   bool is_uniform() const { return above_.empty() && below_.empty(); }
   /// All factors, when they are uniform: a definition of Params and Literals.
   Expr definition() const;
-  /// uniform * above / below, in a row.
-  Expr varying(UniformTable& uniforms) const;
+  /// uniform * above / below, in a row. What of the uniform is too large or small for a float stands between them.
+  Expr varying(UniformTable& uniforms);
 
  private:
   Expr unsigned_definition() const;
+  std::vector<Expr> take_powers(const UniformTable& uniforms);
 
   bool negative_ = false;
   double number_above_ = 1, number_below_ = 1;
