@@ -47,17 +47,16 @@ TEST_F(Machine, AThreadThatCannotBeMadeIsTold) {
 TEST_F(Machine, AReaderThatIsGoneEndsNothing) {
   write("rod.dpde", rod_text);
   const auto without_reader = [&](const std::string& arguments) {
-    const Outcome outcome = shell(
-        "{ while [ ! -e gone ]; do sleep 0.01; done; $DPDE " + arguments +
-        "; echo $? > status; } | { exec 0<&-; : > gone; }; while [ ! -s status ]; do sleep 0.01; done; rm gone");
+    const Outcome outcome =
+        shell("{ while [ ! -e gone ]; do sleep 0.01; done; $DPDE " + arguments +
+              "; echo $? > status; } | { exec 0<&-; : > gone; }; while [ ! -s status ]; do sleep 0.01; done; rm gone");
     EXPECT_EQ(outcome.err.find("E090"), std::string::npos) << outcome.err;
     const std::string status = content(path("status"));
     fs::remove(path("status"));
     return status;
   };
-  for (const std::string arguments :
-       {"man", "--help", "explain E0609", "emit rod.dpde rod --stage llvm", "check rod.dpde rod",
-        "run rod.dpde rod --json", "gradient rod.dpde find"})
+  for (const std::string arguments : {"man", "--help", "explain E0609", "emit rod.dpde rod --stage llvm",
+                                      "check rod.dpde rod", "run rod.dpde rod --json", "gradient rod.dpde find"})
     EXPECT_EQ(without_reader(arguments), "0\n") << arguments;
   EXPECT_EQ(without_reader("run rod.dpde rod --set cells=4096"), "2\n");
   EXPECT_EQ(without_reader("run rod.dpde rod --out there"), "0\n");

@@ -35,8 +35,8 @@ void drop_what_nobody_reads() {
   struct stat output {};
   const bool has_reader = fstat(STDOUT_FILENO, &output) == 0 && (S_ISFIFO(output.st_mode) || S_ISSOCK(output.st_mode));
   if (!has_reader) return;
-  FILE* const pipe = fopencookie(nullptr, "w", {.read = nullptr, .write = write_while_read, .seek = nullptr,
-                                                .close = nullptr});
+  FILE* const pipe =
+      fopencookie(nullptr, "w", {.read = nullptr, .write = write_while_read, .seek = nullptr, .close = nullptr});
   if (pipe != nullptr) stdout = pipe;
 }
 
