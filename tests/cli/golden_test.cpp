@@ -36,7 +36,7 @@ TEST(Golden, EveryStageIsAsStored) {
     for (const auto& file : fs::directory_iterator(folder)) {
       if (file.path().extension() != ".txt") continue;
       const std::string command = "cd " + folder.path().string() + " && " + DPDE_BINARY_DIR +
-                                  "/bin/dpde emit in.dpde --stage " + file.path().stem().string() + " 2>&1";
+                                  "/bin/dpde emit in.dpde --quiet --stage " + file.path().stem().string() + " 2>&1";
       const std::string stored = read(file.path());
       EXPECT_FALSE(stored.empty()) << file.path();
       EXPECT_EQ(output_of(command), stored)
