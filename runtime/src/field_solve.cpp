@@ -234,7 +234,8 @@ void FieldSolve::note(const SolveReport& report) {
   note_->iterations += report.iterations;
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
   const bool is_missed = !report.converged && solve_.warns != 0;
-  if (is_missed && (note_->missed == 0 || report.residual > note_->residual)) note_->advice = advice_for(report);
+  const bool is_worst = is_missed && (note_->missed == 0 || report.residual > note_->residual);
+  if (is_worst && matrix_.size() <= most_cells_tried) note_->advice = advice_for(report);  // it keeps the system
   if (report.residual >= note_->residual) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;

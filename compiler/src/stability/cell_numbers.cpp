@@ -115,21 +115,24 @@ class LargestNumbers {
         const bool is_central =
             own && transport_of(*own, row, axis, h).at_grid_scale - t.at_grid_scale < upwinding * next.speed * h;
         next.rings = is_central && t.diffusion > 0 && next.number > largest_smooth;
-        next.is_reynolds = carries_itself(central_, point, next.field, row, axis, h, t.speed);
         next.place = at.place;
-        take(next);
+        CellNumber* const known = find(next.field, next.axis);
+        if (known != nullptr && !(next.number > known->number)) continue;
+        // another response: of what is kept alone
+        next.is_reynolds = carries_itself(central_, point, next.field, row, axis, h, t.speed);
+        if (known == nullptr) {
+          found_.push_back(next);
+        } else {
+          *known = next;
+        }
       }
     }
   }
 
-  void take(const CellNumber& next) {
+  CellNumber* find(const std::string& field, int axis) {
     const auto known =
-        std::ranges::find_if(found_, [&](const CellNumber& c) { return c.field == next.field && c.axis == next.axis; });
-    if (known == found_.end()) {
-      found_.push_back(next);
-    } else if (next.number > known->number) {
-      *known = next;
-    }
+        std::ranges::find_if(found_, [&](const CellNumber& c) { return c.field == field && c.axis == axis; });
+    return known == found_.end() ? nullptr : &*known;
   }
 
   driver::Session& session_;

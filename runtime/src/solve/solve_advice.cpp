@@ -12,8 +12,7 @@
 namespace dpde {
 namespace {
 
-constexpr std::int64_t most_tried = 100'000;  // cells: on more, trying methods takes long
-constexpr double too_many = 20;               // iterations over those that were made
+constexpr double too_many = 20;  // iterations over those that were made
 
 bool solves(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right) {
   std::vector<double> x(right.size(), 0.0);
@@ -58,7 +57,7 @@ std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, 
   if (failed.is_singular)
     return "what no field can make, as the mean of a Laplacian between walls without values, is to be taken off the "
            "right side; or give the field a value at a wall";
-  if (matrix.size() > most_tried) return {};
+  if (matrix.size() > most_cells_tried) return {};
   const std::vector<std::string> others = others_that_solve(matrix, options, right, failed.method);
   const std::string instead = others.empty() ? "" : "take " + one_of(others);
   if (failed.iterations == 0 || failed.is_indefinite)

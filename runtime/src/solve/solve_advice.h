@@ -3,6 +3,7 @@
 // tried.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -10,6 +11,8 @@
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
+
+constexpr std::int64_t most_cells_tried = 100'000;  // on more, trying methods takes long
 
 /// `failed`: what the method of `options` has met. "" on more cells than methods are tried on.
 std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
