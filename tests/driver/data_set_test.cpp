@@ -17,12 +17,12 @@ dataset d : s { runs 6; vary a from 1 }
 )";
 
 /// The runs of `body`, a model and a scene that varies a, made on so many threads: what is said.
-struct Made {
+struct MadeRuns {
   model::DataSet set;
   std::vector<Diagnostic> said;
 };
 
-Made make(const std::string& file, int threads, const DataSetMaker::Take& take) {
+MadeRuns make_runs(const std::string& file, int threads, const DataSetMaker::Take& take) {
   const SourceFile source("test.dpde", file);
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -44,7 +44,7 @@ Made make(const std::string& file, int threads, const DataSetMaker::Take& take) 
 
 TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
   for (const int threads : {1, 4}) {
-    const Made made = make(text, threads, [](int run, const DataRun&) {
+    const MadeRuns made = make_runs(text, threads, [](int run, const DataRun&) {
       if (run == 2) throw std::runtime_error("the disk is gone");
     });
     ASSERT_EQ(made.said.size(), 1U);
@@ -60,7 +60,7 @@ TEST(DataSetMaker, ARunThatFailsHasTheErrorOfARun) {
       "scene s : m { grid x = 0 .. 1, cells 8, periodic; a = 1; initial u = 1; time 0 .. 1/16, step 1/256 }\n"
       "dataset d : s { runs 6; seed 4; vary a in -200 .. 200 }\n";
   for (const int threads : {1, 4}) {
-    const Made made = make(grows, threads, [](int, const DataRun&) {});
+    const MadeRuns made = make_runs(grows, threads, [](int, const DataRun&) {});
     int first = 0;
     while (first < made.set.runs && made.set.value_of(0, first) < 0) ++first;
     ASSERT_GT(made.set.value_of(0, first), 10);

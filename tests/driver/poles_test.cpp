@@ -13,27 +13,27 @@ namespace dpde::testing {
 namespace {
 
 /// Each jumps where z is 0.
-constexpr const char* jumping[] = {"z/abs(z)",      "z/sqrt(z^2)",  "abs(z)/z",        "max(z, 0)/z",
-                                   "(z^2)^0.5/z",   "atan(1/z)",    "tanh(1/z)",       "min(z, 0)/abs(z)",
-                                   "z*abs(z)^(-1)", "z^3/abs(z)^3", "1/(1 + exp(1/z))"};
+constexpr const char* jumping_formulas[] = {"z/abs(z)",      "z/sqrt(z^2)",  "abs(z)/z",        "max(z, 0)/z",
+                                            "(z^2)^0.5/z",   "atan(1/z)",    "tanh(1/z)",       "min(z, 0)/abs(z)",
+                                            "z*abs(z)^(-1)", "z^3/abs(z)^3", "1/(1 + exp(1/z))"};
 
-struct Slot {
+struct PoleSlot {
   const char* name;
   const char* z;  // passes 0 as the unknown moves
   bool is_by_states = false;
 };
-constexpr Slot slots[] = {{"rate", "(t - a)"},          {"held", "(t - a)"},      {"initial", "(x/8 - a)"},
-                          {"coefficient", "(x/8 - a)"}, {"boundary", "(t - a)"},  {"loss", "(u - a)", true},
-                          {"event", "(u - a)", true},   {"rate", "(u - a)", true}};
+constexpr PoleSlot pole_slots[] = {{"rate", "(t - a)"},          {"held", "(t - a)"},      {"initial", "(x/8 - a)"},
+                                   {"coefficient", "(x/8 - a)"}, {"boundary", "(t - a)"},  {"loss", "(u - a)", true},
+                                   {"event", "(u - a)", true},   {"rate", "(u - a)", true}};
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
+std::string with_z(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
     text.replace(at, what.size(), by);
   return text;
 }
 
 /// `formula` in the slot; the rest is smooth.
-std::string text_with(const std::string& slot, const std::string& formula, const std::string& unknown = "a") {
+std::string text_with_pole(const std::string& slot, const std::string& formula, const std::string& unknown = "a") {
   const auto in = [&](const std::string& name, const std::string& else_text) {
     return slot == name ? formula : else_text;
   };
@@ -86,28 +86,28 @@ double jump_by_differences(const std::string& text) {
 }
 
 TEST(JumpsAtPoles, TheTemplateIsSmooth) {
-  EXPECT_EQ(code_refused(text_with("", "")), "");
-  EXPECT_LT(jump_by_differences(text_with("", "")), 1e-8);
+  EXPECT_EQ(code_refused(text_with_pole("", "")), "");
+  EXPECT_LT(jump_by_differences(text_with_pole("", "")), 1e-8);
 }
 
 TEST(JumpsAtPoles, AreRefusedInEachSlot) {
-  for (const Slot& slot : slots) {
-    for (const char* formula : jumping) {
-      EXPECT_EQ(code_refused(text_with(slot.name, replaced(formula, "z", slot.z))), "E0609")
+  for (const PoleSlot& slot : pole_slots) {
+    for (const char* formula : jumping_formulas) {
+      EXPECT_EQ(code_refused(text_with_pole(slot.name, with_z(formula, "z", slot.z))), "E0609")
           << slot.name << ": " << formula;
     }
   }
 }
 
 TEST(JumpsAtPoles, AreThoseOfDifferences) {
-  for (const Slot& slot : slots) {
+  for (const PoleSlot& slot : pole_slots) {
     if (slot.is_by_states) continue;
-    for (const char* formula : jumping) {
-      EXPECT_GT(jump_by_differences(text_with(slot.name, replaced(formula, "z", slot.z))), 1e-5)
+    for (const char* formula : jumping_formulas) {
+      EXPECT_GT(jump_by_differences(text_with_pole(slot.name, with_z(formula, "z", slot.z))), 1e-5)
           << slot.name << ": " << formula;
     }
     for (const char* formula : {"z/(abs(z) + 1e-2)", "z*abs(z)/sqrt(z^2)", "z*atan(1/z)", "sin(z)/z", "tanh(1/z^2)"}) {
-      const std::string text = text_with(slot.name, replaced(formula, "z", slot.z));
+      const std::string text = text_with_pole(slot.name, with_z(formula, "z", slot.z));
       EXPECT_EQ(code_refused(text), "") << slot.name << ": " << formula;
       EXPECT_LT(jump_by_differences(text), 1e-6) << slot.name << ": " << formula;
     }
@@ -138,7 +138,7 @@ TEST(JumpsAtPoles, InsideOperatorsAndBesideOthers) {
                               "a*log(exp(u/abs(u)))",
                               "a*(u - 0.1)/((u - 0.1)^2)^(1/2)",
                               "(x - 10*a)/abs(x - 10*a)"})
-    EXPECT_EQ(code_refused(text_with("rate", formula)), "E0609") << formula;
+    EXPECT_EQ(code_refused(text_with_pole("rate", formula)), "E0609") << formula;
 }
 
 /// Both sides meet, or what is divided by keeps its sign: w begins positive, u has both signs.
@@ -203,7 +203,7 @@ TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
                               "(u - a)*abs(u - a)/sqrt((u - a)^2 + 1e-10)",
                               "a*sqrt(abs(u))*u/abs(u)",
                               "(x - 4)/sqrt((x - 4)^2 + a^2)"})
-    EXPECT_EQ(code_refused(text_with("rate", formula)), "") << formula;
+    EXPECT_EQ(code_refused(text_with_pole("rate", formula)), "") << formula;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace dpde::testing {
 namespace {
 
 /// At rest at once, and a way back of thousands of products, as 1e-11 of a step is in the rounding of its adjoint.
-constexpr const char* text = R"(
+constexpr const char* rest_with_a_slow_way_back = R"(
 model m { field u; param k; param f; dt(u) = k*lap(u) + k*(f - u) }
 scheme c { time = rk4 }
 scene s : m with c { k = 1e-11; f = 1; grid x = 0 .. 1, cells 8; grid y = 0 .. 1, cells 8; grid z = 0 .. 1, cells 8
@@ -19,7 +19,7 @@ task t : s { unknown f from 0.5; minimise mean(u^2) }
 )";
 
 TEST(SteadyBudget, HoldsOnTheWayBack) {
-  const SourceFile source("slow.dpde", text);
+  const SourceFile source("slow.dpde", rest_with_a_slow_way_back);
   driver::CompileOptions options;
   options.selection.name = "t";
   options.adjoint = true;

@@ -8,13 +8,13 @@
 namespace dpde::testing {
 namespace {
 
-constexpr const char* rod = R"(
+constexpr const char* rod_at_rest = R"(
 model rod { field u; param k = 1, f = 2; dt(u) = k*lap(u) + f*x }
 scene s : rod { grid x = 0 .. 1, cells 12; boundary u: x = 0; initial u = 0; time 0 .. 40, step 1/400, until steady 1e-7 }
 task t : s { unknown k; unknown f; minimise (sample(u, at = 0.5) - 0.1)^2; using newton_cg(), iterations 3 }
 )";
 
-std::vector<GradientProgress> watched(Simulation& sim) {
+std::vector<GradientProgress> all_progress(Simulation& sim) {
   std::vector<GradientProgress> seen;
   sim.watch_gradients(
       [&](const GradientProgress& now) {
@@ -28,8 +28,8 @@ std::vector<GradientProgress> watched(Simulation& sim) {
 }
 
 TEST(SteadyWatch, CountsStepsAndProducts) {
-  Simulation sim = compile_text(rod, {.name = "t"});
-  const std::vector<GradientProgress> seen = watched(sim);
+  Simulation sim = compile_text(rod_at_rest, {.name = "t"});
+  const std::vector<GradientProgress> seen = all_progress(sim);
   ASSERT_GT(seen.size(), 100u);
   EXPECT_FALSE(seen.front().is_back);
   EXPECT_TRUE(seen.back().is_back);
@@ -41,11 +41,11 @@ TEST(SteadyWatch, CountsStepsAndProducts) {
 
 /// In the middle of the run, in its last step, in the first product and in a later one.
 TEST(SteadyWatch, StopsEverywhere) {
-  Simulation sim = compile_text(rod, {.name = "t"});
+  Simulation sim = compile_text(rod_at_rest, {.name = "t"});
   const double loss = sim.gradient();
   const std::vector<double> bars(sim.gradient_vector().begin(), sim.gradient_vector().end());
   const std::vector<double> product = sim.hessian_vector(std::vector<double>{1, 0.5});
-  const std::vector<GradientProgress> seen = watched(sim);
+  const std::vector<GradientProgress> seen = all_progress(sim);
   const std::int64_t steps = std::ranges::count(seen, false, &GradientProgress::is_back);
   for (const std::int64_t at : {std::int64_t{5}, steps, steps + 1, steps + 3}) {
     sim.watch_gradients([&](const GradientProgress& now) { return now.done != at; }, 1);
@@ -68,7 +68,7 @@ TEST(SteadyWatch, StopsEverywhere) {
 /// As Ctrl-C sets it, while the steps are made and while the adjoint is solved for.
 TEST(SteadyWatch, TheFlagStopsBothWays) {
   std::atomic<bool> stop{false};
-  Simulation sim = compile_text(rod, {.name = "t", .stop = &stop});
+  Simulation sim = compile_text(rod_at_rest, {.name = "t", .stop = &stop});
   const double loss = sim.gradient();
   for (const bool is_back : {false, true}) {
     int behind = 0;
