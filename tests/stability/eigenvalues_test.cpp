@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <utility>
@@ -117,6 +118,61 @@ TEST(Eigenvalues, OfRealMatricesArePairsOrReal) {
     a(size + 1, size) = -1;
     for (int i = 0; i < size; ++i) a(i, size) = 1 + i;  // which changes no eigenvalue
     EXPECT_LT(distance(expected, eigenvalues(a)), 1e-11) << size;
+  }
+}
+
+/// Shifts by what stands at the end turn a cycle by itself for ever; zeros, matrices of one entry repeated and Jordan's
+/// blocks have nothing to turn.
+TEST(Eigenvalues, OfMatricesThatShiftsDoNotTurn) {
+  for (const int size : {3, 5, 6, 16, 33}) {
+    Eigen::MatrixXd cycle = Eigen::MatrixXd::Zero(size, size), block = cycle;
+    std::vector<Complex> roots, twos, ones_and_zeros;
+    for (int i = 0; i < size; ++i) {
+      cycle((i + 1) % size, i) = 1;
+      block(i, i) = 2;
+      if (i > 0) block(i - 1, i) = 1;
+      roots.push_back(std::polar(1.0, 2 * std::numbers::pi * i / size));
+      twos.emplace_back(2);
+      ones_and_zeros.emplace_back(i == 0 ? size : 0);
+    }
+    const Eigen::MatrixXd ones = Eigen::MatrixXd::Ones(size, size);
+    EXPECT_LT(distance(roots, eigenvalues(cycle)), 1e-13) << size;
+    EXPECT_LT(distance(roots, eigenvalues(Eigen::MatrixXcd(Complex(1, 0) * cycle))), 1e-13) << size;
+    std::vector<Complex> turned;
+    for (const Complex root : roots) turned.push_back(Complex(0, 2) * root);
+    EXPECT_LT(distance(turned, eigenvalues(Eigen::MatrixXcd(Complex(0, 2) * cycle))), 1e-13) << size;
+    EXPECT_LT(distance(twos, eigenvalues(block)), 1e-15) << size;
+    EXPECT_LT(distance(ones_and_zeros, eigenvalues(ones)), 1e-12) << size;
+    EXPECT_LT(distance(std::vector<Complex>(static_cast<std::size_t>(size)), eigenvalues(Eigen::MatrixXd(0 * ones))), 1e-300) << size;
+  }
+}
+
+TEST(Eigenvalues, OfWhatIsNotFiniteAreNoNumbers) {
+  for (const int size : {5, 12}) {
+    Eigen::MatrixXd a = Eigen::MatrixXd::Random(size, size);
+    a(1, 2) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(eigenvalues(a).array().isNaN().any());
+    EXPECT_TRUE(eigenvalues(Eigen::MatrixXcd(Complex(0, 1) * a)).array().isNaN().any());
+    a(1, 2) = std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(eigenvalues(a).array().isFinite().all());
+  }
+}
+
+/// Random ones of many sizes: their powers have the traces that sums of powers of the values are.
+TEST(Eigenvalues, HaveTheTracesOfPowers) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (int size = 3; size < 40; size += 4) {
+    const Eigen::MatrixXd a = Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); }) / size,
+                          b = Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); }) / size;
+    const Eigen::MatrixXcd c = a.cast<Complex>() + Complex(0, 1) * b;
+    const Eigen::VectorXcd of_a = eigenvalues(a), of_c = eigenvalues(c);
+    Eigen::MatrixXcd power_of_a = Eigen::MatrixXcd::Identity(size, size), power_of_c = power_of_a;
+    for (int power = 1; power < 5; ++power) {
+      power_of_a = (power_of_a * a.cast<Complex>()).eval(), power_of_c = (power_of_c * c).eval();
+      EXPECT_LT(std::abs(of_a.array().pow(power).sum() - power_of_a.trace()), 1e-12) << size << " " << power;
+      EXPECT_LT(std::abs(of_c.array().pow(power).sum() - power_of_c.trace()), 1e-12) << size << " " << power;
+    }
   }
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -77,7 +79,7 @@ Amplification::Amplification(const Response& response, int rank)
     }
     return;
   }
-  std::map<stencil::Offset, std::vector<double>> places;
+  Places places;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (const Form::Term& term : rows[row].terms()) {
       std::vector<double>& weights = places[Form::offset_of(term.key)];
@@ -93,6 +95,40 @@ Amplification::Amplification(const Response& response, int rank)
     line.weights.insert(line.weights.end(), weights.begin(), weights.end());
   }
   for (auto& [place, line] : lines) lines_.push_back(std::move(line));
+  note_symmetries(places);
+}
+
+void Amplification::note_symmetries(const Places& places) {
+  const auto is_same = [&](const std::function<stencil::Offset(stencil::Offset)>& image_of) {
+    return std::ranges::all_of(places, [&](const auto& entry) {
+      const auto image = places.find(image_of(entry.first));
+      if (image == places.end()) return false;
+      return std::ranges::equal(entry.second, image->second, [](double a, double b) {
+        return std::abs(a - b) <= 4 * std::numeric_limits<double>::epsilon() * std::abs(a);
+      });
+    });
+  };
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis) {
+    is_even_[axis] = is_same([&](stencil::Offset place) {
+      place[axis] = -place[axis];
+      return place;
+    });
+    is_as_before_[axis] = axis > 0 && is_even_[axis] && is_even_[axis - 1] && is_same([&](stencil::Offset place) {
+                            std::swap(place[axis], place[axis - 1]);
+                            return place;
+                          });
+  }
+}
+
+Angles Amplification::representative(Angles angles) const {
+  for (std::size_t axis = 0; axis < angles.size(); ++axis) {
+    if (is_even_[axis]) angles[axis] = std::abs(std::remainder(angles[axis], 2 * pi));
+  }
+  for (std::size_t first = 0, end = 1; first < angles.size(); first = end++) {
+    while (end < angles.size() && is_as_before_[end]) ++end;
+    std::sort(angles.begin() + static_cast<std::ptrdiff_t>(first), angles.begin() + static_cast<std::ptrdiff_t>(end));
+  }
+  return angles;
 }
 
 /// Waves are looked at by the hundred thousand: sines are taken once a distance along an axis.
@@ -296,11 +332,23 @@ bool is_too_long(int rank, const Angles& angles) {
   return longest < 0.99 * long_waves.back();
 }
 
+/// The top that a step from here may lead to.
+const Largest* top_within(double step, const Largest& from, const std::vector<Largest>& tops) {
+  const auto is_near = [&](const Largest& top) {
+    const auto is_far_along = [&](double a, double b) { return std::abs(a - b) > step; };
+    return top.value >= from.value && std::ranges::equal(top.angles, from.angles, std::not_fn(is_far_along));
+  };
+  const auto found = std::ranges::find_if(tops, is_near);
+  return found == tops.end() ? nullptr : &*found;
+}
+
 /// Along each axis in turn, with steps that are halved where none leads up, until they are as short as `shortest`, and
-/// doubled where one does: slopes may be long.
-Largest climb(int rank, Largest from, double step, double shortest, const std::function<double(const Angles&)>& f) {
+/// doubled where one does: slopes may be long. It ends at one of `tops`, of climbs before it, that is within a step.
+Largest climb(int rank, Largest from, double step, double shortest, const std::function<double(const Angles&)>& f,
+              const std::vector<Largest>& tops = {}) {
   const double longest = 8 * step;
   while (step > shortest) {
+    if (const Largest* top = top_within(step, from, tops)) return *top;
     bool has_moved = false;
     for (int way = 0; way < 2 * rank; ++way) {
       Angles next = from.angles;
@@ -327,19 +375,22 @@ Largest largest_over_waves(int rank, const std::function<double(const Angles&)>&
   std::partial_sort(found.begin(), found.begin() + count, found.end(), is_larger);
   found.resize(static_cast<std::size_t>(count));
   const double step = pi / waves_along[static_cast<std::size_t>(rank - 1)];
+  std::vector<Largest> tops;
   std::vector<double> shortest;
-  for (Largest& top : found) {
+  for (const Largest& start : found) {
     // A long wave is left in small steps.
     double smallest = step;
-    for (const double a : top.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
+    for (const double a : start.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
+    const Largest top = climb(rank, start, smallest, coarse_climb * smallest, f, tops);
+    if (std::ranges::find(tops, top.angles, &Largest::angles) != tops.end()) continue;
+    tops.push_back(top);
     shortest.push_back(coarse_climb * smallest);
-    top = climb(rank, top, smallest, shortest.back(), f);
   }
-  Largest best = *std::ranges::max_element(found, {}, &Largest::value);
+  Largest best = *std::ranges::max_element(tops, {}, &Largest::value);
   const double rival = best.value - near_the_best * std::max(std::abs(best.value), small_value);
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!(found[i].value >= rival)) continue;
-    const Largest top = climb(rank, found[i], shortest[i], finest_climb, f);
+  for (std::size_t i = 0; i < tops.size(); ++i) {
+    if (!(tops[i].value >= rival)) continue;
+    const Largest top = climb(rank, tops[i], shortest[i], finest_climb, f);
     if (top.value > best.value) best = top;
   }
   return best;

@@ -8,6 +8,7 @@
 #include <array>
 #include <complex>
 #include <functional>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,8 @@ class Amplification {
   /// Of the angles. Else some of it is there only for some waves: means, what is dealiased, what is solved for.
   bool is_sum_of_exponentials() const { return waves_.empty(); }
   Eigen::MatrixXcd at(const Angles& angles) const;
+  /// The wave that stands for all that have its matrix: weights may be even along an axis, or the same along two.
+  Angles representative(Angles angles) const;
   /// Eigenvalues of that.
   Eigen::VectorXcd eigenvalues(const Angles& angles) const;
   /// Before many waves are looked at: what all of them have in common is then done once. Where the weights of all
@@ -37,6 +40,8 @@ class Amplification {
  private:
   using Phases = std::array<std::vector<std::complex<double>>, 3>;  // of each offset along each axis
   void note_reach(const Form& form);
+  using Places = std::map<stencil::Offset, std::vector<double>>;  // weights by columns
+  void note_symmetries(const Places& places);
   Phases phases_of(const Angles& angles) const;
   Eigen::MatrixXcd of_mean() const;
   std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
@@ -62,6 +67,7 @@ class Amplification {
   std::vector<Line> lines_;
   std::vector<std::pair<stencil::Offset, Eigen::VectorXcd>> diagonals_;  // of the weights of each place, in that basis
   std::array<int, 3> reach_{};                                           // the farthest offset along each axis
+  std::array<bool, 3> is_even_{}, is_as_before_{};                       // along each axis; as along the axis before it
   struct Wave {
     std::vector<std::pair<Readings, WaveMultiplier>> terms;
     Readings divisor;
@@ -75,7 +81,8 @@ struct Largest {
   Angles angles{};
   double value = 0;
 };
-/// The largest value of `f` over all waves: from the best ones of a lattice, of its diagonals and of long waves uphill.
+/// The largest value of `f` over all waves: from the best ones of a lattice, of its diagonals and of long waves uphill,
+/// until they come to a top that is known.
 Largest largest_over_waves(int rank, const std::function<double(const Angles&)>& f);
 
 }  // namespace dpde::stability

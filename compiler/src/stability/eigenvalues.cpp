@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "stability/hessenberg.h"
+
 namespace dpde::stability {
 
 namespace {
@@ -51,7 +53,7 @@ template <class Matrix>
 void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
   using Scalar = typename Matrix::Scalar;
   const Index size = a.rows();
-  Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1> v(size);
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, Matrix::MaxRowsAtCompileTime, 1> v(size), sums(size);
   for (Index k = 0; k + 2 < size; ++k) {
     double below = 0;
     for (Index i = k + 1; i < size; ++i) {
@@ -65,26 +67,28 @@ void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
     const double factor = 1 / (length * (length + first));  // 2/|v|^2
     for (Index j = k; j < size; ++j) {
       Scalar sum = 0;
-      for (Index i = k + 1; i < size; ++i) sum += Eigen::numext::conj(v[i]) * a(i, j);
+      for (Index i = k + 1; i < size; ++i) sum += product(Eigen::numext::conj(v[i]), a(i, j));
       sum *= factor;
-      for (Index i = k + 1; i < size; ++i) a(i, j) -= v[i] * sum;
+      for (Index i = k + 1; i < size; ++i) a(i, j) -= product(v[i], sum);
     }
     for (Matrix* each : {&a, basis}) {
-      for (Index i = 0; each != nullptr && i < size; ++i) {
-        Scalar sum = 0;
-        for (Index j = k + 1; j < size; ++j) sum += (*each)(i, j) * v[j];
-        sum *= factor;
-        for (Index j = k + 1; j < size; ++j) (*each)(i, j) -= sum * Eigen::numext::conj(v[j]);
+      if (each == nullptr) continue;
+      sums.setZero();
+      for (Index j = k + 1; j < size; ++j) {
+        for (Index i = 0; i < size; ++i) sums[i] += product((*each)(i, j), v[j]);
+      }
+      for (Index j = k + 1; j < size; ++j) {
+        const Scalar of_column = factor * Eigen::numext::conj(v[j]);
+        for (Index i = 0; i < size; ++i) (*each)(i, j) -= product(sums[i], of_column);
       }
     }
     for (Index i = k + 2; i < size; ++i) a(i, k) = 0;
   }
 }
 
-template <class Matrix>
-Eigen::VectorXcd diagonal_of_schur(Matrix a) {
+Eigen::VectorXcd diagonal_of_schur(Small a) {
   reduce_to_hessenberg(a);
-  Eigen::ComplexSchur<Matrix> schur(a.rows());
+  Eigen::ComplexSchur<Small> schur(a.rows());
   schur.computeFromHessenberg(a, a, false);
   return schur.matrixT().diagonal();
 }
@@ -165,26 +169,15 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   }
   if (a.rows() > most_on_stack && a.imag().isZero(0)) return eigenvalues(Eigen::MatrixXd(a.real()));
   balance(a);
-  return a.rows() <= most_on_stack ? diagonal_of_schur(Small(a)) : diagonal_of_schur(std::move(a));
+  if (a.rows() <= most_on_stack) return diagonal_of_schur(a);
+  reduce_to_hessenberg(a);
+  return hessenberg_eigenvalues(std::move(a));
 }
 
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a) {
   balance(a);
   reduce_to_hessenberg(a);
-  const Index size = a.rows();
-  Eigen::RealSchur<Eigen::MatrixXd> schur(size);
-  schur.computeFromHessenberg(a, a, false);
-  const Eigen::MatrixXd& t = schur.matrixT();
-  Eigen::VectorXcd values(size);
-  for (Index i = 0; i < size; ++i) {
-    values[i] = t(i, i);
-    if (i + 1 == size || t(i + 1, i) == 0) continue;
-    const double mean = 0.5 * (t(i, i) + t(i + 1, i + 1)), half = 0.5 * (t(i, i) - t(i + 1, i + 1));
-    const Complex root = std::sqrt(Complex(half * half + t(i + 1, i) * t(i, i + 1)));  // of a pair
-    values[i] = mean + root;
-    values[++i] = mean - root;
-  }
-  return values;
+  return hessenberg_eigenvalues(std::move(a));
 }
 
 Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values) {

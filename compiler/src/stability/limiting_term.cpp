@@ -5,10 +5,9 @@
 #include <limits>
 
 #include "model/build.h"
-#include "stability/eigenvalues.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
-#include "stability/step_of_rates.h"
+#include "stability/rates_of_terms.h"
 #include "stability/verdict.h"
 #include "support/contains.h"
 
@@ -16,14 +15,15 @@ namespace dpde::stability {
 
 namespace {
 
-/// The terms that come from this part of the text, or those that do not.
-model::Expr sum_of(const std::vector<model::Term>& terms, const SourceRange& part, bool is_of_part) {
+model::Problem problem_without(model::Problem problem, const RateTerm& left_out) {
+  std::optional<model::Expr>& rhs = std::ranges::find(problem.states, left_out.state, &model::State::name)->rhs;
   model::Expr sum = model::number(0);
-  for (const auto& [term, is_negative] : terms) {
-    if ((term->origin.range == part) != is_of_part) continue;
+  for (const auto& [term, is_negative] : model::terms_of(*rhs)) {
+    if (term->origin.range == left_out.range) continue;
     sum = model::binary(is_negative ? BinaryOp::subtract : BinaryOp::add, sum, term);
   }
-  return sum;
+  rhs = sum;
+  return problem;
 }
 
 std::optional<FrozenAnalysis> analysis_of(const model::Problem& problem, const LinearStep& linear,
@@ -46,58 +46,14 @@ double limit_of(const model::Problem& problem, const LinearStep& linear, const F
 
 /// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
 /// terms this one look says that all depends on others.
-bool still_grows(const Verdict& verdict, double factor, double step) {
-  constexpr double surely = 0.1;
-  return std::log(factor) > surely + 4 * verdict.growth_rate * step + verdict.growth_by_events;
-}
-
 bool still_grows(const model::Problem& problem, const LinearStep& linear, const Verdict& verdict, double step) {
   const std::optional<Response> response = linear.response(verdict.worst, step);
   if (!response) return false;
   const Amplification g(*response, static_cast<int>(problem.axes.size()));
-  return still_grows(verdict, g.spectral_radius(verdict.limit.wave), step);
+  constexpr double surely = 0.1;
+  const double grown = std::log(g.spectral_radius(verdict.limit.wave));
+  return grown > surely + 4 * verdict.growth_rate * step + verdict.growth_by_events;
 }
-
-/// The same without lowering a problem of many equations for each of their terms: rates are sums over terms, and what
-/// one has of that wave is found from a problem without others.
-class RatesOfTerms {
- public:
-  RatesOfTerms(const model::Problem& problem, const Verdict& verdict) : problem_(by_euler(problem)), verdict_(verdict) {
-    const Equations equations(problem, verdict.group);
-    const std::vector<double> polynomial = equations.stability_polynomial();
-    if (polynomial.empty() || equations.without_events() != nullptr) return;
-    const std::optional<LinearStep> linear = linear_step(problem, verdict.group);
-    const auto step = linear ? linear->response(verdict.worst, verdict.limit.step) : std::nullopt;
-    const std::optional<Response> rates = step ? equations.rates_at(verdict.worst) : std::nullopt;
-    if (!rates) return;
-    const Amplification g(*step, rank()), of_all(*rates, rank());
-    if (!is_step_of_rates(g, of_all, polynomial, verdict.limit.step)) return;
-    polynomial_ = polynomial;
-    all_ = of_all.at(verdict.limit.wave);
-    for (model::State& state : problem_.states) state.rhs = state.rhs ? std::optional(model::number(0)) : std::nullopt;
-  }
-
-  /// Whether it does without this part of the right side of a state; false where that is not known so.
-  bool still_grow_without(std::size_t state, const model::Expr& part, double step) const {
-    if (polynomial_.empty()) return false;
-    model::Problem alone = problem_;
-    alone.states[state].rhs = part;
-    const std::optional<LinearStep> euler = linear_step(alone, verdict_.group);
-    const std::optional<Response> rates = euler ? generator_of(*euler, verdict_.worst) : std::nullopt;
-    if (!rates) return false;
-    const Eigen::MatrixXcd others = all_ - Amplification(*rates, rank()).at(verdict_.limit.wave);
-    const double factor = polynomial_of(polynomial_, step * eigenvalues(others)).cwiseAbs().maxCoeff();
-    return still_grows(verdict_, factor, step);
-  }
-
- private:
-  int rank() const { return static_cast<int>(problem_.axes.size()); }
-
-  model::Problem problem_;  // without any terms
-  const Verdict& verdict_;
-  std::vector<double> polynomial_;  // empty: steps are none of rates
-  Eigen::MatrixXcd all_;
-};
 
 /// 0 where it is below `least`: most terms change nothing, which one look tells. It is compared with others only.
 double limit_above(double least, const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point,
@@ -116,28 +72,17 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
     return std::nullopt;
   std::optional<SourceRange> best;
   double largest = verdict.limit.step * 1.25;
-  const RatesOfTerms rates(problem, verdict);
-  for (std::size_t s = 0; s < problem.states.size(); ++s) {
-    const std::optional<model::Expr>& rate = problem.states[s].rhs;
-    const bool is_other =
-        !rate || !problem.states[s].history_of.empty() || !is_in(verdict.group, problem.states[s].name);
-    if (is_other || std::holds_alternative<model::Field>((*rate)->kind)) continue;
-    const std::vector<model::Term> terms = model::terms_of(*rate);
-    std::vector<SourceRange> tried;
-    for (const model::Term& term : terms) {
-      const SourceRange range = term.value->origin.range;
-      if (!range.is_known() || std::ranges::find(tried, range) != tried.end()) continue;
-      tried.push_back(range);
-      if (rates.still_grow_without(s, sum_of(terms, range, true), largest)) continue;
-      model::Problem without = problem;
-      without.states[s].rhs = sum_of(terms, range, false);
-      const std::optional<LinearStep> linear = linear_step(without, verdict.group);
-      if (!linear || still_grows(without, *linear, verdict, largest)) continue;
-      const double limit = limit_above(largest, without, *linear, verdict.worst, verdict.step);
-      if (!(limit > largest)) continue;
-      largest = limit;
-      best = range;
-    }
+  const std::vector<RateTerm> terms = rate_terms(problem, verdict.group);
+  const std::optional<RatesOfTerms> rates = RatesOfTerms::make(problem, verdict, terms);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (!terms[i].range.is_known() || (rates && rates->surely_grows_without(i, largest))) continue;
+    const model::Problem without = problem_without(problem, terms[i]);
+    const std::optional<LinearStep> linear = linear_step(without, verdict.group);
+    if (!linear || still_grows(without, *linear, verdict, largest)) continue;
+    const double limit = limit_above(largest, without, *linear, verdict.worst, verdict.step);
+    if (!(limit > largest)) continue;
+    largest = limit;
+    best = terms[i].range;
   }
   return best;
 }

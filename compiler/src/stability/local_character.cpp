@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <map>
 #include <numbers>
 
 #include "stability/amplification.h"
@@ -12,6 +13,7 @@
 #include "stability/courant_number.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
+#include "stability/step_of_rates.h"
 
 namespace dpde::stability {
 
@@ -36,6 +38,55 @@ bool is_positive(const Response& response) {
   }
   return smallest >= negative * largest;
 }
+
+/// What the rates make of what they have made: each place that a row reads is what `inner` has there.
+Response applied_to(const Response& outer, const Response& inner) {
+  Response result;
+  for (const Form& row : outer.rows) {
+    Form sum;
+    for (const Form::Term& term : row.terms()) {
+      const Form& read = inner.rows[static_cast<std::size_t>(Form::component_of(term.key))];
+      sum = sum.plus(read.shifted(Form::offset_of(term.key)).times(term.coefficient));
+    }
+    result.rows.push_back(std::move(sum));
+  }
+  return result;
+}
+
+/// The weights of a step that is a polynomial of its rates (see step_of_rates.h): powers of these are had once for
+/// steps of all lengths.
+class WeightsByLength {
+ public:
+  WeightsByLength(const Response& rates, const std::vector<double>& polynomial) {
+    std::map<std::pair<std::size_t, std::int64_t>, std::vector<double>> weights;
+    Response power;
+    for (std::size_t row = 0; row < rates.rows.size(); ++row) power.rows.emplace_back(static_cast<int>(row));
+    for (std::size_t k = 0; k < polynomial.size(); ++k) {
+      for (std::size_t row = 0; row < power.rows.size(); ++row) {
+        for (const Form::Term& term : power.rows[row].terms()) {
+          std::vector<double>& by_powers = weights[{row, term.key}];
+          by_powers.resize(polynomial.size());
+          by_powers[k] = polynomial[k] * term.coefficient;
+        }
+      }
+      if (k + 1 < polynomial.size()) power = applied_to(rates, power);
+    }
+    by_powers_.resize(std::ssize(weights), std::ssize(polynomial));
+    Eigen::Index line = 0;
+    for (const auto& [place, by_powers] : weights)
+      by_powers_.row(line++) = Eigen::Map<const Eigen::RowVectorXd>(by_powers.data(), std::ssize(by_powers));
+  }
+
+  bool are_positive(double length) const {
+    Eigen::VectorXd powers = Eigen::VectorXd::Ones(by_powers_.cols());
+    for (Eigen::Index k = 1; k < powers.size(); ++k) powers[k] = powers[k - 1] * length;
+    const Eigen::VectorXd weights = by_powers_ * powers;
+    return weights.minCoeff() >= negative * weights.cwiseAbs().maxCoeff();
+  }
+
+ private:
+  Eigen::MatrixXd by_powers_;  // a line each
+};
 
 /// Sums of waves, along one axis after the other: values of the waves become those of the cells of a ring.
 void add_up_waves(std::vector<Complex>& values, int along, int rank) {
@@ -118,8 +169,24 @@ double largest_step_where(double rate, double factor, const std::function<bool(d
 
 namespace {
 
-/// Of a linear step.
-Positivity positivity_of(driver::Session& session, const LinearStep& linear, double step) {
+/// At each point where the step is such a polynomial.
+std::vector<std::optional<WeightsByLength>> weights_by_length(const model::Problem& problem, const LinearStep& linear,
+                                                              const std::vector<FrozenPoint>& points, double step) {
+  const Equations equations(problem, linear.group());
+  const std::vector<double> polynomial = equations.stability_polynomial();
+  const int rank = static_cast<int>(problem.axes.size());
+  std::vector<std::optional<WeightsByLength>> result(points.size());
+  for (std::size_t i = 0; i < points.size() && !polynomial.empty(); ++i) {
+    const std::optional<Response> rows = linear.response(points[i], step), rates = equations.rates_at(points[i]);
+    if (rows && rates && is_step_of_rates(Amplification(*rows, rank), Amplification(*rates, rank), polynomial, step))
+      result[i].emplace(*rates, polynomial);
+  }
+  return result;
+}
+
+/// Of the step of a problem, which is the session's or one of its equations.
+Positivity positivity_of(driver::Session& session, const model::Problem& problem, const LinearStep& linear,
+                         double step) {
   Positivity found;
   const int rank = static_cast<int>(session.axes().size());
   std::vector<FrozenPoint> points;
@@ -147,9 +214,11 @@ Positivity positivity_of(driver::Session& session, const LinearStep& linear, dou
     return found;
   }
   std::vector<FrozenStages> stages(points.size());
+  const std::vector<std::optional<WeightsByLength>> weights = weights_by_length(problem, linear, points, step);
   const auto holds = [&](double dt) {
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
       const auto number = static_cast<std::size_t>(&point - points.data());
+      if (weights[number]) return weights[number]->are_positive(dt);
       const std::optional<Response> rows = linear.response(point, dt, stages[number]);
       if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
       return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
@@ -179,7 +248,7 @@ Positivity positivity_with_limiter(driver::Session& session, double step, const 
     if (!courant) return found;
     rate = std::max(rate, *courant);
   }
-  found = positivity_of(session, *euler, step);
+  found = positivity_of(session, by_euler(problem), *euler, step);
   if (!found.why.empty() || found.largest_step == 0) return found;
   found.largest_step = 1 / (1 / found.largest_step + 0.5 * problem.scheme.steepest_slope() * rate);
   found.is_kept = step <= found.largest_step * (1 + step_precision);
@@ -198,7 +267,7 @@ Positivity positivity_of(driver::Session& session, double step, const StateGroup
     found.why = "its clamp is not linear";
     return found;
   }
-  return positivity_of(session, *linear, step);
+  return positivity_of(session, session.problem(), *linear, step);
 }
 
 std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step,

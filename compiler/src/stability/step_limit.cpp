@@ -27,7 +27,6 @@ constexpr double first_pole = 0.3, last_pole = 4;             // growth in a ste
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
 constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
-constexpr double nearly = 0.1;             // of what grows most: rates this near 0 may do either by errors of a step
 constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
@@ -72,12 +71,6 @@ bool is_identity(const Response& response) {
 }
 
 }  // namespace
-
-bool is_resolved(const Angles& a) {
-  return std::ranges::all_of(a, [](double angle) {
-    return std::abs(std::remainder(angle, 2 * std::numbers::pi)) <= std::numbers::pi / 4 + 1e-9;
-  });
-}
 
 std::optional<Amplification> FrozenAnalysis::at(double step) const {
   const std::optional<Response> rows = linear_->response(point_, step, stages_);
@@ -272,21 +265,15 @@ bool FrozenAnalysis::is_growth_of_steps() const {
   return by_halves < 0.6 * growth_ || by_halves > 1.6 * growth_;
 }
 
-/// Twice what a wave does by right, as a scheme may err in growth that is real. Resolved waves, and those of Fourier
-/// series that do not decay, as much as the fastest of all: errors that grow no faster than the solution are none.
-/// Others that nearly grow, a fifth of that. Interpolation damps in each step, short ones too: of waves by themselves
-/// no rate is known where flow is followed.
+/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
   if (growth_ == 0) return 0;
-  if (linear_->follows_flow()) return 2 * growth_;
-  const double own = growth_rate_of(wave), by_right = 2 * std::clamp(own, 0.0, growth_);
-  const bool decays = own < -nearly * growth_;
-  if (is_resolved(wave) || (are_all_resolved_ && !decays)) return std::max(by_right, growth_);
-  return decays ? 0 : std::max(by_right, 2 * nearly * growth_);
+  return linear_->follows_flow() ? 2 * growth_ : allowed().rate_of(wave, growth_rate_of(wave));
 }
 
+/// Slower decay may be growth in a step.
 double FrozenAnalysis::rate_of_decay() const {
-  return std::max(nearly * growth_, (rates_ ? no_growth : short_step) * rate_);
+  return std::max(allowed().slowest_decay(), (rates_ ? no_growth : short_step) * rate_);
 }
 
 double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
@@ -308,10 +295,7 @@ double FrozenAnalysis::growth_of_decaying(const Eigen::VectorXcd& factors, const
       others += is_of_equations && std::log(std::abs(factor)) / short_ > -decay ? 1 : 0;
     }
   }
-  std::vector<double> sizes;
-  for (const std::complex<double> factor : factors) sizes.push_back(std::abs(factor));
-  std::ranges::sort(sizes, std::greater());
-  return others < sizes.size() ? std::log(sizes[others]) : -infinite;
+  return growth_behind(others, factors);
 }
 
 double FrozenAnalysis::growth_by_events() const {
@@ -324,11 +308,13 @@ Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f
 }
 
 /// The same waves are looked at in steps of all lengths.
-const Eigen::VectorXcd& FrozenAnalysis::own_eigenvalues(const Angles& wave) const {
+const Eigen::VectorXcd& FrozenAnalysis::own_eigenvalues(const Angles& given) const {
+  const Amplification& step = rates_ ? *rates_ : *short_step_;
+  const Angles wave = step.representative(given);
   const auto known = own_eigenvalues_.find(wave);
   if (known != own_eigenvalues_.end()) return known->second;
   if (own_eigenvalues_.size() >= most_kept) own_eigenvalues_.clear();
-  return own_eigenvalues_[wave] = (rates_ ? *rates_ : *short_step_).eigenvalues(wave);
+  return own_eigenvalues_[wave] = step.eigenvalues(wave);
 }
 
 double FrozenAnalysis::growth_rate_of(const Angles& wave) const {

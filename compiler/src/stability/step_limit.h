@@ -20,6 +20,7 @@
 #include <optional>
 #include <vector>
 
+#include "stability/allowed_growth.h"
 #include "stability/amplification.h"
 #include "stability/equations.h"
 
@@ -38,10 +39,6 @@ struct StepLimit {
   /// Growth at each step, but so little (an order of 4 and more) that short runs look stable.
   bool is_weak() const { return kind == Kind::never && order > 3.5; }
 };
-
-/// Eight cells or more along each axis. Growth of shorter waves may be that of differences, not of the equations: a
-/// wind that is looked at from behind grows so.
-bool is_resolved(const Angles& a);
 
 /// What is allowed to remain of ln |g|: rounding, the root of it where eigenvalues are one.
 double growth_tolerance(const LinearStep& linear);
@@ -97,7 +94,7 @@ class FrozenAnalysis {
   double growth_on_ring() const;
   double allowed_rate(const Angles& wave) const;
   double allowed_to_events(const Angles& wave) const;
-  /// Slower decay may be growth in a step.
+  AllowedGrowth allowed() const { return {growth_, are_all_resolved_}; }
   double rate_of_decay() const;
   double growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const;
   const Eigen::VectorXcd& own_eigenvalues(const Angles& wave) const;
