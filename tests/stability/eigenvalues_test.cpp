@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -143,7 +144,46 @@ TEST(Eigenvalues, OfMatricesThatShiftsDoNotTurn) {
     EXPECT_LT(distance(turned, eigenvalues(Eigen::MatrixXcd(Complex(0, 2) * cycle))), 1e-13) << size;
     EXPECT_LT(distance(twos, eigenvalues(block)), 1e-15) << size;
     EXPECT_LT(distance(ones_and_zeros, eigenvalues(ones)), 1e-12) << size;
-    EXPECT_LT(distance(std::vector<Complex>(static_cast<std::size_t>(size)), eigenvalues(Eigen::MatrixXd(0 * ones))), 1e-300) << size;
+    EXPECT_LT(distance(std::vector<Complex>(static_cast<std::size_t>(size)), eigenvalues(Eigen::MatrixXd(0 * ones))),
+              1e-300)
+        << size;
+  }
+}
+
+/// A short step is nearly 1: what it changes counts, not its size.
+TEST(Eigenvalues, OfWhatIsNearlyOneAreOfTheChange) {
+  for (const double change : {1e-2, 1e-5, 1e-9}) {
+    const int size = 96;
+    Eigen::MatrixXd a = Eigen::MatrixXd::Identity(size, size);
+    for (int i = 0; i < size; ++i) {
+      const double speed = change * (1 + 0.5 * std::sin(2 * std::numbers::pi * (i + 0.5) / size));
+      a(i, (i + 1) % size) -= speed;
+      a(i, (i + size - 1) % size) += speed;
+    }
+    const Eigen::MatrixXd changed = (a - Eigen::MatrixXd::Identity(size, size)) / change;
+    const double trace = (changed * changed).trace();
+    for (const Complex turn : {Complex(1), Complex(0, 1)}) {
+      const Eigen::VectorXcd values =
+          turn == 1.0 ? eigenvalues(a) : eigenvalues(Eigen::MatrixXcd(turn * a.cast<Complex>()));
+      const Eigen::ArrayXcd changes = (values.array() / turn - 1) / change;
+      EXPECT_LT(std::abs(changes.square().sum() - trace), 1e-3 * std::abs(trace)) << change << turn;
+    }
+  }
+}
+
+/// Steps with a memory are nearly nilpotent: what stands below a diagonal of zeros is as small as rounding makes it.
+TEST(Eigenvalues, OfNilpotentMatricesAreRootsOfRounding) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (const int size : {6, 24, 60}) {
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(size, size);
+    for (int i = 0; i + size / 3 < size; ++i) a(i + size / 3, i) = 1;
+    const Eigen::MatrixXd q =
+        Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); }).householderQr().householderQ();
+    EXPECT_LT(eigenvalues(a).cwiseAbs().maxCoeff(), 1e-4) << size;
+    EXPECT_LT(eigenvalues(Eigen::MatrixXd(q * a * q.transpose())).cwiseAbs().maxCoeff(), 1e-4) << size;
+    const Eigen::MatrixXcd turned = Complex(0, 1) * (q * a * q.transpose()).cast<Complex>();
+    EXPECT_LT(eigenvalues(turned).cwiseAbs().maxCoeff(), 1e-4) << size;
   }
 }
 

@@ -116,16 +116,23 @@ TEST(UsesVerdict, ValuesOnWallsAreThoseOfTheBoundary) {
 
 /// What is held multiplies in each stage: it grows in steps of any length, and is no growth of the equations.
 TEST(UsesVerdict, HeldValuesThatGrowAreUnstableAtEveryStep) {
-  const auto kind_of = [](const std::string& g, const std::string& held, const std::string& rate) {
+  const auto kind_of = [](const std::string& g, const std::string& held, const std::string& rate, int cells = 32) {
     const auto session = open_scene(
         "model m { field u; mask q; param g = " + g + "; dt(u) = " + rate + "; u = g*" + held +
         " inside q\n  solve psi - 0.01*lap(psi) = u for psi }\nscheme r { time = rk4 }\nscene s : m with r {\n"
-        "  grid x = 0 .. 1, cells 32, periodic\n  q = abs(x - 0.5) < 0.2\n  initial u = 1\n"
+        "  grid x = 0 .. 1, cells " +
+        std::to_string(cells) +
+        ", periodic\n  q = abs(x - 0.5) < 0.2\n  initial u = 1\n"
         "  time 0 .. 1, step 1/4000\n}\n");
     return verdict_of(*session).limit.kind;
   };
   for (const char* g : {"1.02", "-1.02", "1.5", "-3"}) EXPECT_EQ(kind_of(g, "u", "0"), StepLimit::Kind::never) << g;
   EXPECT_EQ(kind_of("0.98", "u", "0"), StepLimit::Kind::none);
+  for (const int cells : {600, 5000}) {
+    for (const char* g : {"1.02", "-1.02", "-3"}) EXPECT_EQ(kind_of(g, "u", "0", cells), StepLimit::Kind::never) << g;
+    EXPECT_EQ(kind_of("1.02", "u", "0.1*lap(u)", cells), StepLimit::Kind::never) << cells;
+    EXPECT_EQ(kind_of("0.98", "u", "0", cells), StepLimit::Kind::none) << cells;
+  }
   EXPECT_EQ(kind_of("-1", "psi", "0.1*lap(u)"), StepLimit::Kind::never);
   EXPECT_EQ(kind_of("-0.5", "psi", "0.1*lap(u)"), StepLimit::Kind::limit);
 }

@@ -13,7 +13,7 @@ namespace dpde::stability {
 bool is_resolved(const Angles& a);
 
 struct AllowedGrowth {
-  double growth = 0;  // the largest real part of the equations' rates, of all waves; 0 where nothing grows
+  double growth = 0;              // the largest real part of the equations' rates, of all waves; 0 where nothing grows
   bool are_all_resolved = false;  // Fourier series have all waves as they are
 
   /// ln |g| a time of a wave whose own largest rate is `own`. None falls as `growth` rises.

@@ -30,7 +30,7 @@ std::string with_force(std::string hint, const Verdict& verdict, bool ruins) {
 void report_never(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   std::string hint = "a smaller step only takes longer to fail";
-  if (const std::optional<OtherScheme> other = stable_scheme(session, verdict))
+  if (const std::optional<OtherScheme> other = stable_scheme(session))
     hint = fmt::format("time = {} is stable up to a step of {:.4g}", other->time, other->step);
   if (const std::vector<Downwind> cause = downwind_differences(session); !cause.empty())
     hint = downwind_text(cause.front());

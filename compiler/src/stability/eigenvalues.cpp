@@ -86,11 +86,38 @@ void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
   }
 }
 
-Eigen::VectorXcd diagonal_of_schur(Small a) {
-  reduce_to_hessenberg(a);
-  Eigen::ComplexSchur<Small> schur(a.rows());
+/// Of Hessenberg matrices.
+template <class Matrix>
+Eigen::VectorXcd diagonal_of_schur(Matrix a) {
+  Eigen::ComplexSchur<Matrix> schur(a.rows());
   schur.computeFromHessenberg(a, a, false);
   return schur.matrixT().diagonal();
+}
+
+Eigen::VectorXcd diagonal_of_schur(const Eigen::MatrixXd& a) {
+  const Index size = a.rows();
+  Eigen::RealSchur<Eigen::MatrixXd> schur(size);
+  schur.computeFromHessenberg(a, a, false);
+  const Eigen::MatrixXd& t = schur.matrixT();
+  Eigen::VectorXcd values(size);
+  for (Index i = 0; i < size; ++i) {
+    values[i] = t(i, i);
+    if (i + 1 == size || t(i + 1, i) == 0) continue;
+    const double mean = 0.5 * (t(i, i) + t(i + 1, i + 1)), half = 0.5 * (t(i, i) - t(i + 1, i + 1));
+    const Complex root = std::sqrt(Complex(half * half + t(i + 1, i) * t(i, i + 1)));  // of a pair
+    values[i] = mean + root;
+    values[++i] = mean - root;
+  }
+  return values;
+}
+
+/// By Schur forms where shifts do not converge, as they may not where rounding is all that is left of many entries:
+/// Eigen has other shifts for these.
+template <class Matrix>
+Eigen::VectorXcd of_balanced(Matrix a) {
+  reduce_to_hessenberg(a);
+  Eigen::VectorXcd values = hessenberg_eigenvalues(a);
+  return values.size() == a.rows() ? values : diagonal_of_schur(std::move(a));
 }
 
 /// Inverse iteration: by elimination with partial pivoting, where a pivot that is 0 becomes `least`.
@@ -169,15 +196,15 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   }
   if (a.rows() > most_on_stack && a.imag().isZero(0)) return eigenvalues(Eigen::MatrixXd(a.real()));
   balance(a);
-  if (a.rows() <= most_on_stack) return diagonal_of_schur(a);
-  reduce_to_hessenberg(a);
-  return hessenberg_eigenvalues(std::move(a));
+  if (a.rows() > most_on_stack) return of_balanced(std::move(a));
+  Small small = a;
+  reduce_to_hessenberg(small);
+  return diagonal_of_schur(std::move(small));
 }
 
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a) {
   balance(a);
-  reduce_to_hessenberg(a);
-  return hessenberg_eigenvalues(std::move(a));
+  return of_balanced(std::move(a));
 }
 
 Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values) {

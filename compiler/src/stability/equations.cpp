@@ -99,8 +99,8 @@ std::optional<LinearStep> linear_step(const driver::Session& session, std::strin
   return std::nullopt;
 }
 
-std::optional<LinearStep> step_without_clamps(const driver::Session& session, const StateGroup& group) {
-  model::Problem problem = without_rare_events(session.problem());
+std::optional<LinearStep> step_without_clamps(const model::Problem& written, const StateGroup& group) {
+  model::Problem problem = without_rare_events(written);
   const auto take_out = [](model::Transport& transport) {
     if (model::corrects(transport.advect)) transport = {model::Advection::semi_lagrangian, 1};
   };

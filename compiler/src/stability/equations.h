@@ -21,7 +21,7 @@ std::optional<LinearStep> linear_step(const model::Problem& problem, const State
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
 /// The same with linear interpolation in the place of steps that are clamped. A clamp that is frozen as the run begins
 /// would hold a cell at one of its bounds in all steps: at a wall that is what lies beyond, which `linear` lets grow.
-std::optional<LinearStep> step_without_clamps(const driver::Session& session, const StateGroup& group = {});
+std::optional<LinearStep> step_without_clamps(const model::Problem& problem, const StateGroup& group = {});
 /// Those of that step which depend on one another.
 std::vector<StateGroup> state_groups(const driver::Session& session);
 /// With networks, too.

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <limits>
 
+#include "stability/consistent_start.h"
 #include "stability/coupled_means.h"
 #include "stability/equations.h"
 #include "stability/folded_products.h"
@@ -50,12 +52,14 @@ bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) 
 /// One analysis for all frozen points: the smallest limit, and the most growth at the scene's step.
 class Examination {
  public:
-  Examination(driver::Session& session, const LinearStep& linear, Verdict& verdict)
+  /// `problem` is the session's, or that by another scheme.
+  Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, Verdict& verdict)
       : session_(session),
+        problem_(problem),
         linear_(linear),
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
-        equations_(session.problem(), linear.group()),
+        equations_(problem, linear.group()),
         walls_(linear, session.axes()),
         plain_walls_(equations_.without_events() == nullptr ? linear : *equations_.without_events(), session.axes()) {
     verdict_.parts = parts_of(session);
@@ -71,8 +75,8 @@ class Examination {
       look_at(*analysis, point);
     }
     if (!is_any_) return false;
-    verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
-                        !linear_.follows_flow();
+    verdict_.is_exact =
+        !has_walls(problem_) && is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
     if (verdict_.is_exact) return true;
     if (const auto grid = own_grid()) {
       look_at_own(*grid);
@@ -82,7 +86,7 @@ class Examination {
       look_at_runs(*runs);
       return true;
     }
-    if (!are_walls_alike(session_.problem())) return true;
+    if (!are_walls_alike(problem_)) return true;
     for (const ScenePoint& point : worst_first(places_between_walls(points))) {
       if (verdict_.limit.kind == StepLimit::Kind::never) break;
       ++verdict_.places_between_walls;
@@ -98,7 +102,7 @@ class Examination {
     const std::vector<ScenePoint> points = frozen_points(session_, linear_);
     worst_ = points.front();
     const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
-    const bool are_waves_all = is_same && !has_walls(session_.problem());
+    const bool are_waves_all = is_same && !has_walls(problem_);
     if (const auto grid = are_waves_all ? std::nullopt : own_grid())
       return grid->is_stable(verdict_.step) && !grows_weakly(*grid);
     for (const ScenePoint& point : points) {
@@ -108,7 +112,7 @@ class Examination {
     }
     if (most < 0) return false;
     if (const auto runs = coupled_runs()) return runs->is_stable(verdict_.step);
-    if (!are_walls_alike(session_.problem())) return true;
+    if (!are_walls_alike(problem_)) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
       return rate * verdict_.step - events_between_walls(point) <= wall_tolerance;
@@ -138,7 +142,7 @@ class Examination {
         verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : std::numeric_limits<double>::infinity();
     const StepLimit limit = analysis.limit(most);
     const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
-    if ((limit.kind != StepLimit::Kind::never && !is_long) || session_.problem().scheme.has_limiter()) return limit;
+    if ((limit.kind != StepLimit::Kind::never && !is_long) || problem_.scheme.has_limiter()) return limit;
     const FrozenPoint without_slopes = flat(point.point);
     const bool is_other = without_slopes.fields != point.point.fields;
     const auto without = is_other ? analysis_at(without_slopes) : std::nullopt;
@@ -202,9 +206,9 @@ class Examination {
   }
 
   std::unique_ptr<CoupledRuns> coupled_runs() {
-    if (session_.problem().scheme.has_clamp()) without_clamps_ = step_without_clamps(session_, linear_.group());
+    if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
-    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(session_.problem()));
+    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(problem_));
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
@@ -220,7 +224,7 @@ class Examination {
     verdict_.limit.state = by_waves.state;
     const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
                           (by_waves.kind == StepLimit::Kind::none || verdict_.limit.step < by_waves.step);
-    verdict_.is_of_walls = has_walls(session_.problem()) && is_lower;
+    verdict_.is_of_walls = has_walls(problem_) && is_lower;
     verdict_.growth = 1;
     verdict_.beyond = 0;
     if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
@@ -349,7 +353,7 @@ class Examination {
   double limit_with_folding(const std::function<bool(double)>& is_stable) const {
     constexpr double usual = 12, factor = 1.5;
     int cells = 1;
-    for (const model::Axis& axis : session_.problem().axes) cells = std::max(cells, axis.cells);
+    for (const model::Axis& axis : problem_.axes) cells = std::max(cells, axis.cells);
     const double most = verdict_.limit.step;
     for (double step = most * std::min(1.0, usual / cells); step < most; step *= factor) {
       if (!is_stable(step)) return step;
@@ -357,13 +361,13 @@ class Examination {
     return 0;
   }
 
-  double length_of_run() const { return static_cast<double>(session_.steps()) * session_.problem().step; }
+  double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.is_of_runs = true;
-    const bool is_curved = session_.problem().metric.has_value();
+    const bool is_curved = problem_.metric.has_value();
     if (is_curved) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) { return runs.is_stable(step); };
@@ -371,7 +375,7 @@ class Examination {
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
-    const bool folds = folds_products(session_.problem(), linear_.group());
+    const bool folds = folds_products(problem_, linear_.group());
     const double guess = folds ? limit_with_folding(is_stable) : 0;
     const bool is_lower = lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, guess);
     if (!is_curved) {
@@ -408,6 +412,7 @@ class Examination {
   }
 
   driver::Session& session_;
+  const model::Problem& problem_;
   const LinearStep& linear_;
   Verdict& verdict_;
   int rank_;
@@ -421,12 +426,24 @@ class Examination {
 }  // namespace
 
 bool examine_group(driver::Session& session, const LinearStep& linear, Verdict& verdict) {
-  return Examination(session, linear, verdict).run();
+  return Examination(session, session.problem(), linear, verdict).run();
+}
+
+std::optional<double> limit_by_other_scheme(driver::Session& session, const model::Problem& other) {
+  const ConsistentStart start(session);
+  double least = std::numeric_limits<double>::infinity();
+  for (const LinearStep& linear : linear_steps(other)) {
+    Verdict verdict;
+    if (!Examination(session, other, linear, verdict).run() || verdict.limit.kind == StepLimit::Kind::never)
+      return std::nullopt;
+    if (verdict.limit.kind == StepLimit::Kind::limit) least = std::min(least, verdict.limit.step);
+  }
+  return std::isfinite(least) ? std::optional(least) : std::nullopt;
 }
 
 bool grows_nothing_in(driver::Session& session, const LinearStep& linear) {
   Verdict verdict;
-  return Examination(session, linear, verdict).grows_nothing();
+  return Examination(session, session.problem(), linear, verdict).grows_nothing();
 }
 
 }  // namespace dpde::stability

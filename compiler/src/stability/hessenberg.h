@@ -14,9 +14,9 @@ inline std::complex<double> product(const std::complex<double>& a, const std::co
 }
 inline double product(double a, double b) { return a * b; }
 
-/// By Francis' double shifts. Not a number where they do not converge, as of what is not finite.
+/// By Francis' double shifts. Empty where they do not converge, as of what is not finite.
 Eigen::VectorXcd hessenberg_eigenvalues(Eigen::MatrixXd h);
-/// By Wilkinson's shifts.
+/// By Wilkinson's shifts. Likewise.
 Eigen::VectorXcd hessenberg_eigenvalues(Eigen::MatrixXcd h);
 
 }  // namespace dpde::stability

@@ -6,10 +6,9 @@
 
 #include "model/build.h"
 #include "stability/equations.h"
-#include "stability/frozen_points.h"
+#include "stability/examination.h"
 #include "stability/rates_of_terms.h"
 #include "stability/verdict.h"
-#include "support/contains.h"
 
 namespace dpde::stability {
 
@@ -37,11 +36,6 @@ double number_of(const StepLimit& limit) {
   return limit.kind == StepLimit::Kind::limit  ? limit.step
          : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
                                                : 0;
-}
-
-double limit_of(const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point, double step) {
-  const auto analysis = analysis_of(problem, linear, point, step);
-  return analysis ? number_of(analysis->limit()) : 0;
 }
 
 /// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
@@ -87,7 +81,7 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
   return best;
 }
 
-std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict) {
+std::optional<OtherScheme> stable_scheme(driver::Session& session) {
   const model::Problem& problem = session.problem();
   if (!problem.program.empty()) return std::nullopt;
   constexpr std::pair<model::TimeScheme, const char*> others[] = {{model::TimeScheme::ssp_rk3, "ssp_rk3"},
@@ -96,17 +90,7 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
     model::Problem other = problem;
     std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
     other.scheme.time = time;
-    const std::vector<LinearStep> groups = linear_steps(other);
-    double limit = groups.empty() ? 0 : std::numeric_limits<double>::infinity();
-    for (const LinearStep& linear : groups) {
-      if (contains(linear.states(), verdict.field))  // most fail there
-        limit = std::min(limit, limit_of(other, linear, verdict.worst, verdict.step));
-      for (const ScenePoint& point : frozen_points(session, linear)) {
-        if (limit == 0) break;
-        limit = std::min(limit, limit_of(other, linear, point.point, verdict.step));
-      }
-    }
-    if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
+    if (const std::optional<double> limit = limit_by_other_scheme(session, other)) return OtherScheme{name, *limit};
   }
   return std::nullopt;
 }

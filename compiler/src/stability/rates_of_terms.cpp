@@ -16,10 +16,10 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double told = 1e-6;       // ln |g|: beyond rounding
-constexpr double alike = 1e-9;      // of the sum of all terms: rounding
+constexpr double told = 1e-6;        // ln |g|: beyond rounding
+constexpr double alike = 1e-9;       // of the sum of all terms: rounding
 constexpr double no_growth = 1e-10;  // of the largest rate: rounding
-constexpr double any_factor = 0.5;  // not one that is folded
+constexpr double any_factor = 0.5;   // not one that is folded
 
 std::string factor_of(std::size_t term) { return "factor of term " + std::to_string(term); }
 
@@ -72,15 +72,15 @@ double size_of(const Form& form) {
 }
 
 /// Of rows that have terms.
-bool are_sums_of(const std::vector<Form>& parts, const std::vector<std::size_t>& row_of, const std::vector<Form>& rows) {
+bool are_sums_of(const std::vector<Form>& parts, const std::vector<std::size_t>& row_of,
+                 const std::vector<Form>& rows) {
   std::map<std::size_t, Form> left;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     Form& rest = left.try_emplace(row_of[i], rows[row_of[i]]).first->second;
     rest = rest.plus(parts[i].times(-1));
   }
-  return std::ranges::all_of(left, [&](const auto& entry) {
-    return size_of(entry.second) <= alike * size_of(rows[entry.first]);
-  });
+  return std::ranges::all_of(
+      left, [&](const auto& entry) { return size_of(entry.second) <= alike * size_of(rows[entry.first]); });
 }
 
 }  // namespace

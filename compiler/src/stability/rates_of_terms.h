@@ -48,7 +48,7 @@ class RatesOfTerms {
   std::vector<Form> parts_;          // what this row has of it alone
   std::vector<Form> rows_;
   Eigen::MatrixXcd of_wave_;
-  Eigen::VectorXd scales_;  // of states: they have units
+  Eigen::VectorXd scales_;      // of states: they have units
   std::vector<Reach> reaches_;  // of these rows
 };
 

@@ -429,8 +429,17 @@ double FrozenAnalysis::next_step(double step) const {
   return step * (is_fine ? std::min(factor_along_flow, 1 + windows[rank_ - 1] / cells) : factor_along_flow);
 }
 
+/// Of what does the same in steps of all lengths, as of held values alone.
+StepLimit FrozenAnalysis::limit_of_any_step() const {
+  const Largest now = excess(longest_);
+  if (!(now.value > growth_tolerance(*linear_))) return {};
+  const bool is_of_mean = std::log(growth_of({}, longest_)) >= now.value;
+  const Angles wave = is_of_mean ? Angles{} : now.angles;
+  return {StepLimit::Kind::never, 0, 0, wave, largest_share(wave, longest_)};
+}
+
 StepLimit FrozenAnalysis::limit(double most, double precision) const {
-  if (rate_ == 0) return {};
+  if (rate_ == 0) return limit_of_any_step();
   double step = first_try / rate_;
   if (!is_stable(step)) return descend(step, precision);
   const double end = std::min(std::max(last_try / rate_, longest_), most);

@@ -107,6 +107,7 @@ class FrozenAnalysis {
   Factors factors_of(Amplification& g, double step) const;
   StepLimit bisect(double stable, double unstable, double precision) const;
   StepLimit descend(double unstable, double precision) const;
+  StepLimit limit_of_any_step() const;
   double next_step(double step) const;
   Largest find_excess(double step) const;
 

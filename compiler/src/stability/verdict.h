@@ -78,7 +78,7 @@ struct OtherScheme {
   std::string time;
   double step;
 };
-std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict);
+std::optional<OtherScheme> stable_scheme(driver::Session& session);
 
 /// What the narrow cells around a pole have to do with the limit, and what helps; "": nothing.
 std::string pole_text(const model::Problem& problem, const Verdict& verdict);
