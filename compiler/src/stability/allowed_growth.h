@@ -8,6 +8,9 @@
 
 namespace dpde::stability {
 
+/// Of the largest rate: growth below it is rounding.
+inline constexpr double no_growth = 1e-10;
+
 /// Eight cells or more along each axis. Growth of shorter waves may be that of differences, not of the equations: a
 /// wind that is looked at from behind grows so.
 bool is_resolved(const Angles& a);

@@ -10,7 +10,7 @@ namespace {
 using Matrix = std::vector<std::vector<Form>>;
 
 /// `factor` is of component 0.
-Form product(const Form& factor, const Form& form) {
+Form product_of_forms(const Form& factor, const Form& form) {
   Form sum;
   for (const Form::Term& term : factor.terms())
     sum = sum.plus(form.shifted(Form::offset_of(term.key)).times(term.coefficient));
@@ -33,7 +33,7 @@ Form determinant(const Matrix& matrix) {
   Form sum;
   for (std::size_t column = 0; column < matrix.size(); ++column) {
     if (matrix[0][column].is_zero()) continue;
-    const Form part = product(matrix[0][column], determinant(without(matrix, 0, column)));
+    const Form part = product_of_forms(matrix[0][column], determinant(without(matrix, 0, column)));
     sum = sum.plus(column % 2 == 0 ? part : part.times(-1));
   }
   return sum;
@@ -49,7 +49,7 @@ std::vector<WaveSum> coupled_waves(const Matrix& matrix, const std::vector<Form>
     WaveSum sum{{}, divisor};
     for (std::size_t row = 0; row < matrix.size(); ++row) {
       if (rights[row].is_zero()) continue;
-      const Form part = product(determinant(without(matrix, row, unknown)), rights[row]);
+      const Form part = product_of_forms(determinant(without(matrix, row, unknown)), rights[row]);
       sum.terms.push_back({(row + unknown) % 2 == 0 ? part : part.times(-1), WaveMultiplier::one()});
     }
     result.push_back(std::move(sum));

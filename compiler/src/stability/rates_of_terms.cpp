@@ -16,10 +16,9 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double told = 1e-6;        // ln |g|: beyond rounding
-constexpr double alike = 1e-9;       // of the sum of all terms: rounding
-constexpr double no_growth = 1e-10;  // of the largest rate: rounding
-constexpr double any_factor = 0.5;   // not one that is folded
+constexpr double told = 1e-6;       // ln |g|: beyond rounding
+constexpr double alike = 1e-9;      // of the sum of all terms: rounding
+constexpr double any_factor = 0.5;  // not one that is folded
 
 std::string factor_of(std::size_t term) { return "factor of term " + std::to_string(term); }
 

@@ -27,7 +27,6 @@ constexpr double first_pole = 0.3, last_pole = 4;             // growth in a ste
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
 constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
-constexpr double no_growth = 1e-10;        // of the largest rate: rounding
 /// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
 /// rounding.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
