@@ -166,6 +166,46 @@ TEST_F(PrecisionCommand, NumbersBeyondFloatsAreMetOrRefused) {
   EXPECT_EQ(dpde("run far.dpde --json").codes(), std::vector<std::string>{"E0103"}) << "it makes 0 of every float";
 }
 
+/// A field of about `size` makes floats of the number, as a divisor.
+TEST_F(PrecisionCommand, NumbersBeyondFloatsAreDividedByFields) {
+  for (const auto& [number, size] :
+       std::vector<std::pair<std::string, std::string>>{{"1e-50", "1e-30"}, {"1e-70", "1e-37"}, {"1e50", "1e30"}}) {
+    for (const std::string c : {"c", "k"}) {
+      write("s.dpde", formulas_of(size, number, {c + "/u", "-" + c + "/(2*u)", "1/(u/" + c + ")", "3*" + c + "/u*2"}));
+      const Outcome single = dpde("run s.dpde --json --force"),
+                    exact = dpde("run s.dpde --json --force --set real=f64");
+      ASSERT_EQ(single.status, 0) << number << single.err;
+      const Json found = single.json()["observables"], known = exact.json()["observables"];
+      for (const auto& [name, values] : known.items()) {
+        const double wanted = values, value = found[name];
+        EXPECT_NE(wanted, 0) << name;
+        EXPECT_NEAR(value, wanted, 1e-5 * std::abs(wanted)) << c << " = " << number << ", " << name;
+      }
+    }
+  }
+}
+
+/// What is one number at all points is computed in double precision.
+TEST_F(PrecisionCommand, NumbersBesideSumsAreDoubles) {
+  const std::string head =
+      "model m { field u; dt(u) = lap(u) }\nscheme q { real = f32 }\nscene s : m with q {\n"
+      "  grid x = 0 .. 1, cells 16, periodic\n  initial u = 1 + 0.2*sin(2*pi*x)\n"
+      "  time 0 .. 0.001, step 0.001 }\n";
+  for (const std::string loss : {"mean(u^2) + 1e-60", "log(mean(u^2) + 1e-45)", "sqrt(mean(u^2) + 1e-40)",
+                                 "max(1e-60, mean(u^2))", "1e-80*mean(u^2)"}) {
+    write("s.dpde", head + "task t : s { unknown initial u; minimise " + loss + " }\n");
+    const Outcome single = dpde("gradient s.dpde t --json"), exact = dpde("gradient s.dpde t --json --set real=f64");
+    ASSERT_EQ(single.status, 0) << loss << single.err;
+    const double wanted = exact.json()["loss"];
+    EXPECT_NEAR(single.json()["loss"].get<double>(), wanted, 1e-5 * std::abs(wanted)) << loss;
+  }
+  write("s.dpde",
+        "model m { field u, w; param c; dt(u) = 0; dt(w) = max(u, c) }\nscheme q { real = f32 }\n"
+        "scene s : m with q { initial u = 0; initial w = 0; time 0 .. 1, step 1; c = 1e-50 }\n"
+        "task t : s { unknown c; minimise w }\n");
+  EXPECT_EQ(dpde("gradient s.dpde t --json").codes(), std::vector<std::string>{"E0103"}) << "c starts from there";
+}
+
 /// Derivatives multiply numbers that stand apart in the formula.
 TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
   for (const std::string loss : {"mean((u/1e20 - 1)^2)", "mean((u/c - 1)^2)"}) {

@@ -147,16 +147,24 @@ std::vector<Expr> Factors::take_powers(const UniformTable& uniforms) {
 
 Expr Factors::varying(UniformTable& uniforms) {
   const std::vector<Expr> powers = uniforms.real() == Precision::f32 ? take_powers(uniforms) : std::vector<Expr>();
-  std::vector<Expr> above;
-  for (std::size_t i = 0; i < std::max(above_.size(), powers.size()); ++i) {
-    if (i < above_.size()) above.push_back(above_[i]);
-    if (i < powers.size()) above.push_back(powers[i]);
-  }
+  if (!powers.empty()) return negative_ ? loop::negate(between(powers, uniforms)) : between(powers, uniforms);
+  std::vector<Expr> above = above_;
   const Expr uniform = unsigned_definition();
   if (!is_literal(uniform, 1)) above.insert(above.begin(), uniforms.use(uniform));
   Expr result = product(above);
   if (!below_.empty()) result = make(Binary{BinaryOp::divide, result, product(below_)});
   return negative_ ? loop::negate(result) : result;
+}
+
+/// Factors and divisors one by one, a power behind each: no part of it is far from the float that all of it is.
+Expr Factors::between(const std::vector<Expr>& powers, UniformTable& uniforms) const {
+  Expr result = uniforms.use(unsigned_definition());
+  for (std::size_t i = 0; i < std::max({above_.size(), below_.size(), powers.size()}); ++i) {
+    if (i < above_.size()) result = make(Binary{BinaryOp::multiply, result, above_[i]});
+    if (i < below_.size()) result = make(Binary{BinaryOp::divide, result, below_[i]});
+    if (i < powers.size()) result = make(Binary{BinaryOp::multiply, result, powers[i]});
+  }
+  return result;
 }
 
 }  // namespace dpde::loop

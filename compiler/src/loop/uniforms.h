@@ -70,6 +70,7 @@ class Factors {
  private:
   Expr unsigned_definition() const;
   std::vector<Expr> take_powers(const UniformTable& uniforms);
+  Expr between(const std::vector<Expr>& powers, UniformTable& uniforms) const;
 
   bool negative_ = false;
   double number_above_ = 1, number_below_ = 1;

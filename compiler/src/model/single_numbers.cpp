@@ -56,13 +56,17 @@ class Looking {
         [&](const Derivative&) { return look_into(e); }, [&](const Advect&) { return look_into(e); },
         [&](const Shift&) { return look_into(e); }, [&](const Interpolate&) { return look_into(e); },
         [](const Sample&) { return Seen{}; },  // its place is the same at all points
-        [&](const Reduce&) { return look_into(e); }, [&](const Apply&) { return look_into(e); },
-        [&](const NetworkCall&) { return look_into(e); }, [&](const Solve&) { return look_into(e); });
+        [&](const Reduce& r) {
+          look_into(e);
+          return Seen{r.is_over_all(), std::nullopt};  // one double
+        },
+        [&](const Apply&) { return look_into(e); }, [&](const NetworkCall&) { return look_into(e); },
+        [&](const Solve&) { return look_into(e); });
   }
 
   Seen of_param(const Param& p) const {
-    const Parameter* known = problem_.find_param(p.name);
-    return {true, known != nullptr && !known->unknown ? std::optional(known->value) : std::nullopt};
+    const Parameter* known = problem_.find_param(p.name);  // an unknown has the value that it starts from
+    return {true, known != nullptr ? std::optional(known->value) : std::nullopt};
   }
 
   /// Arithmetic: what is uniform of it meets the rest.
