@@ -432,9 +432,7 @@ double FrozenAnalysis::next_step(double step) const {
 StepLimit FrozenAnalysis::limit_of_any_step() const {
   const Largest now = excess(longest_);
   if (!(now.value > growth_tolerance(*linear_))) return {};
-  const bool is_of_mean = std::log(growth_of({}, longest_)) >= now.value;
-  const Angles wave = is_of_mean ? Angles{} : now.angles;
-  return {StepLimit::Kind::never, 0, 0, wave, largest_share(wave, longest_)};
+  return {StepLimit::Kind::never, 0, 0, now.angles, largest_share(now.angles, longest_)};
 }
 
 StepLimit FrozenAnalysis::limit(double most, double precision) const {
