@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums that steps conserve, over a run.
+#include <algorithm>
 #include <cmath>
 
 #include "command_support.h"
@@ -56,6 +57,38 @@ TEST_F(Drift, OfAnEnergyIsWhatStepsInTimeLose) {
   EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_but_for_steps"], Json::array());
 }
 
+/// A source that is on for a while, at any time of the run: the sum is not conserved, and not called so. What is on
+/// before the run, behind it or at no place changes nothing.
+TEST_F(Drift, OfSourcesThatAreOnForAWhileIsNone) {
+  struct Source {
+    std::string rate;
+    bool acts;
+  };
+  const auto conserves = [&](const std::string& rate, const std::string& time) {
+    write("s.dpde", "model m { field u; param a = 1.1; dt(u) = 0.01*lap(u) + " + rate +
+                        " }\nscheme q { time = " + time +
+                        " }\nscene s : m with q {\n  grid x = 0 .. 1, cells 16, periodic\n"
+                        "  initial u = 1\n  time 0 .. 3, step 0.01\n}\n");
+    const Outcome check = dpde("check s.dpde --json");
+    EXPECT_EQ(check.status, 0) << check.err;
+    const Json sums = check.json()["conserved"];
+    return std::find(sums.begin(), sums.end(), "integral(u)") != sums.end();
+  };
+  for (const Source& source : std::vector<Source>{{"if(t > 1 and t < 1.2 and x > 0.8 and x < 0.9, 1, 0)*u", true},
+                                                  {"if(x > 0.8 and t < a + 0.1 and x < 0.9 and t > a, -1, 0)", true},
+                                                  {"if(abs(t - 2.11) < 0.02, sin(2*pi*x) + 1, 0)", true},
+                                                  {"exp(-((t - 1.1)/0.02)^2)*u", true},
+                                                  {"exp(-((t - 1.1)^2 + (x - 0.5)^2)/0.001)", true},
+                                                  {"if(t > 3.1 or t < 0, 1, 0)", false},
+                                                  {"if(t > 1 and t < 1.2 and x > 2, 1, 0)", false},
+                                                  {"if(t > 1 and t < 1.2, sin(2*pi*x), 0)", false}})
+    EXPECT_EQ(conserves(source.rate, "rk2"), !source.acts) << source.rate;
+  for (const std::string time : {"euler", "ab2", "ab3", "rk4"}) {
+    EXPECT_FALSE(conserves("if(t > 1 and t < 1.2, 1, 0)*u", time)) << time;
+    EXPECT_TRUE(conserves("0*if(t > 1 and t < 1.2, 1, 0)*u", time)) << time;
+  }
+}
+
 /// The other component of a vector says how large rounding is.
 TEST_F(Drift, OfAComponentThatIsZeroIsRounding) {
   write("s.dpde",
@@ -99,12 +132,13 @@ TEST_F(Drift, OfNothingIsNotTold) {
   EXPECT_EQ(run.out.find("drift"), std::string::npos) << run.out;
 }
 
-/// The few first steps keep the integral; later the source does not, and no event or control of the scene says so.
+/// Steps from the states that are looked at keep the integral. Later a state switches a source on, and no event,
+/// control or time of the scene says so.
 TEST_F(Drift, BeyondRoundingIsAWarning) {
   write("s.dpde",
-        "model m { field u; dt(u) = lap(u) + if(t > 0.04 and t < 0.05, 1, 0) }\nscheme c { time = euler }\n"
-        "scene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n"
-        "  initial u = 1 + sin(2*pi*x)\n  time 0 .. 1/8, step 1/512\n}\n");
+        "model m { field u, v; dt(u) = lap(u) + if(v > 9 and v < 9.45, 1, 0); dt(v) = 50 }\n"
+        "scheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n"
+        "  initial u = 1 + sin(2*pi*x)\n  initial v = 5\n  time 0 .. 1/8, step 1/512\n}\n");
   const Outcome run = dpde("run s.dpde --json");
   EXPECT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.codes(), std::vector<std::string>{"W0805"}) << run.err;

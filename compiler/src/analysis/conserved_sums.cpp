@@ -6,14 +6,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <random>
 #include <span>
 
 #include "analysis/conservation.h"
+#include "analysis/driven_steps.h"
 #include "dpde/runtime/error.h"
 #include "model/metric.h"
+#include "model/scheme.h"
 
 namespace dpde::analysis {
 
@@ -182,11 +185,25 @@ std::optional<Candidates> sums_of_bounded_run(driver::Session& session, const St
 /// Of squares by longer steps: more than rounding, and no more than steps may lose.
 bool is_lost(double drift, double rounding) { return drift > 100 * rounding && drift <= most_of_steps; }
 
-/// Whether a drift is of the steps in time alone: eight times as many leave an eighth of it or less, twice.
-bool is_of_steps(double drift, double by_shorter, double by_shortest) {
-  const double less = std::pow(shorter, -first_order);
-  return by_shorter <= most_of_steps && by_shorter <= less * drift && by_shortest <= less * by_shorter;
+/// Whether a drift is of the steps in time alone, as far as runs with eight times as many say: they leave an eighth of
+/// it or less. So it has to be twice.
+bool is_less_by_steps(double by_shorter, double drift) {
+  return by_shorter <= most_of_steps && by_shorter <= std::pow(shorter, -first_order) * drift;
 }
+
+/// Drifts that are made when they are asked for first.
+class LazyDrifts {
+ public:
+  explicit LazyDrifts(std::function<Drifts()> make) : make_(std::move(make)) {}
+  const Drifts& operator()() {
+    if (!made_) made_ = make_();
+    return *made_;
+  }
+
+ private:
+  std::function<Drifts()> make_;
+  std::optional<Drifts> made_;
+};
 
 /// The scene's own, as far as they are no more than some thousands.
 std::vector<int> own_cells(const model::Problem& problem) {
@@ -197,8 +214,25 @@ std::vector<int> own_cells(const model::Problem& problem) {
   return cells;
 }
 
-/// The scene's own state with a tenth of noise, at some moments of the run with what controls are there, and with the
-/// smallest and the largest that they are.
+/// What a step of a scheme with a memory goes on from where nothing is known of the steps before: rates of 0, which
+/// leave a sum as it is, and states as they are.
+void forget(driver::Session& session, Start& start) {
+  const model::Problem& problem = session.problem();
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    const model::State* state = problem.find_state(session.rollout().state_name(s));
+    if (state == nullptr || state->history_of.empty()) continue;
+    std::vector<double>& values = start.states[static_cast<std::size_t>(s)];
+    const int of = session.rollout().state_index(state->history_of);
+    if (model::keeps_rates(problem.scheme.time) || of < 0) {
+      std::ranges::fill(values, 0.0);
+    } else {
+      values = start.states[static_cast<std::size_t>(of)];
+    }
+  }
+}
+
+/// The scene's own state with a tenth of noise, at some moments of the run with what controls are there, where what
+/// depends on t changes or is largest, and with the smallest and the largest that controls are.
 std::vector<Start> starts_of(driver::Session& session) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
@@ -214,14 +248,18 @@ std::vector<Start> starts_of(driver::Session& session) {
   // Later steps of schemes with a memory go on from states before, which are not known.
   const bool has_memory = !std::ranges::all_of(problem.states, &std::string::empty, &model::State::history_of);
   std::vector<Start> starts;
-  for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    if (has_memory && part > 0) break;
-    const int step = static_cast<int>(part * std::max(0, problem.steps - steps));
+  const auto add = [&](int step) {
     starts.push_back(first);
     starts.back().t = problem.t_begin + step * problem.step;
     for (const auto& [name, control] : session.workspace().controls())
       starts.back().controls[name] = control.values[control_interval(step, control.every, control.values.size())];
+    if (has_memory && step > 0) forget(session, starts.back());
+  };
+  for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    if (has_memory && part > 0) break;
+    add(static_cast<int>(part * std::max(0, problem.steps - steps)));
   }
+  for (const int step : driven_steps(problem)) add(std::min(step, std::max(0, problem.steps - 1)));
   for (const bool is_low : {true, false}) {
     if (session.workspace().controls().empty()) break;
     starts.push_back(starts.front());
@@ -270,9 +308,10 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   const double rounding = compiled->real() == Precision::f64 ? tolerance : single_tolerance;
   const auto drifts = [&](double length, int count) { return drifts_of_run(*session, start, length * step, count); };
   constexpr int shortest = shorter * shorter;
-  const auto by_shorter = drifts(1.0 / shorter, steps * shorter),
-             by_shortest = drifts(1.0 / shortest, steps * shortest);
-  const auto by_longer = drifts(shorter, steps), by_longest = drifts(shortest, steps);
+  // Each is made where it is asked for: long runs of an interpreter take seconds.
+  LazyDrifts by_shorter([&] { return drifts(1.0 / shorter, steps * shorter); }),
+      by_shortest([&] { return drifts(1.0 / shortest, steps * shortest); }),
+      by_longer([&] { return drifts(shorter, steps); }), by_longest([&] { return drifts(shortest, steps); });
   // What is no sum of squares may drift by rounding alone where longer steps blow up.
   const auto is_bounded = [&](const Drifts& longer) {
     return std::ranges::all_of(longer, [&](const auto& entry) {
@@ -283,15 +322,18 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
     return (sums->sum(name).of_squares || is_bounded(longer)) && longer.contains(name) &&
            is_lost(longer.at(name), rounding);
   };
+  const auto falls = [&](const std::string& name, double drift) {
+    const Drifts& shorter_steps = by_shorter();
+    return shorter_steps.contains(name) && is_less_by_steps(shorter_steps.at(name), drift) &&
+           by_shortest().contains(name) &&
+           is_less_by_steps(std::max(0.0, by_shortest().at(name) - rounding), shorter_steps.at(name));
+  };
   std::vector<ConservedSum> found;
   for (const auto& [name, drift] : sums->drifts()) {
     const bool is_kept = drift <= rounding;
-    const bool is_known = by_shorter.contains(name) && by_shortest.contains(name);
-    if (!is_kept &&
-        !(is_known && is_of_steps(drift, by_shorter.at(name), std::max(0.0, by_shortest.at(name) - rounding))))
-      continue;
+    if (!is_kept && !falls(name, drift)) continue;
     found.push_back(sums->sum(name));
-    found.back().but_for_steps = !is_kept || is_lost_by(by_longer, name) || is_lost_by(by_longest, name);
+    found.back().but_for_steps = !is_kept || is_lost_by(by_longer(), name) || is_lost_by(by_longest(), name);
   }
   if (found.empty()) return found;
   options.cells = own_cells(*compiled->problem);
