@@ -245,10 +245,17 @@ std::string space_in_words(const Order& order) { return order.is_spectral ? "spe
 
 void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
   for (const driver::Jump& jump : jumps) {
+    if (!jump.inside.empty()) {
+      job.sink().report(
+          "jump-in-coefficient", jump.range,
+          {jump.name, "it jumps inside a cell, and the harmonic mean takes cells as wholes"},
+          fmt::format("it jumps {}: let a face lie there, by other cells or by another end of the axis", jump.inside));
+      continue;
+    }
     job.sink().report(
         "jump-in-coefficient", jump.range, {jump.name, "at a face differences take the mean of both sides"},
         fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
-                    "order 2 where {0} jumps between cells{1}",
+                    "order 2 where {0} jumps on faces between cells, 1 where inside of them{1}",
                     jump.is_factor ? jump.name : "k", jump.is_factor ? "" : ": k is all that multiplies grad(u)"));
   }
 }
