@@ -103,6 +103,26 @@ TEST(Positivity, LimitsAreThoseOfClosedForms) {
   }
 }
 
+/// Of any step: of rk4 in -100*u all weights are positive, however long it is, and in -v*u the one of v is negative in
+/// short steps and not in long ones.
+TEST(Positivity, IsKeptUpToTheLargestStepAndNotAbove) {
+  const std::string carried = "initial u = 1\n  initial v = 100";
+  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4"}) {
+    for (const std::string rate : {"-100*u", "lap(u)", "-v*u", "v - u", "-advect(4, u) + lap(u)"}) {
+      for (const double step : {1e-4, 1e-2, 0.03194888178913738, 0.2, 3.0}) {
+        const auto opened =
+            open_scene("model m { field u, v; dt(u) = " + rate + "; dt(v) = 0*u }\nscheme q { time = " + time +
+                       " }\nscene s : m with q {\n  grid x = 0 .. 8, cells 8, periodic\n  " + carried +
+                       fmt::format("\n  time 0 .. {}, step {}\n}}\n", 2 * step, step));
+        const Positivity found = positivity_of(*opened, step);
+        EXPECT_EQ(found.why, "");
+        if (std::abs(found.largest_step - step) > 1e-3 * step)
+          EXPECT_EQ(found.is_kept, step < found.largest_step) << time << " " << rate << " " << step;
+      }
+    }
+  }
+}
+
 std::vector<Wave> waves(const std::string& rate, const std::string& scheme, double step) {
   const auto session = line(rate, scheme, step);
   return waves_of(*session, verdict_of(*session).worst, step);

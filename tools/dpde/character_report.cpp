@@ -62,7 +62,7 @@ std::string report_positivity(driver::Session& session, double step, Json& resul
   const bool has_walls =
       std::ranges::any_of(session.axes(), [](const model::Axis& axis) { return axis.topology == Topology::bounded; });
   std::string text = fmt::format("monotone{}: {}", has_walls ? " away from walls" : "", found.is_kept ? "yes" : "no");
-  if (found.largest_step == 0) return text + ", at no step: some weights are negative, so new extrema may appear\n";
+  if (found.largest_step == 0) return text + ": some weights of short steps are negative, so new extrema may appear\n";
   if (std::isinf(found.largest_step)) return text + ", at every step\n";
   return text + fmt::format(", up to a step of {:.6g} no weight of the frozen step is negative\n", found.largest_step);
 }

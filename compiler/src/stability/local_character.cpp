@@ -146,6 +146,14 @@ double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, dou
   return largest_over_waves(rank, change).value / dt;
 }
 
+/// The largest of what a step adds to the states.
+double change_of(const Response& rows) {
+  Response change;
+  for (std::size_t row = 0; row < rows.rows.size(); ++row)
+    change.rows.push_back(rows.rows[row].plus(Form(static_cast<int>(row)).times(-1)));
+  return magnitude_of(change);
+}
+
 /// The largest step up to which `holds` does, for rates of at most `rate`.
 double largest_step_where(double rate, double factor, const std::function<bool(double)>& holds) {
   if (rate == 0) return every_step;
@@ -204,10 +212,10 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
                                    : "a Fourier series reaches all cells, with weights of both signs";
       return found;
     }
-    Response change;
-    for (std::size_t row = 0; row < rows->rows.size(); ++row)
-      change.rows.push_back(rows->rows[row].plus(Form(static_cast<int>(row)).times(-1)));
-    rate = std::max(rate, magnitude_of(change) / step);
+    // A long step of a Runge-Kutta scheme changes by powers of it: a short one tells the rate.
+    const double by_step = change_of(*rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
+    const std::optional<Response> short_rows = linear.response(points.back(), std::min(step, short_step));
+    if (short_rows) rate = std::max(rate, change_of(*short_rows) / std::min(step, short_step));
   }
   if (linear.solves() && rate == 0) {
     found.why = "a solve is in it";
@@ -224,8 +232,10 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
       return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
     });
   };
-  found.is_kept = holds(step);
   found.largest_step = largest_step_where(rate, linear.solves() ? step_factor_with_solves : step_factor, holds);
+  // Far above it polynomials of schemes, as that of rk4, may have weights above 0 again, which are those of no
+  // solution.
+  found.is_kept = step <= found.largest_step * (1 + step_precision) && holds(step);
   return found;
 }
 
