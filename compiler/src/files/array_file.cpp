@@ -233,7 +233,11 @@ Values from_npy(const std::string& bytes, const std::string& path, const ArrayFi
   if (array.shape == wanted || (is_of_numbers && without_ones(array.shape) == without_ones(wanted)))
     return std::move(array.values);
   sink.report("wrong-shape", where,
-              {path, shape_text(array.shape), has_times ? "the grid and its steps" : "the grid", shape_text(wanted)});
+              {path, shape_text(array.shape),
+               !has_times      ? "the grid"
+               : is_of_numbers ? "one number a state"
+                               : "the grid with its steps",
+               shape_text(wanted)});
   return std::nullopt;
 }
 
