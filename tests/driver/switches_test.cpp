@@ -232,7 +232,7 @@ TEST(Switches, HandWrittenStepsThatJumpAreKnown) {
     options.selection.name = "t";
     options.adjoint = options.takes_jumps = true;
     const auto scene = compiled(source, options);
-    return scene ? driver::jumps_of(*scene).size() : 9;
+    return scene ? scene->jumps_left_out.size() : 9;
   };
   EXPECT_EQ(jumps("if(u > k, k, 0.2)"), 1u);
   EXPECT_EQ(jumps("k*max(u - k, 0)"), 0u);

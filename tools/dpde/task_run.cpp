@@ -7,12 +7,14 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "analysis/instability.h"
 #include "driver/back_flow.h"
 #include "driver/blow_up.h"
 #include "driver/memory_plan.h"
 #include "driver/missed_constraints.h"
+#include "driver/switches.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
@@ -53,6 +55,16 @@ bool is_possible(Job& job, const TaskOptions& options, const driver::Compiled& c
                                          job.source(), job.sink()));
 }
 
+/// A line of what was not checked for each choice whose jump the derivatives go on without.
+void add_jumps(const SourceFile& source, const driver::Compiled& compiled, std::vector<std::string>& lines) {
+  std::set<std::string> seen;
+  for (const model::Jump& jump : compiled.jumps_left_out) {
+    const LineColumn at = source.locate(jump.origin.range.begin);
+    std::string line = fmt::format("what the jump at {}:{} adds, which the gradient lacks (W0609)", at.line, at.column);
+    if (seen.insert(line).second) lines.push_back(std::move(line));
+  }
+}
+
 }  // namespace
 
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run) {
@@ -68,7 +80,9 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
   job.runs(run.compiled);
   if (!is_possible(job, options, *run.compiled)) return false;
+  driver::warn_of_jumps_left_out(*run.compiled, job.sink());
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
+  if (run.certificate) add_jumps(job.source(), *run.compiled, run.certificate->left_out);
   return !job.failed();
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "adjoint/plan.h"
-#include "driver/switches.h"
 #include "stencil/build.h"
 #include "support/match.h"
 
@@ -95,6 +94,6 @@ bool has_kinks(const driver::Compiled& compiled) {
   });
 }
 
-bool has_jumps(const driver::Compiled& compiled) { return !driver::jumps_of(compiled).empty(); }
+bool has_jumps(const driver::Compiled& compiled) { return !compiled.jumps_left_out.empty(); }
 
 }  // namespace dpde::analysis

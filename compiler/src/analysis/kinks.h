@@ -10,7 +10,8 @@ namespace dpde::analysis {
 /// Of the programs that have derivatives. They may jump there too.
 bool has_kinks(const driver::Compiled& compiled);
 
-/// Whether formulas or a hand-written step of the task jump where its unknowns or states move a switch.
+/// Whether formulas or a hand-written step of the task jump where its unknowns or states move a switch, and derivatives
+/// go on without that.
 bool has_jumps(const driver::Compiled& compiled);
 
 }  // namespace dpde::analysis

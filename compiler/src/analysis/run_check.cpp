@@ -74,7 +74,7 @@ class RunChecker {
         seconds_(seconds),
         start_(start),
         result_(result),
-        may_jump_(session.compiled().options.takes_jumps && has_jumps(session.compiled())) {}
+        may_jump_(has_jumps(session.compiled())) {}
 
   /// False where the run cannot be made, or there is no time for it.
   bool check();

@@ -23,6 +23,7 @@
 #include "loop/loop.h"
 #include "model/from_ast.h"
 #include "model/model.h"
+#include "model/switches.h"
 #include "source/diagnostic.h"
 #include "stencil/from_model.h"
 #include "stencil/stencil.h"
@@ -67,8 +68,9 @@ struct Compiled {
   std::optional<model::Problem> problem;  // absent: a file of kernels and programs only
   stencil::Module stencil;                // all programs, derivatives too
   std::vector<std::string> primal_programs;
-  std::map<std::string, Derived> derived;  // by primal program
-  adjoint::Activity activity;              // what derivatives are taken with respect to (states of the scene, params)
+  std::map<std::string, Derived> derived;   // by primal program
+  adjoint::Activity activity;               // what derivatives are taken with respect to (states of the scene, params)
+  std::vector<model::Jump> jumps_left_out;  // of derivatives, as options.takes_jumps has it
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
   bool code_from_cache = false;

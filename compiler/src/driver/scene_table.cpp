@@ -11,6 +11,7 @@
 
 #include "codegen/network_table.h"
 #include "driver/storage.h"
+#include "driver/switches.h"
 #include "files/weights.h"
 #include "support/assert.h"
 
@@ -52,6 +53,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
   options.tangent = options.second = options.adjoint && needs.second_order;
   options.backend = backend;
   std::optional<Compiled> compiled = compile(source, options, sink);
+  if (compiled) warn_of_jumps_left_out(*compiled, sink);
   if (!compiled || compiled->problem) return compiled;
   sink.report("nothing-to-do", {}, {"there is no scene to run"}, "write scene NAME : PROGRAM { ... }");
   return std::nullopt;

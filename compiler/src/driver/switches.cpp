@@ -48,23 +48,27 @@ void report(const model::Task& task, const model::OnlySwitching& found, Diagnost
                           name_of(unknown), task.name));
 }
 
-void report(const model::Jump& jump, DiagnosticSink& sink) {
-  if (jump.what == name_of(Fn::floor))
-    return report_floor(jump.origin.range, "; --force goes on without the jump", sink);
+/// What happens there.
+std::string why_of(const model::Jump& jump) {
   const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
-  if (jump.is_at_pole) {
-    sink.report("branches-do-not-meet", jump.origin.range,
-                {"as " + moved + " moves, this divides by 0 and jumps, and a gradient lacks what the jump adds"},
-                "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z); "
-                "--force goes on without the jump");
-    return;
-  }
-  const std::string why = jump.what.empty()
-                              ? moved + " moves the switch, and a gradient lacks what the jump adds"
-                              : jump.what + " jumps as " + moved + " moves, and a gradient lacks what the jump adds";
-  sink.report("branches-do-not-meet", jump.origin.range, {why},
-              "let the branches have one value where it switches, or write a smooth switch, as "
-              "a + (b - a)*(0.5 + 0.5*tanh((s - s0)/w)) for if(s < s0, a, b); --force goes on without the jump");
+  const std::string what = jump.is_at_pole     ? "as " + moved + " moves, this divides by 0 and jumps"
+                           : jump.what.empty() ? moved + " moves the switch"
+                                               : jump.what + " jumps as " + moved + " moves";
+  return what + ", and a gradient lacks what the jump adds";
+}
+
+/// What to write instead.
+std::string smooth_for(const model::Jump& jump) {
+  if (jump.is_at_pole)
+    return "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z)";
+  return "let the branches have one value where it switches, or write a smooth switch, as "
+         "a + (b - a)*(0.5 + 0.5*tanh((s - s0)/w)) for if(s < s0, a, b)";
+}
+
+void report(const model::Jump& jump, DiagnosticSink& sink) {
+  const std::string forced = "; --force goes on without the jump";
+  if (jump.what == name_of(Fn::floor)) return report_floor(jump.origin.range, forced, sink);
+  sink.report("branches-do-not-meet", jump.origin.range, {why_of(jump)}, smooth_for(jump) + forced);
 }
 
 std::vector<stencil::Kernel> kernels_of(const stencil::Module& module, const stencil::Program& program) {
@@ -161,13 +165,13 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
 
 }  // namespace
 
-std::vector<model::Jump> jumps_of(const Compiled& compiled) {
-  if (!compiled.problem || !compiled.problem->task) return {};
-  return jumps_by(compiled, influence_in(compiled));
+void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const model::Jump& jump : compiled.jumps_left_out) report(jump, sink);
 }
 
-void report_jumps(const Compiled& compiled, DiagnosticSink& sink) {
-  for (const model::Jump& jump : jumps_of(compiled)) report(jump, sink);
+void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const model::Jump& jump : compiled.jumps_left_out)
+    sink.report("jump-left-out", jump.origin.range, {why_of(jump)}, smooth_for(jump));
 }
 
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
@@ -180,13 +184,15 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
     if (!task.certifies) report(task, found, sink);
     if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
   }
-  if ((options.takes_jumps && !task.certifies) || sink.has_errors()) return;
+  if (sink.has_errors()) return;
   for (const model::Jump& jump : jumps_by(compiled, influence)) {
-    const bool is_left_out = task.certifies && is_by_parameters(problem, jump);
-    for (const std::string& mover : jump.movers) {
-      if (is_left_out) compiled.activity.params.erase(mover);
+    if (task.certifies && is_by_parameters(problem, jump)) {
+      for (const std::string& mover : jump.movers) compiled.activity.params.erase(mover);
+    } else if (options.takes_jumps) {
+      compiled.jumps_left_out.push_back(jump);
+    } else {
+      report(jump, sink);
     }
-    if (!is_left_out && !options.takes_jumps) report(jump, sink);
   }
 }
 

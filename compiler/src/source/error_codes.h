@@ -302,6 +302,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a weight at the boundary of {}"},
     {"E0607", "switch-without-derivative", Severity::error, "{} only moves a switch: {}"},
     {"E0609", "branches-do-not-meet", Severity::error, "the branches of this choice do not meet where it switches: {}"},
+    {"W0609", "jump-left-out", Severity::warning, "the branches of this choice do not meet where it switches: {}"},
 };
 
 /// The row called `name`; a name that is not in the table does not compile.

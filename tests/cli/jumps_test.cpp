@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives without what a jump adds: by each verb, with --force and without it, in text and in JSON. Nothing is
+// called certified there without a word about the jump.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "command_support.h"
+#include "support/setting.h"
+
+namespace dpde::testing {
+namespace {
+
+std::string decay_that_jumps(const std::string& rate, const std::string& from) {
+  return "model m { field u; param k = 1; dt(u) = -k*" + rate + " }\nscene s : m { initial u = 1; time 0 .. 1, " +
+         "step 1/50 }\ntask t : s { unknown k" + from +
+         "; minimise (u - 0.3)^2 at t = 1; using lbfgs(), iterations 2 }\n";
+}
+
+struct JumpCase {
+  std::string rate, from;
+  bool jumps, is_found;  // by the certificate, beside the point
+};
+const std::vector<JumpCase> jump_cases = {{"if(u > 0.5, 1, 0.2)", "", true, true},
+                                          {"if(u > -5, 1, 0.2)", " from 0.2", true, false},
+                                          {"(2 + sign(u - 0.5))", "", true, false},
+                                          {"(1 + floor(2*u))", "", true, true},
+                                          {"max(u, 0.5)", "", false, false}};
+
+using JumpsLeftOut = Command;
+
+TEST_F(JumpsLeftOut, AreToldByEachVerb) {
+  for (std::size_t i = 0; i < jump_cases.size(); ++i) {
+    const JumpCase& c = jump_cases[i];
+    if (!is_tried(i, 2)) continue;
+    write("j.dpde", decay_that_jumps(c.rate, c.from));
+    for (const std::string verb : {"gradient", "optimize", "verify"}) {
+      const bool certifies = verb == "verify";  // without --force too
+      for (const bool is_forced : {false, true}) {
+        const std::string command = verb + " j.dpde t" + (is_forced ? " --force" : "");
+        const std::string what = command + ": " + c.rate;
+        const Outcome json = dpde(command + " --json"), text = dpde(command);
+        const std::vector<std::string> codes = json.codes();
+        const bool is_refused = c.jumps && !is_forced && !certifies;
+        const int status = is_refused ? 2 : certifies && c.is_found ? 1 : 0;
+        EXPECT_EQ(json.status, status) << what << json.err;
+        EXPECT_EQ(text.status, status) << what << text.err;
+        const auto has = [&](const std::string& code) { return std::ranges::count(codes, code); };
+        EXPECT_EQ(has("E0609") + has("E0601"), is_refused ? 1 : 0) << what << json.out;
+        EXPECT_EQ(has("W0609"), c.jumps && !is_refused ? 1 : 0) << what << json.out;
+        EXPECT_EQ(text.err.find("W0609") != std::string::npos, c.jumps && !is_refused) << what;
+        const bool says_certified =
+            text.out.find("\ncertified:") != std::string::npos || text.out.starts_with("certified:");
+        EXPECT_FALSE(c.jumps && says_certified) << what << text.out;
+        EXPECT_EQ(says_certified, !c.jumps) << what << text.out;
+        if (!c.jumps || is_refused || certifies || verb != "gradient") continue;
+        EXPECT_NE(json.json()["certificate"]["left_out"].dump().find("W0609"), std::string::npos) << what << json.out;
+      }
+    }
+  }
+}
+
+/// The right slope is -0.2 from the jump on: what is left out is most of the gradient.
+TEST_F(JumpsLeftOut, AreOfTheSizeOfTheGradient) {
+  const auto text = [](const std::string& k) {
+    return "model m { field u; param k = " + k + "; dt(u) = -k*if(u > 0.5, 1, 0.2) }\n" +
+           "scene s : m { initial u = 1; time 0 .. 1, step 1/1000 }\ntask t : s { unknown k; minimise u at t = 1 }\n";
+  };
+  write("j.dpde", text("1"));
+  const Outcome forced = dpde("gradient j.dpde t --force --json");
+  EXPECT_NEAR(forced.json()["gradient"]["k"]["value"].get<double>(), -0.6, 1e-3);
+  EXPECT_EQ(forced.codes(), std::vector<std::string>{"W0609"});
+}
+
+}  // namespace
+}  // namespace dpde::testing
