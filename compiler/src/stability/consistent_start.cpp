@@ -8,9 +8,6 @@
 
 namespace dpde::stability {
 
-namespace {
-
-/// The states that a step sets somewhere, whatever they were.
 bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
   return problem.is_projected(state) || std::ranges::any_of(problem.events, [&](const model::Event& event) {
            return is_of_each_step(event, problem) &&
@@ -18,24 +15,31 @@ bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
          });
 }
 
-}  // namespace
+ConsistentStart::ConsistentStart(driver::Session& session) : ConsistentStart(session, session.problem().t_begin) {}
 
-ConsistentStart::ConsistentStart(driver::Session& session) : session_(session) {
+/// What is held depends on what events leave, which the first of the steps has not seen yet.
+ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(session) {
   const driver::Compiled& compiled = session.compiled();
-  std::vector<std::string> fields;
-  std::vector<int> states;
+  std::vector<std::pair<int, std::string>> set, held;
   for (const stencil::Swap& swap : compiled.stencil.find_program(compiled.step_name())->swaps) {
-    if (!is_set_by_steps(session.problem(), swap.state)) continue;
-    fields.push_back(swap.next);
-    states.push_back(session.rollout().state_index(swap.state));
+    const int state = session.rollout().state_index(swap.state);
+    if (state < 0 || !is_set_by_steps(session.problem(), swap.state)) continue;
+    set.emplace_back(state, swap.next);
+    if (session.problem().is_projected(swap.state)) held.emplace_back(state, swap.next);
+    given_.push_back({state, session.initial(state)});
   }
-  if (fields.empty()) return;
-  const auto found = after_step_of_no_length(session, fields);
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const auto values = found.find(fields[i]);
-    if (states[i] < 0 || values == found.end()) continue;
-    given_.push_back({states[i], session.initial(states[i])});
-    session.rollout().initial(states[i]).copy_in(values->second);
+  take(set, t);
+  if (held.size() < set.size()) take(held, t);
+}
+
+void ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, double t) {
+  if (set.empty()) return;
+  std::vector<std::string> fields;
+  for (const auto& [state, next] : set) fields.push_back(next);
+  const auto found = after_step_of_no_length(session_, fields, t);
+  for (const auto& [state, next] : set) {
+    if (const auto values = found.find(next); values != found.end())
+      session_.rollout().initial(state).copy_in(values->second);
   }
 }
 

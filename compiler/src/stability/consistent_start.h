@@ -3,11 +3,17 @@
 // end of each step: a first stage sees that, and no other ever does. Verdicts are of what the others see.
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "driver/session.h"
 
 namespace dpde::stability {
+
+/// The states that steps set somewhere, whatever they were: that a mask holds, a constraint makes true, or an event of
+/// each step.
+bool is_set_by_steps(const model::Problem& problem, const std::string& state);
 
 /// While it lives a run of the session begins as a step of no length leaves its initial states: those that are held
 /// inside masks have the value there, those of a constraint fulfil it, events of each step have happened. What is not
@@ -15,6 +21,8 @@ namespace dpde::stability {
 class ConsistentStart {
  public:
   explicit ConsistentStart(driver::Session& session);
+  /// Of a step at time t.
+  ConsistentStart(driver::Session& session, double t);
   ~ConsistentStart();
   ConsistentStart(const ConsistentStart&) = delete;
   ConsistentStart& operator=(const ConsistentStart&) = delete;
@@ -24,6 +32,8 @@ class ConsistentStart {
     int state;
     std::vector<double> values;
   };
+  void take(const std::vector<std::pair<int, std::string>>& set, double t);
+
   driver::Session& session_;
   std::vector<Given> given_;
 };

@@ -23,13 +23,16 @@ constexpr double ln_hundred = 4.605170185988092;
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
-/// Whether a kernel that makes the field reads anything but perturbations.
-bool is_weighted(const Module& module, const Program& program, const std::string& field,
+/// Whether a kernel that makes the field reads perturbations and anything else, as where a maximum has its place: the
+/// sums of these have no name among perturbations.
+bool is_weighted(const Module& module, const Program& program, const Reduce& reduce,
                  const std::set<std::string>& rates) {
   return std::ranges::any_of(kernels_run(module, program), [&](const Kernel* kernel) {
-    if (std::ranges::find(kernel->stores, field, &Store::field) == kernel->stores.end()) return false;
-    return !std::ranges::all_of(signature(*kernel).reads,
-                                [&](const Signature::Read& read) { return rates.contains(read.field); });
+    if (std::ranges::find(kernel->stores, reduce.field, &Store::field) == kernel->stores.end()) return false;
+    const std::vector<Signature::Read> reads = signature(*kernel).reads;
+    const auto is_rate = [&](const Signature::Read& read) { return rates.contains(read.field); };
+    return (rates.contains(reduce.result) || std::ranges::any_of(reads, is_rate)) &&
+           !std::ranges::all_of(reads, is_rate);
   });
 }
 
@@ -40,8 +43,7 @@ void take_out(Module& module, const Program& program, std::vector<Statement>& bo
     match(
         statement, [](Fill&) {}, [](Fold&) {},
         [&](const Reduce& reduce) {
-          const bool is_rate = rates.contains(reduce.result);
-          if (is_rate && is_weighted(module, program, reduce.field, rates)) weighted = &reduce;
+          if (is_weighted(module, program, reduce, rates)) weighted = &reduce;
         },
         [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {}, [](Solve&) {},  // of kernels alone: see survey.h
         [&](Repeat& repeat) { take_out(module, program, repeat.body, rates); });

@@ -67,12 +67,11 @@ class Examination {
   }
 
   bool run() {
-    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
-    verdict_.places = static_cast<int>(points.size());
-    for (const ScenePoint& point : points) {
-      const std::optional<FrozenAnalysis> analysis = analysis_at(point.point);
-      if (!analysis) continue;
-      look_at(*analysis, point);
+    const auto [points, others] = ranked_points(session_, linear_);
+    verdict_.places = static_cast<int>(points.size() + others.size());
+    for (const ScenePoint& point : points) look_at(point);
+    for (const ScenePoint& point : others) {
+      if (may_be_worse(point)) look_at(point);
     }
     if (!is_any_) return false;
     verdict_.is_exact =
@@ -99,7 +98,8 @@ class Examination {
   /// step, and no more of the equations: most scenes are done with it.
   bool grows_nothing() {
     double most = -1;
-    const std::vector<ScenePoint> points = frozen_points(session_, linear_);
+    auto [points, others] = ranked_points(session_, linear_);
+    points.insert(points.end(), others.begin(), others.end());
     worst_ = points.front();
     const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
     const bool are_waves_all = is_same && !has_walls(problem_);
@@ -149,6 +149,18 @@ class Examination {
     return without ? without->limit(most) : limit;
   }
 
+  /// Of places that were not chosen: nothing grows there in the largest step that is stable elsewhere.
+  bool may_be_worse(const ScenePoint& point) const {
+    if (verdict_.limit.kind == StepLimit::Kind::never) return false;
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double step = has_limit ? verdict_.limit.step : verdict_.step;
+    const std::optional<StepGrowth> found = growth_in_step(linear_, point.point, rank_, step);
+    return found && found->growth > growth_tolerance(linear_);
+  }
+
+  void look_at(const ScenePoint& point) {
+    if (const std::optional<FrozenAnalysis> analysis = analysis_at(point.point)) look_at(*analysis, point);
+  }
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
     verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, analysis.growth_by_events());

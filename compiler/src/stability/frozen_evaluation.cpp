@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t most_terms = 50'000;
 constexpr std::size_t terms_beside_waves = 24;  // where more are one component: put into each other, they multiply
-constexpr double tie = 1e-9;                    // relative
+constexpr double tie = 1e-11;  // relative: what rounding leaves, and less than what a maximum calls equal
 
 Value operator+(const Value& a, const Value& b) { return {a.number + b.number, a.form.plus(b.form)}; }
 Value operator-(const Value& a) { return {-a.number, a.form.times(-1)}; }

@@ -20,6 +20,11 @@ struct ScenePoint {
 /// at other times too where that matters. Each different one once, one where nothing varies. A few of them where an
 /// analysis of waves takes long.
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
+/// With those that are left out: one look at each, at the limit of the chosen ones, tells whether it has a lower one.
+struct RankedPoints {
+  std::vector<ScenePoint> chosen, others;
+};
+RankedPoints ranked_points(driver::Session& session, const LinearStep& linear);
 /// All of them, for what takes no longer than a look.
 std::vector<ScenePoint> all_frozen_points(driver::Session& session, const LinearStep& linear);
 

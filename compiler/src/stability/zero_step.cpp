@@ -28,7 +28,7 @@ class WithoutStep {
 }  // namespace
 
 std::map<std::string, std::vector<double>> after_step_of_no_length(driver::Session& session,
-                                                                   const std::vector<std::string>& fields) {
+                                                                   const std::vector<std::string>& fields, double t) {
   Workspace& workspace = session.workspace();
   const dpde_program& step = *session.compiled().program(session.compiled().step_name());
   Workspace::Bound bound;
@@ -37,7 +37,7 @@ std::map<std::string, std::vector<double>> after_step_of_no_length(driver::Sessi
   std::map<std::string, std::vector<double>> result;
   try {
     const WithoutStep without_step(workspace);
-    workspace.execute(step, session.problem().t_begin, bound);
+    workspace.execute(step, t, bound);
     for (const std::string& field : fields) result[field] = workspace.dense(field);
   } catch (const Error&) {
     result.clear();  // as of an operator that is divided by dt

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands in the cells of a scene at times of its run: coefficients, states as the run begins, those that steps set
+// as they are then, and what is solved for.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+#include "stability/linear_step.h"
+
+namespace dpde::stability {
+
+class SceneStates {
+ public:
+  using Fields = std::map<std::string, std::vector<double>>;
+  struct Moment {
+    double time;
+    Fields set, whole;  // states that steps set, and fields as of whole_fields.h
+  };
+
+  SceneStates(driver::Session& session, const LinearStep& linear);
+
+  /// That the step reads, and no step sets; of a control field one interval after the other.
+  const Fields& fixed() const { return fixed_; }
+  /// One where all are alike, else from the first step to the last.
+  const std::vector<Moment>& moments() const { return moments_; }
+  const Moment& nearest(double t) const;
+
+ private:
+  Fields fixed_;
+  std::vector<Moment> moments_;
+};
+
+/// Behind the first step, where `part` of the run is over.
+double time_within(const driver::Session& session, double part);
+
+}  // namespace dpde::stability
