@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "driver/inverse.h"
 #include "driver/switches.h"
 #include "driver_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -204,6 +207,30 @@ TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
                               "a*sqrt(abs(u))*u/abs(u)",
                               "(x - 4)/sqrt((x - 4)^2 + a^2)"})
     EXPECT_EQ(code_refused(text_with_pole("rate", formula)), "") << formula;
+}
+
+/// c*z - d in numbers is a staircase, which need not be 0 anywhere.
+TEST(JumpsAtPoles, OfLinesWithNumbersAreRefused) {
+  const auto code_of = [](const std::string& rate, const std::string& initial = "-0.1") {
+    return code_refused("model m { field u, q; param a = 0.3; dt(u) = a; dt(q) = " + rate +
+                        " }\nscene s : m { initial u = " + initial +
+                        "; initial q = 0; time 0 .. 1, step 1/16 }\n"
+                        "task t : s { unknown a; minimise q^2 }\n");
+  };
+  std::vector<std::string> lines{"(330*u - 0.19)", "(1600*u - 0.45)", "(4500*u - 120)", "(3*u - 1e-3)"};
+  const auto with_numbers = [&](int first, int second) {
+    constexpr const char* sizes[] = {"0", "00", "000", ".5"};
+    lines.push_back("(" + std::to_string(first) + sizes[first % 4] + "*u - 0." + std::to_string(second) + ")");
+  };
+  const int count = is_thorough() ? 300 : 8;
+  for (int k = 0; k < count; ++k) with_numbers(1 + 37 * k % 97, 1 + 53 * k % 89);
+  for (const std::string& z : lines) {
+    for (const char* formula : {"z/abs(z)", "abs(z)/z", "z/sqrt(z^2)", "z*abs(z)^(-1)", "z^3/abs(z)^3", "max(z, -z)/z"})
+      EXPECT_EQ(code_of(with_z(formula, "z", z)), "E0609") << z << ": " << formula;
+    EXPECT_EQ(code_of(with_z("atan(1/z)", "z", z), "0"), "E0609") << z;
+    for (const char* formula : {"z/abs(z)^0.5", "z*abs(z)/sqrt(z^2)", "z/(abs(z) + 1e-3)"})
+      EXPECT_EQ(code_of(with_z(formula, "z", z)), "") << z << ": " << formula;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
 #include <random>
@@ -65,9 +66,12 @@ class JumpSearch {
   std::vector<Id> parts_of_divisor(Id pole) const;
   double divisor(Id pole, const std::vector<double>& values) const;
   double divisor(Id pole, double s);
-  std::optional<Place> crossing(Id pole, double from, double to);
-  std::optional<Place> touching(Id pole, double from, double to, double most_left);
-  std::optional<Place> around_zero(Id pole, Place place);
+  std::optional<Place> crossing(Id pole, double from, double to, double widest);
+  std::optional<Place> change_of_a_part(Id pole, double from, double to, double most, double widest);
+  double margin(Id id, const std::vector<double>& values) const;
+  std::optional<Place> touching(Id pole, double from, double to, double most_left, double widest);
+  using Height = std::function<double(double)>;
+  std::optional<Place> around_zero(Id pole, const Place& place, double widest, const Height& height);
   std::optional<Place> move_nearer(Id pole, const Place& place, bool crosses);
   bool jumps_at_pole(Id pole, Place place, bool crosses);
   bool jumps_at_pole(Id pole, const Place& place) const;

@@ -16,7 +16,7 @@ constexpr double golden = 0.618033988749895;
 /// A minimum is 0 where it falls as the bracket does, or the root of that: to a millionth at the first look.
 constexpr int most_shrinks = 200, first_look = 30;
 constexpr double most_at_first_look = 1e-2;
-constexpr int most_widenings = 12;
+constexpr double widest_stair = 0x1p-20;  // of the distance looked through at first
 constexpr int most_on_a_line = 4;
 constexpr double near_value = 0.5;  // of a parameter
 
@@ -50,7 +50,7 @@ double JumpSearch::divisor(Id pole, const std::vector<double>& values) const {
   return node.kind == Piecewise::Kind::call && node.fn == Fn::tan ? std::cos(operand) : operand;
 }
 
-std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, double to) {
+std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, double to, double widest) {
   const bool is_negative = std::signbit(divisor(pole, from));
   double low = from, high = to;
   for (int k = 0; k < bisections; ++k) {
@@ -60,14 +60,52 @@ std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, doub
     if (std::isnan(value)) return std::nullopt;
     (std::signbit(value) == is_negative ? low : high) = middle;
   }
-  return around_zero(pole, {low, high});
+  return around_zero(pole, {low, high}, widest, [&](double s) { return divisor(pole, s); });
+}
+
+/// Where a part of the divisor changes its sign, as the z of abs(z) and of z^2 does, and the larger of both of min and
+/// max another: of such places that with the least divisor. Sizes are stairs, whose least one need not hold the zero.
+std::optional<JumpSearch::Place> JumpSearch::change_of_a_part(Id pole, double from, double to, double most,
+                                                              double widest) {
+  std::optional<Place> nearest;
+  for (const Id part : divisors_.at(pole)) {
+    const Height height = [&](double s) {
+      divisor(pole, s);
+      return margin(part, of_divisor_.values);
+    };
+    const auto is_negative = [&](double s) { return std::signbit(height(s)); };
+    const bool at_first = is_negative(from);
+    if (is_negative(to) == at_first) continue;
+    double low = from, high = to;
+    for (int k = 0; k < bisections; ++k) {
+      const double middle = low + (high - low) / 2;
+      if (middle == low || middle == high) break;
+      (is_negative(middle) == at_first ? low : high) = middle;
+    }
+    const std::optional<Place> place = around_zero(pole, {low, high}, widest, height);
+    if (!place) continue;
+    const double size = std::max(std::abs(divisor(pole, place->before)), std::abs(divisor(pole, place->behind)));
+    if (!(size <= most)) continue;
+    most = size;
+    nearest = place;
+  }
+  return nearest;
+}
+
+/// What changes its sign at a kink of the node; of another one its value.
+double JumpSearch::margin(Id id, const std::vector<double>& values) const {
+  const Piecewise::Node& node = formula_.nodes_[id];
+  const bool is_extreme = node.kind == Piecewise::Kind::call && (node.fn == Fn::min || node.fn == Fn::max);
+  return is_extreme ? values[node.a] - values[node.b] : values[id];
 }
 
 /// The least size between both, by the golden section. Nothing where it does not fall below a part of that at the ends
 /// soon.
-std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left) {
+std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left,
+                                                      double widest) {
   const auto size = [&](double s) { return std::abs(divisor(pole, s)); };
   const double at_ends = std::max(size(from), size(to));
+  if (const std::optional<Place> place = change_of_a_part(pole, from, to, most_left * at_ends, widest)) return place;
   double low = from, high = to, left = to, right = from, at_left = 0, at_right = 0;
   for (int k = 0; k < most_shrinks; ++k) {
     if (!(low < left && left < right && right < high)) {  // at first, and where rounding has moved them
@@ -88,19 +126,23 @@ std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, doub
       right = low + golden * (high - low);
       at_right = size(right);
     }
-    if (k == first_look && !(std::min(at_left, at_right) <= most_left * at_ends)) return std::nullopt;
+    if (k != first_look) continue;
+    if (!(std::min(at_left, at_right) <= most_left * at_ends)) return std::nullopt;
+    if (const std::optional<Place> place = change_of_a_part(pole, low, high, most_left * at_ends, widest)) return place;
   }
-  return around_zero(pole, {low, high});
+  return around_zero(pole, {low, high}, widest, [&](double s) { return divisor(pole, s); });
 }
 
-/// Wide enough that the divisor is 0 at neither end.
-std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, Place place) {
-  double step = place.gap();
-  for (int k = 0; k < most_widenings; ++k, step *= 2) {
-    const bool is_low = divisor(pole, place.before) == 0, is_high = divisor(pole, place.behind) == 0;
-    if (!is_low && !is_high) return place;
-    if (is_low) place.before -= step;
-    if (is_high) place.behind += step;
+/// Wide enough that the divisor is 0 at neither end, and wider by a stair of `height` at either: what is looked at
+/// farther away by the place's width is another value of it then. Nothing where that takes steps wider than `widest`.
+std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, const Place& place, double widest,
+                                                         const Height& height) {
+  for (double step = place.gap(); step <= widest; step *= 2) {
+    const Place wide{place.before - step, place.behind + step};
+    const bool is_zero = divisor(pole, wide.before) == 0 || divisor(pole, wide.behind) == 0;
+    const bool is_same =
+        height && (height(wide.before) == height(place.before) || height(wide.behind) == height(place.behind));
+    if (!is_zero && !is_same) return wide;
   }
   return std::nullopt;
 }
@@ -116,7 +158,8 @@ std::optional<JumpSearch::Place> JumpSearch::move_nearer(Id pole, const Place& p
   for (std::size_t i = 0; i < base_.size(); ++i) base_[i] += place.before * direction_[i];
   const bool changes = std::signbit(divisor(pole, -reach)) != std::signbit(divisor(pole, reach));
   std::optional<Place> nearer;
-  if (crosses == changes) nearer = crosses ? crossing(pole, -reach, reach) : touching(pole, -reach, reach, 1);
+  if (crosses == changes)
+    nearer = crosses ? crossing(pole, -reach, reach, reach) : touching(pole, -reach, reach, 1, reach);
   if (nearer && size(*nearer) <= now / 2) return nearer;
   base_ = base;
   return std::nullopt;
@@ -217,8 +260,9 @@ std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>
         const bool crosses = std::signbit(divisors[i]) != std::signbit(divisors[i + 1]);
         const bool is_least = !crosses && i > 0 && size(i) < size(i - 1) && size(i) <= size(i + 1);
         if (!crosses && !is_least) continue;
-        const std::optional<Place> place =
-            crosses ? crossing(pole, at[i], at[i + 1]) : touching(pole, at[i - 1], at[i + 1], most_at_first_look);
+        const double widest = widest_stair * (at[i + 1] - at[i]);
+        const std::optional<Place> place = crosses ? crossing(pole, at[i], at[i + 1], widest)
+                                                   : touching(pole, at[i - 1], at[i + 1], most_at_first_look, widest);
         ++tried_[pole];
         judged_[pole] += place && is_possible_at_pole(place->before, false) ? 1 : 0;
         if (place && jumps_at_pole(pole, *place, crosses)) return pole;
