@@ -233,5 +233,22 @@ TEST(JumpsAtPoles, OfLinesWithNumbersAreRefused) {
   }
 }
 
+/// Values from files and of noise have a sign that the text does not tell; sin(x) has both.
+TEST(JumpsAtPoles, OfFieldsOfUnknownSignAreTaken) {
+  const auto text = [](const std::string& initial, const std::string& rate) {
+    return "model m { field T, q; coefficient c; param a = 0.3; dt(T) = a*lap(T); dt(q) = a*c*" + rate +
+           " }\nscene s : m { grid x = 0 .. 8, cells 8, periodic; initial T = " + initial +
+           "; initial q = 0; c = load(\"c.npy\"); time 0 .. 1, step 1/16 }\n"
+           "task t : s { unknown a; minimise mean(q^2) }\n";
+  };
+  for (const char* rate : {"1/(exp(1000/T) - 1)", "tanh(1000/T)", "1/(1 + exp(-1000/T))", "atan(c/T)"}) {
+    for (const char* initial : {"load(\"T.npy\")", "300 + 10*sin(x)", "300 + noise(1)"})
+      EXPECT_EQ(code_refused(text(initial, rate)), "") << initial << ": " << rate;
+  }
+  for (const char* rate : {"tanh(1000/T)", "atan(c/T)"}) EXPECT_EQ(code_refused(text("sin(x)", rate)), "E0609") << rate;
+  for (const char* rate : {"T/abs(T)", "(T - 300)/sqrt((T - 300)^2)"})
+    EXPECT_EQ(code_refused(text("load(\"T.npy\")", rate)), "E0609") << rate;
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -131,7 +131,8 @@ Piecewise::Id Converter::param(const Expr& e, const std::string& name) {
   return symbol(e, here, result);
 }
 
-/// With the sign that it has at first.
+/// With the sign that it has at first, where the text tells it. Values from files and noise have one that it does not,
+/// and what an operator is called with.
 Piecewise::Id Converter::field(const Expr& e, const std::string& name, const Offset& offset) {
   Piecewise::Symbol result{.moves = moves(name)};
   const State* state = scope_.contains(name) ? nullptr : problem_.find_state(name);
@@ -141,6 +142,7 @@ Piecewise::Id Converter::field(const Expr& e, const std::string& name, const Off
                                                   : std::nullopt;
   const Movement nothing{[](const std::string&) { return false; }};
   if (given) result.sign = find_sign(Converter(problem_, nothing, {*given, {}, ""}).formula());
+  result.has_unknown_sign = !result.sign.has_value();
   return symbol(e, offset, result);
 }
 

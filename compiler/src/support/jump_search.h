@@ -75,7 +75,8 @@ class JumpSearch {
   std::optional<Place> move_nearer(Id pole, const Place& place, bool crosses);
   bool jumps_at_pole(Id pole, Place place, bool crosses);
   bool jumps_at_pole(Id pole, const Place& place) const;
-  bool is_possible_at_pole(double s, bool at_kink) const;
+  bool is_possible_at_pole(Id pole, double s, bool at_kink) const;
+  bool hangs_on_unknown_sign(Id pole) const;
   bool has_kink(const Look& low, const Look& high, const Look& beside, const std::vector<bool>& needed) const;
   bool is_of_the_run(Id pole, const Look& look) const;
 

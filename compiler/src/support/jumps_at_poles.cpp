@@ -193,17 +193,18 @@ bool JumpSearch::jumps_at_pole(Id pole, const Place& place) const {
   if (!std::isfinite(jump) || !std::isfinite(unsettled)) return false;
   if (unsettled <= most_left_of_continuous * jump) {
     const bool at_kink = has_kink(low, high, far_low, needed_low);
-    return is_visible(before, low, behind, high) && is_possible_at_pole(before, at_kink) &&
-           is_possible_at_pole(behind, at_kink);
+    return is_visible(before, low, behind, high) && is_possible_at_pole(pole, before, at_kink) &&
+           is_possible_at_pole(pole, behind, at_kink);
   }
   const bool is_infinite = low.result() * high.result() < 0 && far_low.result() * far_high.result() < 0 &&
                            std::abs(low.result()) > 2 * std::abs(far_low.result()) &&
                            std::abs(high.result()) > 2 * std::abs(far_high.result());
-  return is_infinite && is_of_the_run(pole, low) && is_possible_at_pole(before, false) &&
-         is_possible_at_pole(behind, false);
+  return is_infinite && is_of_the_run(pole, low) && is_possible_at_pole(pole, before, false) &&
+         is_possible_at_pole(pole, behind, false);
 }
 
-bool JumpSearch::is_possible_at_pole(double s, bool at_kink) const {
+bool JumpSearch::is_possible_at_pole(Id pole, double s, bool at_kink) const {
+  if (!at_kink && hangs_on_unknown_sign(pole)) return false;
   for (std::size_t i = 0; i < formula_.symbols_.size(); ++i) {
     const Piecewise::Symbol& symbol = formula_.symbols_[i];
     const double value = base_[i] + s * direction_[i];
@@ -212,6 +213,14 @@ bool JumpSearch::is_possible_at_pole(double s, bool at_kink) const {
     if (!is_free && !(value >= symbol.low.value_or(value) && value <= symbol.high.value_or(value))) return false;
   }
   return true;
+}
+
+/// Whether what is divided by is made of fields of which nobody knows the sign.
+bool JumpSearch::hangs_on_unknown_sign(Id pole) const {
+  return std::ranges::any_of(divisors_.at(pole), [&](Id id) {
+    const Piecewise::Node& node = formula_.nodes_[id];
+    return node.kind == Piecewise::Kind::symbol && node.moves && formula_.symbols_[node.symbol].has_unknown_sign;
+  });
 }
 
 /// Whether abs, min, max, a root or a choice has its kink between both. `beside` is farther away on the lower side.
@@ -264,7 +273,7 @@ std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>
         const std::optional<Place> place = crosses ? crossing(pole, at[i], at[i + 1], widest)
                                                    : touching(pole, at[i - 1], at[i + 1], most_at_first_look, widest);
         ++tried_[pole];
-        judged_[pole] += place && is_possible_at_pole(place->before, false) ? 1 : 0;
+        judged_[pole] += place && is_possible_at_pole(pole, place->before, false) ? 1 : 0;
         if (place && jumps_at_pole(pole, *place, crosses)) return pole;
       }
     }

@@ -317,7 +317,7 @@ std::optional<double> JumpSearch::sign() {
   for (int k = 0; k < most_lines; ++k) {
     choose_line(false, false);
     const double value = look(0).result(), sign = (value > 0) - (value < 0);
-    if (sign == 0 || result.value_or(sign) != sign) return std::nullopt;
+    if (result.value_or(sign) != sign) return 0;
     result = sign;
   }
   return result;

@@ -23,13 +23,15 @@ class Piecewise {
 
   /// What is not known has any value, or one between `low` and `high`. What moves stays there, unless it `may_leave`
   /// them where nothing else moves. With a `sign` it keeps that where something is divided by it, as a length or a
-  /// temperature does, for which formulas are written; at a kink it does not, since abs(u)/u is made to switch.
+  /// temperature does, for which formulas are written; at a kink it does not, since abs(u)/u is made to switch. An
+  /// unknown sign, as of values from a file, is one for which formulas are written, too.
   struct Symbol {
     bool moves = false;
     std::optional<double> value = {};
     std::optional<double> low = {}, high = {};
     bool may_leave = false;
     std::optional<double> sign = {};
+    bool has_unknown_sign = false;
   };
 
   Id number(double value);
@@ -68,8 +70,8 @@ class Piecewise {
 /// A switch of `formula`, or a node with a pole, at which the value of its last node jumps. Deterministic.
 std::optional<Piecewise::Id> find_jump(const Piecewise& formula);
 
-/// 1 or -1 where the last node has that sign wherever its symbols may be, as far as random values tell; nothing where
-/// it has both or is 0, or where a symbol is not known.
+/// 1 or -1 where the last node has that sign wherever its symbols may be, as far as random values tell; 0 where it has
+/// both or is 0, and nothing where a symbol is not known.
 std::optional<double> find_sign(const Piecewise& formula);
 
 }  // namespace dpde
