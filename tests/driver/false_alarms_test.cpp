@@ -150,5 +150,22 @@ task t : s { unknown k; minimise u at t = 1 }
   EXPECT_FALSE(certificate->passed());
 }
 
+/// Of p it is held that it stays positive, and it does not.
+TEST(FalseAlarms, AFieldThatLosesItsSignIsNotCertified) {
+  const SourceFile source("sign.dpde", R"(model m { field p, q; param k = 1.3; dt(p) = -k; dt(q) = atan(1/p) }
+scene s : m { initial p = 1; initial q = 0; time 0 .. 1, step 1/2000 }
+task t : s { unknown k; minimise q^2 }
+)");
+  driver::CompileOptions options = for_gradient();
+  options.tangent = true;
+  const auto code = compiled(source, options);
+  ASSERT_TRUE(code);
+  DiagnosticSink sink;
+  const auto certificate = analysis::certify(source, code, {}, sink);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->jump);
+  EXPECT_FALSE(certificate->passed());
+}
+
 }  // namespace
 }  // namespace dpde::testing

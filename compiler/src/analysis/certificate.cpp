@@ -15,6 +15,7 @@
 #include "dpde/runtime/error.h"
 #include "driver/blow_up.h"
 #include "driver/inverse.h"
+#include "driver/switches.h"
 #include "network/symmetrise.h"
 
 namespace dpde::analysis {
@@ -307,7 +308,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
   const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
-  if (finite && (has_clean_slope ? has_jumps(*compiled) : has_kinks(*compiled)) &&
+  if (finite && (has_clean_slope ? driver::may_jump(*compiled) : has_kinks(*compiled)) &&
       !falls_as_squares(certificate.remainders, 10 * rounding))
     certificate.jump = jump_beside(along, slope, halved_steps(16), measured);
   if (finite && has_hessian && certificate.second && !certificate.second->is_settled())

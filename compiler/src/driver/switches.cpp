@@ -107,7 +107,7 @@ model::Reading reading_of(const stencil::Module& module, const stencil::Program&
 
 /// The first kernel of a hand-written step that jumps. What its kernels make of one another moves.
 std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stencil::Program& program,
-                                           const model::Influence& influence) {
+                                           const model::Influence& influence, model::Signs signs) {
   const model::Problem& problem = *compiled.problem;
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
   const auto is_given = [&](const std::string& name) {
@@ -115,11 +115,13 @@ std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stenc
            std::ranges::find(interface.params, name) != interface.params.end();
   };
   const auto moves = [&](const std::string& name) { return !is_given(name) || !influence.on(name).any.empty(); };
-  const stencil::Movement movement{moves, [&](const std::string& name) {
+  const stencil::Movement movement{moves,
+                                   [&](const std::string& name) {
                                      Piecewise::Symbol symbol = model::range_of(problem, name);
                                      symbol.moves = moves(name);
                                      return symbol;
-                                   }};
+                                   },
+                                   signs == model::Signs::kept};
   for (const stencil::Kernel& kernel : kernels_of(compiled.stencil, program)) {
     const std::optional<stencil::KernelJump> found = stencil::jump_in(kernel, movement);
     if (found)
@@ -141,19 +143,20 @@ model::Influence influence_in(const Compiled& compiled) {
 
 /// Of the formulas of the scene. A side that nothing reads jumps for nobody, and has a warning of its own: which those
 /// are takes a lowering, so that it is asked where there is a jump.
-std::vector<model::Jump> jumps_of_formulas(const Compiled& compiled, const model::Influence& influence) {
+std::vector<model::Jump> jumps_of_formulas(const Compiled& compiled, const model::Influence& influence,
+                                           model::Signs signs) {
   const model::Problem& problem = *compiled.problem;
-  const std::vector<model::Jump> jumps = model::jumps_of(problem, influence);
+  const std::vector<model::Jump> jumps = model::jumps_of(problem, influence, signs);
   const bool has_walls =
       std::ranges::any_of(problem.axes, [](const model::Axis& axis) { return axis.topology == Topology::bounded; });
   if (jumps.empty() || !has_walls) return jumps;
-  return model::jumps_of(stencil::without_idle_walls(problem), influence);
+  return model::jumps_of(stencil::without_idle_walls(problem), influence, signs);
 }
 
-std::vector<model::Jump> jumps_by(const Compiled& compiled, const model::Influence& influence) {
-  std::vector<model::Jump> jumps = jumps_of_formulas(compiled, influence);
+std::vector<model::Jump> jumps_by(const Compiled& compiled, const model::Influence& influence, model::Signs signs) {
+  std::vector<model::Jump> jumps = jumps_of_formulas(compiled, influence, signs);
   const stencil::Program* step = written_step(compiled);
-  std::optional<model::Jump> of_step = step ? jump_of_program(compiled, *step, influence) : std::nullopt;
+  std::optional<model::Jump> of_step = step ? jump_of_program(compiled, *step, influence, signs) : std::nullopt;
   if (of_step) jumps.push_back(std::move(*of_step));
   return jumps;
 }
@@ -164,6 +167,11 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
 }
 
 }  // namespace
+
+bool may_jump(const Compiled& compiled) {
+  return compiled.problem && compiled.problem->task &&
+         !jumps_by(compiled, influence_in(compiled), model::Signs::any).empty();
+}
 
 void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
   for (const model::Jump& jump : compiled.jumps_left_out) report(jump, sink);
@@ -185,7 +193,7 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
     if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
   }
   if (sink.has_errors()) return;
-  for (const model::Jump& jump : jumps_by(compiled, influence)) {
+  for (const model::Jump& jump : jumps_by(compiled, influence, model::Signs::kept)) {
     if (task.certifies && is_by_parameters(problem, jump)) {
       for (const std::string& mover : jump.movers) compiled.activity.params.erase(mover);
     } else if (options.takes_jumps) {

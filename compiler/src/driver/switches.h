@@ -12,6 +12,9 @@ namespace dpde::driver {
 /// scene without a task, whose parameters are all unknown, those that make switches jump are none afterwards.
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink);
 
+/// Whether something jumps, or would where a field that is divided by came to another sign, as none should.
+bool may_jump(const Compiled& compiled);
+
 /// Errors at the jumps that are left out, as a gradient has them that is not forced.
 void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 

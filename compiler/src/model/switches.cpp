@@ -135,6 +135,7 @@ Piecewise::Id Converter::param(const Expr& e, const std::string& name) {
 /// and what an operator is called with.
 Piecewise::Id Converter::field(const Expr& e, const std::string& name, const Offset& offset) {
   Piecewise::Symbol result{.moves = moves(name)};
+  if (movement_.signs == Signs::any) return symbol(e, offset, result);
   const State* state = scope_.contains(name) ? nullptr : problem_.find_state(name);
   const Coefficient* coefficient = scope_.contains(name) ? nullptr : problem_.find_coefficient(name);
   const std::optional<Expr> given = state         ? state->initial.formula
@@ -304,8 +305,8 @@ std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const M
   return std::nullopt;
 }
 
-std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence) {
-  const Movement movement{[&](const std::string& name) { return !influence.on(name).any.empty(); }};
+std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
+  const Movement movement{[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
   std::vector<Jump> jumps;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_length || is_mask(problem, formula.makes)) return;

@@ -32,8 +32,10 @@ struct Jump {
   std::string within;               // the operator or moving mask in whose body it stands; "" else
   bool is_at_pole = false;          // where something is divided by 0
 };
+/// Of fields that something is divided by: kept, as formulas are written for, or whatever a run makes of them.
+enum class Signs { kept, any };
 /// One for each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
-std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence);
+std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs);
 
 /// The value of a parameter, of t or of dt, and where it may go: a sought parameter stays within its bounds. Without
 /// bounds it keeps its sign, as a length or a rate does, for which formulas are written, where other things move too.
@@ -43,6 +45,7 @@ Piecewise::Symbol range_of(const Problem& problem, const std::string& param);
 struct Movement {
   std::function<bool(const std::string&)> moves;
   bool places = false;
+  Signs signs = Signs::kept;
 };
 std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement);
 

@@ -117,8 +117,8 @@ Piecewise::Id Converter::convert_new(const Expr& e) {
   return match(
       e->kind, [&](const Literal& l) { return formula_.number(l.value); },
       [&](const Param& p) { return symbol(e, movement_.param(p.name)); }, [&](const Local& l) { return local(l.name); },
-      [&](const Access&) { return symbol(e, {.moves = moves(e), .has_unknown_sign = true}); },
-      [&](const Interp&) { return symbol(e, {.moves = moves(e), .has_unknown_sign = true}); },
+      [&](const Access&) { return symbol(e, {.moves = moves(e), .has_unknown_sign = movement_.keeps_signs}); },
+      [&](const Interp&) { return symbol(e, {.moves = moves(e), .has_unknown_sign = movement_.keeps_signs}); },
       [&](const Inside&) { return symbol(e, {.value = 1.0}); },
       [&](const Neg& n) { return formula_.negate(convert(n.operand)); },
       [&](const Binary& b) {

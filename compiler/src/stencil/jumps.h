@@ -17,6 +17,7 @@ namespace dpde::stencil {
 struct Movement {
   std::function<bool(const std::string&)> moves;  // of fields and parameters
   std::function<Piecewise::Symbol(const std::string&)> param;
+  bool keeps_signs = true;  // fields that something is divided by have one for which it is written
 };
 
 struct KernelJump {
