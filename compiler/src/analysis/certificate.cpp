@@ -16,7 +16,6 @@
 #include "driver/blow_up.h"
 #include "driver/inverse.h"
 #include "driver/switches.h"
-#include "network/symmetrise.h"
 
 namespace dpde::analysis {
 
@@ -84,6 +83,33 @@ std::string why_rounding_grows(driver::Session& session, const char* in) {
                                        growths[0].before, growths[0].after);
 }
 
+Comparison compare_at(driver::Session& session, driver::Inverse& inverse, const Point& point,
+                      const Tolerance& tolerance, Random& random) {
+  Eigen::VectorXd gradient(inverse.size());
+  const double loss = inverse.value_and_gradient(point.x, gradient);
+  Comparison result{grid_text(session), run_text(session)};
+  result.forward = inverse.rate_along(point.x, point.direction);
+  result.backward = gradient.dot(point.direction);
+  result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
+  result.loss = loss;
+  if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
+    result.left_out = fmt::format("{} is not finite, or a solve of it has no solution", tolerance.in);
+  } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
+    result.left_out = why_rounding_grows(session, tolerance.in);
+    const auto nudged = [&](double epsilon) {
+      Point near = point;
+      nudge_all(near.x, epsilon, random);
+      nudge_all(near.direction, epsilon, random);
+      inverse.value_and_gradient(near.x, gradient);
+      const double forward = inverse.rate_along(near.x, near.direction);
+      return adjoint::TwoWays{forward, gradient.dot(near.direction)};
+    };
+    const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
+    result.rounding = adjoint::rounding_between(nudged, tolerance.epsilon, most_rounding(tolerance.epsilon, size));
+  }
+  return result;
+}
+
 std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                                   const driver::SessionOptions& options, const Tolerance& tolerance, Random& random,
                                   DiagnosticSink& sink) {
@@ -91,30 +117,7 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   if (!session) return std::nullopt;
   const auto inverse = driver::Inverse::open(*session, source, sink);
   if (!inverse) return std::nullopt;
-  const Point point = generic_point(*session, *inverse, random);
-  Eigen::VectorXd gradient(inverse->size());
-  const double loss = inverse->value_and_gradient(point.x, gradient);
-  Comparison result{grid_text(*session), run_text(*session)};
-  result.forward = inverse->rate_along(point.x, point.direction);
-  result.backward = gradient.dot(point.direction);
-  result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
-  result.loss = loss;
-  if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
-    result.left_out = fmt::format("{} is not finite, or a solve of it has no solution", tolerance.in);
-  } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
-    result.left_out = why_rounding_grows(*session, tolerance.in);
-    const auto nudged = [&](double epsilon) {
-      Point near = point;
-      nudge_all(near.x, epsilon, random);
-      nudge_all(near.direction, epsilon, random);
-      inverse->value_and_gradient(near.x, gradient);
-      const double forward = inverse->rate_along(near.x, near.direction);
-      return adjoint::TwoWays{forward, gradient.dot(near.direction)};
-    };
-    const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
-    result.rounding = adjoint::rounding_between(nudged, tolerance.epsilon, most_rounding(tolerance.epsilon, size));
-  }
-  return result;
+  return compare_at(*session, *inverse, generic_point(*session, *inverse, random), tolerance, random);
 }
 
 void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases,
@@ -253,16 +256,41 @@ QuotientEvidence quotients_of_gradient(driver::Inverse& inverse, const Point& po
                {bend, largest_asymmetry * std::abs(bend)});
 }
 
-/// Unknowns whose terms of the derivative are less than what tangent and adjoint may differ by.
-std::vector<std::string> untested_unknowns(const driver::Inverse& inverse, const Eigen::VectorXd& gradient,
-                                           const Point& point) {
-  const Eigen::VectorXd terms = gradient.cwiseProduct(point.direction).cwiseAbs();
+/// Unknowns whose terms are less than what tangent and adjoint may differ by; all, where these tell nothing.
+std::vector<std::string> hidden_unknowns(const driver::Inverse& inverse, const Eigen::VectorXd& gradient,
+                                         const Certificate& certificate) {
+  const Eigen::VectorXd terms = gradient.cwiseProduct(certificate.point.direction).cwiseAbs();
+  const double least = certificate.tests_nothing() ? INFINITY : largest_dot_error * terms.sum();
   std::vector<std::string> names;
   for (const driver::Inverse::Part& part : inverse.parts()) {
-    if (terms.segment(part.offset, part.size).sum() <= largest_dot_error * terms.sum())
-      names.push_back(part.is_initial() ? "initial " + part.name : part.name);
+    if (terms.segment(part.offset, part.size).sum() <= least) names.push_back(part.name);
   }
   return names;
+}
+
+/// Tangent against adjoint in each unknown that the others hide; what tells nothing there either stays untested.
+bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                const driver::SessionOptions& options, const Tolerance& tolerance, Random& random,
+                Certificate& certificate, DiagnosticSink& sink) {
+  const std::vector<std::string> hidden = certificate.untested;
+  if (hidden.empty() || certificate.tests_nothing()) return true;
+  const auto session = driver::Session::open(source, compiled, options, sink);
+  const auto inverse = session ? driver::Inverse::open(*session, source, sink) : nullptr;
+  if (!inverse) return false;
+  for (const driver::Inverse::Part& part : inverse->parts()) {
+    if (std::ranges::find(hidden, part.name) == hidden.end()) continue;
+    Point alone{certificate.point.x, Eigen::VectorXd::Zero(inverse->size())};
+    alone.direction.segment(part.offset, part.size) = certificate.point.direction.segment(part.offset, part.size);
+    Comparison one = compare_at(*session, *inverse, alone, tolerance, random);
+    one.what += fmt::format(", by {} alone", part.name);
+    std::vector<DotCase> cases;
+    add_cases({one}, tolerance, cases, certificate.skipped);
+    for (const DotCase& found : cases) {
+      if (!found.is_zero && !found.is_rounding) std::erase(certificate.untested, part.name);
+      certificate.cases.push_back(found);
+    }
+  }
+  return true;
 }
 
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
@@ -278,7 +306,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   certificate.steady = inverse->last().steady;
-  certificate.untested = untested_unknowns(*inverse, gradient, point);
+  certificate.untested = hidden_unknowns(*inverse, gradient, certificate);
   inverse->hold_steps(true);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const bool has_hessian = inverse->has_products(Curvature::full);
@@ -393,14 +421,6 @@ bool SecondOrderCheck::passed() const {
   return !is_wrong() && (is_settled() || (quotients && quotients->proves(largest_quotient_error)));
 }
 
-std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks) {
-  std::vector<std::vector<int>> grids{{1, 1, 1}, {2, 3, 4}, {5, 1, 3}, {4, 5, 2}, {3, 3, 3}, {1, 6, 1}};
-  if (rank == 1) grids = {{1}, {2}, {3}, {4}, {5}, {6}, {7}, {11}};
-  if (rank == 2) grids = {{1, 1}, {2, 3}, {3, 5}, {5, 4}, {1, 7}, {6, 2}, {7, 1}};
-  for (std::vector<int>& cells : grids) cells = network::grid_for(networks, cells);
-  return grids;
-}
-
 double usual_scale(std::vector<double> scales) {
   std::ranges::sort(scales);
   return scales.empty() ? 0 : scales[scales.size() / 2];
@@ -462,7 +482,9 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
   driver::SessionOptions own = runs_to_compare(*compiled, options).front();
   own.judge = {};  // it was asked above
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
-  if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  if (!add_taylor(source, compiled, own, random, certificate, sink) ||
+      !test_alone(source, compiled, own, tolerance, random, certificate, sink))
+    return std::nullopt;
   return certificate;
 }
 

@@ -81,7 +81,7 @@ struct Certificate {
   bool start_is_finite =
       true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
   std::vector<KinkAtStart> kinks;     // where it begins, the loss has more than one slope
-  std::vector<std::string> untested;  // unknowns with a part of the derivative that is below what is compared
+  std::vector<std::string> untested;  // unknowns by which no derivative was compared: it is 0, or below rounding
   /// Finite at the start, every case at most 1e-11 or rounding, and a derivative by the rule of taylor.h.
   bool passed() const;
   bool only_rounding = false;
