@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The certificate of a steady state keeps its time in the linear solve that goes back, too.
+// The certificate of a steady state keeps its time in the linear solve that goes back, too, and in runs beside its
+// point.
 #include <chrono>
 
 #include "analysis/run_check.h"
@@ -33,6 +34,33 @@ TEST(SteadyBudget, HoldsOnTheWayBack) {
   EXPECT_TRUE(result.lacked_time);
   ASSERT_FALSE(result.left_out.empty());
   EXPECT_EQ(result.left_out.front(), "the steady state: no time");
+}
+
+/// At rest soon for k = 1, and after millions of steps for any other. Bounds hold the point of the certificate there.
+constexpr const char* rest_that_is_far_beside_the_point = R"(
+model m { field u; field w; param k = 1; param f = 2
+  dt(u) = k*f - u
+  dt(w) = (1 - w)/(1 + 1e11*(k - 1)^2) }
+scene s : m { grid x = 0 .. 1, cells 8, periodic
+  initial u = x; initial w = 0; time 0 .. 1e8, step 0.1, until steady 1e-12 }
+task t : s { unknown k in 0.9999999 .. 1.0000001; unknown f; minimise mean(u^2) }
+)";
+
+/// Half of the time is the steady state's. It ends in the first direction, and the short run has the other half.
+TEST(SteadyBudget, LeavesTheOtherHalfToTheShortRun) {
+  const SourceFile source("slow.dpde", rest_that_is_far_beside_the_point);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.backend = driver::Backend::jit;
+  const std::shared_ptr<const driver::Compiled> scene = testing::compiled(source, options);
+  ASSERT_TRUE(scene);
+  const analysis::RunCheck result = analysis::check_run(source, scene, 1);
+  EXPECT_EQ(result.wrong, "");
+  EXPECT_TRUE(result.lacked_time);
+  EXPECT_FALSE(result.is_steady);
+  EXPECT_EQ(result.directions, 2);
+  EXPECT_EQ(result.left_out, std::vector<std::string>{"the steady state: no time"});
 }
 
 }  // namespace

@@ -92,6 +92,7 @@ class RunChecker {
   Eigen::VectorXd direction_in(const driver::Inverse::Part* part) const;
   bool jumps(const driver::Inverse::Part* part);
   void check_direction(const driver::Inverse::Part* part);
+  bool check_directions(const std::string& what);
   void leave_out(const std::string& what, const std::string& why) { result_.left_out.push_back(what + ": " + why); }
   std::string run_text() const;
   std::optional<SolveNote> stopped_early() const;
@@ -220,7 +221,8 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
   return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
 }
 
-/// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step.
+/// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step. Says nothing where the
+/// time runs out.
 void RunChecker::check_direction(const driver::Inverse::Part* part) {
   const std::string name = part == nullptr ? "all unknowns" : part->name;
   QuotientEvidence found = evidence_for(part);
@@ -232,10 +234,7 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     }
     found = evidence_for(part);
   }
-  if (is_out_of_time_) {
-    result_.lacked_time = true;
-    return leave_out(name, "no time");
-  }
+  if (is_out_of_time_) return;
   if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
     result_.stops_early = true;
     return leave_out(name,
@@ -243,7 +242,7 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
                                  "left: the gradient is off by {:.2e}",
                                  note->unknown, note->residual, found.error.value_or(NAN)));
   }
-  if (jumps(part)) return;
+  if (jumps(part) || is_out_of_time_) return;
   if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} and the gradient by {} differ by {:.2e}", run_text(), name,
                                 found.error.value_or(NAN));
@@ -300,16 +299,25 @@ bool RunChecker::check() {
     leave_out(what, "no time");
     return false;
   }
+  return check_directions(what);
+}
+
+/// There is time for one at least, by what a loss takes at the point. False where it ran out before any was certified.
+bool RunChecker::check_directions(const std::string& what) {
   if (result_.lacked_time) {
     leave_out("each unknown by itself", "no time");
     check_direction(nullptr);
-    return true;
+  } else {
+    for (const driver::Inverse::Part& part : inverse_.parts()) {
+      if (!is_out_of_time_) check_direction(&part);
+      if (!result_.wrong.empty()) return true;
+      if (is_out_of_time_ && result_.directions > 0) leave_out(part.name, "no time");
+    }
   }
-  for (const driver::Inverse::Part& part : inverse_.parts()) {
-    check_direction(&part);
-    if (!result_.wrong.empty()) break;
-  }
-  return true;
+  if (!is_out_of_time_) return true;
+  result_.lacked_time = true;
+  if (result_.directions == 0) leave_out(what, "no time");
+  return result_.directions > 0;
 }
 
 /// Of so many steps; none: until steady. False where it cannot be made, or there is no time for it.
