@@ -137,6 +137,7 @@ Json certificate_json(const TaskRun& run) {
   return {{"dot_product", is_compared ? json_number(run.certificate->dot_product) : Json(nullptr)},
           {"run", checked},
           {"left_out", run.certificate->left_out},
+          {"untested", whole.untested},
           {"from_cache", run.certificate->from_cache},
           {"wall_s", run.certificate->seconds}};
 }

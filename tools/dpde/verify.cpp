@@ -193,6 +193,7 @@ Json to_json(const analysis::Certificate& certificate) {
             {"note", certificate.note}}},
           {"start_is_finite", certificate.start_is_finite},
           {"start_kinks", kinks},
+          {"untested", certificate.untested},
           {"passed", certificate.passed()}};
 }
 

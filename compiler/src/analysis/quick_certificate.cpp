@@ -96,9 +96,10 @@ std::string key_of(const driver::Compiled& compiled) {
 
 /// One value a line; the last line tells that nothing is missing.
 std::string text_of(const QuickCertificate& c) {
-  std::string text =
-      fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid, c.run.steps,
-                  c.run.directions, c.run.unknown, c.run.error, c.run.rounding, c.run.is_steady ? "steady" : "steps");
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid,
+                                 c.run.grid, c.run.steps, c.run.directions, c.run.unknown, c.run.error, c.run.rounding,
+                                 c.run.is_steady ? "steady" : "steps", c.run.untested.size());
+  for (const std::string& name : c.run.untested) text += name + "\n";
   for (const std::string& line : c.left_out) text += line + "\n";
   return text + "end\n";
 }
@@ -114,8 +115,11 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   std::vector<std::string> lines;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  constexpr std::size_t numbers = 10;
-  if (lines.size() <= numbers || lines.back() != "end") return std::nullopt;
+  constexpr std::size_t numbers = 11;
+  std::size_t untested = 0;
+  if (lines.size() <= numbers || lines.back() != "end" || !read(lines[numbers - 1], untested) ||
+      untested >= lines.size() - numbers)
+    return std::nullopt;
   QuickCertificate result;
   result.program = lines[1];
   result.grid = lines[2];
@@ -126,7 +130,9 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) &&
                         read(lines[5], run.directions) && read(lines[7], run.error) && read(lines[8], run.rounding);
   const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
-  result.left_out.assign(lines.begin() + numbers, lines.end() - 1);
+  const auto names = lines.begin() + numbers, names_end = names + static_cast<std::ptrdiff_t>(untested);
+  run.untested.assign(names, names_end);
+  result.left_out.assign(names_end, lines.end() - 1);
   result.from_cache = true;
   return read_all && is_one && text_of(result) == text ? std::optional(result) : std::nullopt;
 }
@@ -333,8 +339,9 @@ double expected_seconds(const driver::Compiled& compiled) {
 
 namespace {
 
-QuickCertificate not_certified(const std::string& why) {
+QuickCertificate not_certified(const driver::Compiled& compiled, const std::string& why) {
   QuickCertificate result;
+  result.run.untested = unknowns_of(compiled);
   result.left_out.push_back("everything: " + why);
   return result;
 }
@@ -365,7 +372,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
   if (how == Certifying::never || !compiled->code) return std::nullopt;
   if (std::ranges::any_of(compiled->stencil.networks,
                           [](const network::Network& network) { return network.is_host(); })) {
-    return not_certified("a network of it is supplied by the host");
+    return not_certified(*compiled, "a network of it is supplied by the host");
   }
   const Clock::time_point start = Clock::now();
   const double most = compiled->is_single() ? largest_single_error : largest_dot_error;
@@ -377,7 +384,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
     if (kept) return kept;
   }
   if (expected_seconds(*compiled) > affordable)
-    return not_certified("it would take more than a tenth of the compilation; --certify does it");
+    return not_certified(*compiled, "it would take more than a tenth of the compilation; --certify does it");
   QuickCertificate result;
   double again = 0;  // compiling once more
   for (const std::string& name : certified_programs(*compiled)) {

@@ -258,6 +258,8 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
     leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
   } else {
     ++result_.directions;
+    std::erase_if(result_.untested,
+                  [&](const std::string& unknown) { return part == nullptr || unknown == part->name; });
     result_.rounding = std::max(result_.rounding, found.rounding);
     if (!result_.unknown.empty() && *found.error <= result_.error) return;
     result_.unknown = name;
@@ -336,6 +338,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
     result.left_out.emplace_back("the whole run: it does not start on a few cells");
     return false;
   }
+  result.untested = unknowns_of(*compiled);
   result.steps = session->steps();
   result.is_steady = session->is_until_steady();
   result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
@@ -350,6 +353,7 @@ RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const dri
   if (!compiled->problem || !compiled->problem->task) return result;
   const model::Problem& problem = *compiled->problem;
   if (problem.task->unknowns.empty() || problem.task->losses.empty()) return result;
+  result.untested = unknowns_of(*compiled);
   const double of_steady = seconds / 2;  // where that is not enough a short run has the other half
   if (problem.steady > 0 && check_steps(source, compiled, std::nullopt, start, of_steady, result)) return result;
   const bool lacked_time = result.lacked_time;
@@ -359,6 +363,13 @@ RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const dri
 }
 
 }  // namespace
+
+std::vector<std::string> unknowns_of(const driver::Compiled& compiled) {
+  std::vector<std::string> names;
+  if (!compiled.problem || !compiled.problem->task) return names;
+  for (const model::Unknown& unknown : compiled.problem->task->unknowns) names.push_back(unknown.name);
+  return names;
+}
 
 RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds) {
   RunCheck result = check_own_run(source, compiled, seconds);

@@ -29,11 +29,15 @@ struct RunCheck {
   double error = 0;        // of the quotients, relative to the derivative
   double rounding = 0;     // the largest that rounding may make of one of them
   std::vector<std::string> left_out;  // what was not checked, and why
+  std::vector<std::string> untested;  // unknowns that no direction proves the gradient by
   std::string wrong;                  // not empty: the quotients agree on another number
   bool lacked_time = false;
   bool is_in_doubt = false;  // they do so at one point, and no other one was finite
   bool stops_early = false;  // they do so where a solve was stopped early, as warn says
 };
+
+/// Of its task, as `untested` has them.
+std::vector<std::string> unknowns_of(const driver::Compiled& compiled);
 
 /// What solves that are stopped early have left is no fault of a gradient: where one was, and quotients and gradient
 /// differ, `wrong` is what they come to where those solves are done. Takes about `seconds`, or there again, and says
