@@ -62,10 +62,8 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     job.say(fmt::format("d loss / d {} = {:.12g}\n", name, shown(gradient[part.offset])));
   }
   if (norm == 0)
-    job.say(
-        fmt::format("  exactly 0: here the loss does not change with {0}, and no test tells whether it should. Where "
-                    "{0} moves what is narrower than a step or a cell, as a steep ramp, write that wider\n",
-                    name));
+    job.say(fmt::format("  exactly 0: here the loss does not change with {}, and no test tells whether it should: {}\n",
+                        name, analysis::causes_of_zero(*run.compiled)));
   json[part.name] = std::move(entry);
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "analysis/certificate.h"
+#include "analysis/run_check.h"
 #include "analysis/solve_tolerance.h"
 #include "command.h"
 #include "driver/switches.h"
@@ -109,19 +110,19 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
       kink.unknown, kink.behind, kink.ahead, kink.gradient);
 }
 
-std::string verdict_of(const analysis::Certificate& certificate, bool lacks_jumps) {
+/// `compiled`: what was certified, in f64 where the scene is one of f32.
+std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
+  const bool lacks_jumps = !compiled.jumps_left_out.empty();
   if (certificate.untested.empty()) return lacks_jumps ? "certified but for jumps (W0609)" : "certified";
   const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
-  return fmt::format(
-      "by {0} the derivative is 0 but for rounding, and was not tested: where {0} moves what is narrower than a step "
-      "or "
-      "a cell, as a steep ramp, write that wider\ncertified but for {0}{1}",
-      names, lacks_jumps ? " and for jumps (W0609)" : "");
+  return fmt::format("by {0} the derivative is 0, or below rounding, and was not tested: {1}\ncertified but for {0}{2}",
+                     names, analysis::causes_of_zero(compiled), lacks_jumps ? " and for jumps (W0609)" : "");
 }
 
-void show(Job& job, const std::string& target, const analysis::Certificate& certificate, bool lacks_jumps) {
+void show(Job& job, const std::string& target, const analysis::Certificate& certificate,
+          const driver::Compiled& compiled) {
   std::string text = fmt::format("{}: tangent against adjoint\n", target);
   for (const analysis::DotCase& one : certificate.cases) {
     text += fmt::format("  {:<16} {:<24} {}\n", one.grid, one.what, error_text(one));
@@ -144,7 +145,7 @@ void show(Job& job, const std::string& target, const analysis::Certificate& cert
         "most {:.2e}\n",
         certificate.single->cases.size(), certificate.single->worst());
   }
-  text += fmt::format("{}: {}\n", verdict_of(certificate, lacks_jumps), reason_of(certificate));
+  text += fmt::format("{}: {}\n", verdict_of(certificate, compiled), reason_of(certificate));
   job.say(text);
 }
 
@@ -249,7 +250,7 @@ Json verify_one(Job& job) {
     return result;
   }
   const std::string target = target_of(*shared, *options);
-  show(job, target, *certificate, !shared->jumps_left_out.empty());
+  show(job, target, *certificate, *shared);
   driver::warn_of_jumps_left_out(*shared, job.sink());
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);

@@ -249,8 +249,8 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
   } else if (!found.is_resolved(precisions_.largest_error)) {
     leave_out(name, gradient_.dot(direction_in(part)) == 0
                         ? fmt::format("the loss of {} does not change with it beside the point, and its derivative is "
-                                      "0: it acts later, or not at all, or where steps and cells are too coarse for it",
-                                      run_text())
+                                      "0: {}",
+                                      run_text(), causes_of_zero(session_.compiled()))
                     : moved_at_end_ > 0 ? "the tolerance of until steady hides what it does to the loss; a smaller one "
                                           "shows it"
                                         : "rounding hides what it does to the loss of " + run_text());
@@ -369,6 +369,14 @@ std::vector<std::string> unknowns_of(const driver::Compiled& compiled) {
   if (!compiled.problem || !compiled.problem->task) return names;
   for (const model::Unknown& unknown : compiled.problem->task->unknowns) names.push_back(unknown.name);
   return names;
+}
+
+std::string causes_of_zero(const driver::Compiled& compiled) {
+  const char* const of_single = compiled.is_single() ? ", or below what f32 holds (--set real=f64)" : "";
+  return fmt::format(
+      "an unknown may act after the loss looks, behind a clamp that holds, or in a ramp narrower than a step or a cell "
+      "(write that wider){}",
+      of_single);
 }
 
 RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds) {

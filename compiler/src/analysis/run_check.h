@@ -39,6 +39,9 @@ struct RunCheck {
 /// Of its task, as `untested` has them.
 std::vector<std::string> unknowns_of(const driver::Compiled& compiled);
 
+/// Why a derivative may be exactly 0: no test tells which of these it is, or whether it should be.
+std::string causes_of_zero(const driver::Compiled& compiled);
+
 /// What solves that are stopped early have left is no fault of a gradient: where one was, and quotients and gradient
 /// differ, `wrong` is what they come to where those solves are done. Takes about `seconds`, or there again, and says
 /// what it has left out for lack of time.
