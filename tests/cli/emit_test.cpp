@@ -291,7 +291,7 @@ TEST_F(EmitCommand, HasEveryStage) {
   write("rod.dpde", rod_text);
   for (const std::string stage :
        {"ast", "model", "stencil", "tangent", "adjoint", "loop", "cpp", "adjoint-cpp", "llvm", "adjoint-llvm", "asm"}) {
-    const Outcome emit = dpde("emit rod.dpde find --stage " + stage);
+    const Outcome emit = dpde("emit rod.dpde find --quiet --stage " + stage);
     EXPECT_EQ(emit.status, 0) << stage << emit.err;
     EXPECT_GT(emit.out.size(), 100u) << stage;
     EXPECT_EQ(emit.err, "") << stage;
