@@ -191,13 +191,17 @@ TEST_F(PrecisionCommand, NumbersBesideSumsAreDoubles) {
       "model m { field u; dt(u) = lap(u) }\nscheme q { real = f32 }\nscene s : m with q {\n"
       "  grid x = 0 .. 1, cells 16, periodic\n  initial u = 1 + 0.2*sin(2*pi*x)\n"
       "  time 0 .. 0.001, step 0.001 }\n";
-  for (const std::string loss : {"mean(u^2) + 1e-60", "log(mean(u^2) + 1e-45)", "sqrt(mean(u^2) + 1e-40)",
-                                 "max(1e-60, mean(u^2))", "1e-80*mean(u^2)"}) {
+  for (const std::string loss :
+       {"mean(u^2) + 1e-60", "log(mean(u^2) + 1e-45)", "sqrt(mean(u^2) + 1e-40)", "max(1e-60, mean(u^2))"}) {
     write("s.dpde", head + "task t : s { unknown initial u; minimise " + loss + " }\n");
     const Outcome single = dpde("gradient s.dpde t --json"), exact = dpde("gradient s.dpde t --json --set real=f64");
     ASSERT_EQ(single.status, 0) << loss << single.err;
     const double wanted = exact.json()["loss"];
     EXPECT_NEAR(single.json()["loss"].get<double>(), wanted, 1e-5 * std::abs(wanted)) << loss;
+  }
+  for (const std::string loss : {"1e-80*mean(u^2)", "mean(u^2)/1e80", "-1e-80*log(2 + mean(u^2))"}) {
+    write("s.dpde", head + "task t : s { unknown initial u; minimise " + loss + " }\n");
+    EXPECT_EQ(dpde("gradient s.dpde t --json").codes(), std::vector<std::string>{"E0103"}) << loss;
   }
   write("s.dpde",
         "model m { field u, w; param c; dt(u) = 0; dt(w) = max(u, c) }\nscheme q { real = f32 }\n"

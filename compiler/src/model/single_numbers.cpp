@@ -40,6 +40,7 @@ class Looking {
   struct Seen {
     bool is_uniform = false;      // of numbers, parameters and time
     std::optional<double> value;  // where all of them are known
+    bool has_sum = false;         // over cells: its factors are those of its terms and of their adjoints
   };
 
   Seen look(const Expr& e) {
@@ -58,7 +59,7 @@ class Looking {
         [](const Sample&) { return Seen{}; },  // its place is the same at all points
         [&](const Reduce& r) {
           look_into(e);
-          return Seen{r.is_over_all(), std::nullopt};  // one double
+          return Seen{r.is_over_all(), std::nullopt, r.is_over_all()};  // one double
         },
         [&](const Apply&) { return look_into(e); }, [&](const NetworkCall&) { return look_into(e); },
         [&](const Solve&) { return look_into(e); });
@@ -73,8 +74,13 @@ class Looking {
   Seen look_below(const Expr& e, bool of_factors) {
     std::vector<std::pair<Expr, Seen>> parts;
     for_each_part(e, [&](const Expr& part) { parts.emplace_back(part, look(part)); });
-    if (std::ranges::all_of(parts, [](const auto& part) { return part.second.is_uniform; }))
-      return {true, value_of(e, parts)};
+    const bool has_sum = std::ranges::any_of(parts, [](const auto& part) { return part.second.has_sum; });
+    if (std::ranges::all_of(parts, [](const auto& part) { return part.second.is_uniform; })) {
+      for (const auto& [part, seen] : parts) {
+        if (has_sum && of_factors) check(part, seen, false);
+      }
+      return {true, value_of(e, parts), has_sum};
+    }
     for (const auto& [part, seen] : parts) {
       if (seen.is_uniform) check(part, seen, of_factors);
     }
