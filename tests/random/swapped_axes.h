@@ -7,8 +7,7 @@
 
 namespace dpde::testing {
 
-/// nullopt where there are fewer than two axes, where numbers are drawn cell by cell, or where a formula of numbers for
-/// single axes (an operator of its own) would be another.
+/// nullopt where there are fewer than two axes, or where numbers are drawn cell by cell.
 std::optional<std::string> with_swapped_axes(const std::string& text);
 
 }  // namespace dpde::testing
