@@ -9,6 +9,14 @@
 namespace dpde::testing {
 namespace {
 
+std::shared_ptr<const driver::Compiled> task_of_rest(const SourceFile& source, driver::Backend backend) {
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.backend = backend;
+  return compiled(source, options);
+}
+
 /// At rest at once, and a way back of thousands of products, as 1e-11 of a step is in the rounding of its adjoint.
 constexpr const char* rest_with_a_slow_way_back = R"(
 model m { field u; param k; param f; dt(u) = k*lap(u) + k*(f - u) }
@@ -21,11 +29,7 @@ task t : s { unknown f from 0.5; minimise mean(u^2) }
 
 TEST(SteadyBudget, HoldsOnTheWayBack) {
   const SourceFile source("slow.dpde", rest_with_a_slow_way_back);
-  driver::CompileOptions options;
-  options.selection.name = "t";
-  options.adjoint = true;
-  options.backend = driver::Backend::interpreter;
-  const std::shared_ptr<const driver::Compiled> scene = testing::compiled(source, options);
+  const auto scene = task_of_rest(source, driver::Backend::interpreter);
   ASSERT_TRUE(scene);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -49,11 +53,7 @@ task t : s { unknown k in 0.9999999 .. 1.0000001; unknown f; minimise mean(u^2) 
 /// Half of the time is the steady state's. It ends in the first direction, and the short run has the other half.
 TEST(SteadyBudget, LeavesTheOtherHalfToTheShortRun) {
   const SourceFile source("slow.dpde", rest_that_is_far_beside_the_point);
-  driver::CompileOptions options;
-  options.selection.name = "t";
-  options.adjoint = true;
-  options.backend = driver::Backend::jit;
-  const std::shared_ptr<const driver::Compiled> scene = testing::compiled(source, options);
+  const auto scene = task_of_rest(source, driver::Backend::jit);
   ASSERT_TRUE(scene);
   const analysis::RunCheck result = analysis::check_run(source, scene, 1);
   EXPECT_EQ(result.wrong, "");

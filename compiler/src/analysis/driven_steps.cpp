@@ -10,7 +10,7 @@
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/uses.h"
-#include "support/assert.h"
+#include "support/comparisons.h"
 
 namespace dpde::analysis {
 
@@ -34,23 +34,7 @@ model::Expr of_time(const model::Expr& e, const model::Problem& problem, const s
 
 bool is_condition(const model::Expr& e) {
   const auto* b = std::get_if<model::Binary>(&e->kind);
-  if (b == nullptr) return false;
-  switch (b->op) {
-    case BinaryOp::add:
-    case BinaryOp::subtract:
-    case BinaryOp::multiply:
-    case BinaryOp::divide:
-    case BinaryOp::power: return false;
-    case BinaryOp::less:
-    case BinaryOp::less_equal:
-    case BinaryOp::greater:
-    case BinaryOp::greater_equal:
-    case BinaryOp::equal:
-    case BinaryOp::not_equal:
-    case BinaryOp::logical_and:
-    case BinaryOp::logical_or: return true;
-  }
-  unreachable("operator");
+  return b != nullptr && (is_comparison(b->op) || is_logical(b->op));
 }
 
 class DrivenSteps {

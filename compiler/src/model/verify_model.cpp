@@ -12,14 +12,13 @@
 #include "model/placement.h"
 #include "model/uses.h"
 #include "support/assert.h"
+#include "support/comparisons.h"
 #include "support/match.h"
 
 namespace dpde::model {
 
 namespace {
 
-bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }
-bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
 bool is_condition(const Expr& e) {
   const auto* b = std::get_if<Binary>(&e->kind);
   return b && (is_comparison(b->op) || is_logical(b->op));

@@ -5,31 +5,13 @@
 #include <cmath>
 
 #include "support/assert.h"
+#include "support/comparisons.h"
 #include "support/evaluate.h"
 #include "support/jump_search.h"
 
 namespace dpde {
 
 namespace {
-
-bool is_comparison(BinaryOp op) {
-  switch (op) {
-    case BinaryOp::less:
-    case BinaryOp::less_equal:
-    case BinaryOp::greater:
-    case BinaryOp::greater_equal:
-    case BinaryOp::equal:
-    case BinaryOp::not_equal: return true;
-    case BinaryOp::add:
-    case BinaryOp::subtract:
-    case BinaryOp::multiply:
-    case BinaryOp::divide:
-    case BinaryOp::power:
-    case BinaryOp::logical_and:
-    case BinaryOp::logical_or: return false;
-  }
-  unreachable("operator");
-}
 
 bool has_cases(Fn fn) { return fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction; }
 

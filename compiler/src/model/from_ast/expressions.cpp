@@ -11,6 +11,7 @@
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "support/assert.h"
+#include "support/comparisons.h"
 #include "support/match.h"
 #include "syntax/calls.h"
 #include "syntax/print_ast.h"
@@ -101,8 +102,6 @@ Rules rules_of(Purpose purpose) {
 
 Typed condition_of(Expr e) { return {Typed::Type::condition, {std::move(e)}}; }
 
-bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }
-bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
 bool is_sum(BinaryOp op) { return op == BinaryOp::add || op == BinaryOp::subtract; }
 
 BinaryOp opposite(BinaryOp op) {
