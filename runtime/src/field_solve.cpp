@@ -34,6 +34,14 @@ SolverMethod method_of(int32_t kind) {
   }
 }
 
+Preconditioning preconditioning_of(int32_t kind) {
+  switch (kind) {
+    case DPDE_PRECONDITIONER_MULTIGRID: return Preconditioning::multigrid;
+    case DPDE_PRECONDITIONER_NONE: return Preconditioning::none;
+    default: return Preconditioning::automatic;
+  }
+}
+
 SmootherKind smoother_of(int32_t kind) {
   switch (kind) {
     case DPDE_SMOOTHER_RED_BLACK: return SmootherKind::red_black;
@@ -62,7 +70,7 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       shelf_(std::move(shelf)),
       note_(&shelf_->add_note(name_)) {
   for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
-  if (solve_.guess != nullptr) guess_.assign(cells_of(layout_), 0.0);
+  guesses_.assign(cells_of(layout_) * static_cast<std::size_t>(solve_.guess_count), 0.0);
 }
 
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
@@ -89,6 +97,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
               .tolerance = solve_.tolerance,
               .most_iterations = solve_.most_iterations,
               .smoother = smoother_of(solve_.smoother),
+              .preconditioning = preconditioning_of(solve_.preconditioner),
               .rounding = rounding};
   if (fits(options_.method)) return;
   if (matrix_.size() <= few_cells) {
@@ -163,7 +172,7 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
 
 /// On a tape: the solver, and right side, guess and solution as the solver knows them.
 std::int64_t FieldSolve::tape_bytes() const {
-  const auto values = static_cast<std::int64_t>(bytes_of(right_) + bytes_of(guess_) + bytes_of(solution_));
+  const auto values = static_cast<std::int64_t>(bytes_of(right_) + bytes_of(guesses_) + bytes_of(solution_));
   return tape_header + (values + tape_header - 1) / tape_header * tape_header;
 }
 
@@ -173,10 +182,10 @@ bool FieldSolve::find_on_tape() {
     const LinearSolver* solver = nullptr;
     std::memcpy(&solver, other, sizeof solver);
     const char* const right = other + tape_header;
-    return solver == solver_.get() && are_equal(right_, right) && are_equal(guess_, right + bytes_of(right_));
+    return solver == solver_.get() && are_equal(right_, right) && are_equal(guesses_, right + bytes_of(right_));
   });
   if (tape == nullptr) return false;
-  std::memcpy(solution_.data(), tape + tape_header + bytes_of(right_) + bytes_of(guess_), bytes_of(solution_));
+  std::memcpy(solution_.data(), tape + tape_header + bytes_of(right_) + bytes_of(guesses_), bytes_of(solution_));
   read_from_->release(tape);
   return true;
 }
@@ -187,7 +196,7 @@ void FieldSolve::keep_on_tape() {
   const LinearSolver* const solver = solver_.get();
   std::memcpy(tape, &solver, sizeof solver);
   char* to = tape + tape_header;
-  for (const std::vector<double>* values : {&right_, &guess_, &solution_}) {
+  for (const std::vector<double>* values : {&right_, &guesses_, &solution_}) {
     if (!values->empty()) std::memcpy(to, values->data(), bytes_of(*values));
     to += bytes_of(*values);
   }
@@ -204,7 +213,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   multiply_all(right_, factor);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) make_solver(fields, apply);
-  if (!guess_.empty() && solver_->has_first_guess()) read_cells(layout_, fields[*solve_.guess], guess_);
+  if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
     if (solver_->has_first_guess()) begin();
     SolveReport report = solver_->solve(right_, solution_);
@@ -217,11 +226,17 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
 }
 
+void FieldSolve::read_guesses(void* const* fields) {
+  const std::size_t cells = right_.size();
+  for (std::size_t i = 0; i * cells < guesses_.size(); ++i)
+    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells));
+}
+
 void FieldSolve::begin() {
-  if (guess_.empty()) {
+  if (guesses_.empty()) {
     std::ranges::fill(solution_, 0.0);
   } else {
-    solver_->begin(right_, guess_, solution_);
+    solver_->begin(right_, guesses_, solution_);
   }
 }
 

@@ -3,8 +3,8 @@
 //
 // The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
 // first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
-// or with a field of the program, so that it remembers nothing of those before. What the step has solved its adjoint
-// finds on tapes: the same solver, the same right side and the same guess, compared to the last bit.
+// or with fields of the program, so that it remembers nothing of those before. What the step has solved its adjoint
+// finds on tapes: the same solver, the same right side and the same guesses, compared to the last bit.
 #pragma once
 
 #include <array>
@@ -44,6 +44,7 @@ class FieldSolve {
  private:
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
+  void read_guesses(void* const* fields);
   void begin();
   void drop_solver();
   bool find_on_tape();
@@ -59,7 +60,7 @@ class FieldSolve {
   std::string name_;  // of the unknown
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
-  std::vector<double> right_, solution_, guess_;
+  std::vector<double> right_, solution_, guesses_;  // one behind the other
   StencilMatrix matrix_;
   SolveOptions options_;
   std::string why_not_;

@@ -108,6 +108,93 @@ TEST(WarmStart, TakesFewerIterationsToTheSameSolution) {
   }
 }
 
+/// The best sum of the last two solutions is at least as near as the best multiple of the last one.
+TEST(WarmStart, ExtrapolationTakesFewerIterationsStill) {
+  const auto iterations = [](const std::string& text) { return static_cast<double>(begun(text).iterations); };
+  const std::string solve = "solve = cg(1e-6); preconditioner = none; guess = ";
+  const double none = iterations(uneven_bed(solve + "none")), last = iterations(uneven_bed(solve + "last")),
+               two = iterations(uneven_bed(solve + "extrapolate"));
+  EXPECT_GT(two, 0);
+  EXPECT_LT(last, 0.8 * none);
+  EXPECT_LT(two, 0.8 * last);
+  const Begun flow = begun(disc_in_channel(solve + "last")), other = begun(disc_in_channel(solve + "extrapolate"));
+  EXPECT_LT(states_apart(flow, other), 1e-4);
+  EXPECT_LT(static_cast<double>(other.iterations), 1.05 * static_cast<double>(flow.iterations));
+}
+
+/// The right side holds four waves, for each of which plain conjugate gradients need one iteration: those that the
+/// solve begins with need none. A guess of the scheme takes the place of the model's.
+TEST(WarmStart, BeginsWithFormulas) {
+  const auto most = [](const std::string& from, const std::string& guess = "automatic") {
+    return begun("model m { field w; solve lap(psi) - psi = -w for psi" + from +
+                 "; dt(w) = 1e-12*psi }\nscheme c { solve = cg(1e-8); preconditioner = none; guess = " + guess +
+                 " }\nscene s : m with c { grid x = 0 .. 1, cells 12, periodic; grid y = 0 .. 1, cells 10, periodic\n"
+                 "  initial w = 1 + sin(2*pi*x) + cos(4*pi*y) + sin(4*pi*x); time 0 .. 0.02, step 0.01 }\n")
+        .most;
+  };
+  EXPECT_EQ(most(""), 4);
+  EXPECT_EQ(most(" from 1"), 3);
+  EXPECT_EQ(most(" from 2*sin(2*pi*x), cos(4*pi*y), 7 + 0*w"), 1);
+  EXPECT_EQ(most(" from 1, sin(2*pi*x), cos(4*pi*y), sin(4*pi*x)"), 0);
+  EXPECT_EQ(most(" from 1", "none"), 4);
+  EXPECT_EQ(most(" from cos(2*pi*x), 0, w"), 4) << "what is of no use costs nothing";
+}
+
+/// No derivative goes through a start, wherever the solve stands: gradients are those of solves that begin with 0.
+TEST(WarmStart, StartsHaveNoPartInDerivatives) {
+  const std::string network =
+      "network first(r) -> g { real f64; padding x periodic, y periodic; initial he, seed 1; "
+      "conv 4, 3; tanh; conv out, 3 }\n";
+  const auto gradient = [&](const std::string& model, const std::string& scene, const std::string& loss) {
+    return task_gradient(
+               network + "model m { vector u on faces; field w, p; param e = 1.2; " + model +
+                   " }\nscheme c { time = rk2; solve = cg(1e-13, 900); preconditioner = none }\n"
+                   "scene s : m with c { grid x = 0 .. 1, cells 6, periodic; grid y = 0 .. 1, cells 5, periodic\n"
+                   "  initial w = 1 + 0.3*sin(2*pi*x); initial u = (cos(2*pi*y), 0.5*sin(2*pi*x)); " +
+                   scene +
+                   "time 0 .. 0.06, step 0.02 }\n"
+                   "task t : s { unknown initial w; unknown e; minimise " +
+                   loss + " }\n",
+               "t")
+        .gradient;
+  };
+  const std::string rest = "dt(u) = 0.1*lap(u) - grad(p) + (0, 1)*interpolate(w); ";
+  const std::string constraint = "0 = div(u) gives p", solve = "solve lap(psi) - e*psi = -w for psi";
+  const auto both = [&](const std::string& starts) { return std::pair{rest + constraint + starts, solve + starts}; };
+  for (const std::string& starts : {" from first(w)", " from w^2, dx(w)", " from first(e*w + div(u)), 0*w"}) {
+    for (const auto& [scene, loss] : {std::pair{"", "mean(psi*w) + mean(dot(u, u))"},
+                                      {"every 0.02: w += 0.1*psi; ", "mean(w^2) + mean(dot(u, u))"}}) {
+      const auto text = [&](const std::string& with) {
+        const auto [flow, declared] = both(with);
+        return declared + "; dt(w) = 0.3*psi - 0.1*w; " + flow;
+      };
+      const auto cold = gradient(text(""), scene, loss), warm = gradient(text(starts), scene, loss);
+      ASSERT_EQ(cold.size(), 2U) << starts << scene;
+      ASSERT_EQ(warm.size(), 2U) << starts << scene;
+      for (const auto& [name, values] : cold) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+          EXPECT_NEAR(warm.at(name)[i], values[i], 1e-9 * std::abs(values[i]) + 1e-12) << starts << scene << name;
+      }
+    }
+  }
+}
+
+/// Iterations of all methods with each preconditioner come to the same solution; plain ones need more of them.
+TEST(Preconditioners, ComeToTheSameSolution) {
+  for (const auto& scene : {disc_in_channel, uneven_bed}) {
+    const Begun direct = begun(scene("solve = direct"));
+    for (const std::string method : {"cg", "bicgstab", "gmres"}) {
+      const std::string solve = "guess = none; solve = " + method + "(1e-10, 2000); preconditioner = ";
+      const Begun plain = begun(scene(solve + "none")), cycles = begun(scene(solve + "multigrid"));
+      ASSERT_FALSE(plain.states.empty()) << method;
+      ASSERT_FALSE(cycles.states.empty()) << method;
+      EXPECT_LT(states_apart(direct, plain), 1e-7) << method;
+      EXPECT_LT(states_apart(direct, cycles), 1e-7) << method;
+      EXPECT_GT(plain.most, 3 * cycles.most) << method;
+    }
+  }
+}
+
 /// Methods without steps look at no guess.
 TEST(WarmStart, ChangesNothingOfDirectMethods) {
   const Begun cold = begun(disc_in_channel("solve = direct; guess = none"));
@@ -119,6 +206,10 @@ TEST(WarmStart, HasTheDerivativesOfTheSolution) {
   expect_certified(disc_in_channel("time = rk2; solve = cg(1e-13); guess = last"), true);
   expect_certified(uneven_bed("time = rk2; solve = cg(1e-13); guess = last"), true);
   expect_certified(uneven_bed("time = ab2; solve = cg(1e-13); guess = last"), true);
+  expect_certified(disc_in_channel("time = rk2; solve = cg(1e-13, 900); guess = extrapolate; preconditioner = none"),
+                   true);
+  expect_certified(uneven_bed("time = rk2; solve = gmres(1e-13, 900); guess = extrapolate; preconditioner = none"),
+                   true);
 }
 
 /// Forward, tangent and adjoint solves by cycles with each smoother; the gradient is that of sparse factors.
@@ -150,10 +241,15 @@ TEST(Smoothers, AreSaidWithTheMethod) {
 
 /// Bit-identical for any number of checkpoints and threads: what a solve begins with is a state.
 TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
-  for (const auto& scene : {disc_in_channel, uneven_bed}) {
+  using Scene = std::string (*)(const std::string&);
+  for (const auto& [scene, guess] : {std::pair<Scene, const char*>{disc_in_channel, "last"},
+                                     {uneven_bed, "last"},
+                                     {disc_in_channel, "extrapolate"},
+                                     {uneven_bed, "extrapolate"}}) {
     Eigen::VectorXd first;
     for (const auto& [slots, threads] : {std::pair{0, 1}, {1, 1}, {2, 1}, {3, 3}}) {
-      OpenedScene opened = opened_warm(scene("time = rk2; solve = cg(1e-5)"), "t", slots, threads);
+      OpenedScene opened =
+          opened_warm(scene("time = rk2; solve = cg(1e-5); guess = " + std::string(guess)), "t", slots, threads);
       const auto inverse = opened.inverse();
       ASSERT_TRUE(inverse);
       Eigen::VectorXd gradient(inverse->size());
@@ -166,7 +262,7 @@ TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
 
 /// A run that goes on from the states of a step in its middle ends with the same bits.
 TEST(WarmStart, GoesOnFromTheStates) {
-  const OpenedScene opened = opened_warm(disc_in_channel("time = rk2; solve = cg(1e-5)"), "s");
+  const OpenedScene opened = opened_warm(disc_in_channel("time = rk2; solve = cg(1e-5); guess = extrapolate"), "s");
   const auto& session = opened.session;
   ASSERT_TRUE(session);
   Rollout& rollout = session->rollout();

@@ -42,7 +42,7 @@ Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::s
   for (std::size_t i = 0; i < unknowns.size(); ++i) renaming.fields[solve.unknowns[i]] = unknowns[i];
   Solve copy = solve;
   copy.unknowns = unknowns;
-  copy.guess.clear();  // it is one for the solution, not for its rates
+  copy.guesses.clear();  // they are some for the solution, not for its rates
   for (std::string& image : copy.images) image = renaming.field(image);
   copy.body = renamed(module, solve.body, renaming, kernels);
   return copy;

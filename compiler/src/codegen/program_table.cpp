@@ -88,6 +88,15 @@ int32_t kind_of(SolveMethod method) {
   unreachable("kind of solve");
 }
 
+int32_t kind_of(Preconditioner preconditioner) {
+  switch (preconditioner) {
+    case Preconditioner::automatic: return DPDE_PRECONDITIONER_AUTOMATIC;
+    case Preconditioner::multigrid: return DPDE_PRECONDITIONER_MULTIGRID;
+    case Preconditioner::none: return DPDE_PRECONDITIONER_NONE;
+  }
+  unreachable("kind of preconditioner");
+}
+
 int32_t kind_of(Smoother smoother) {
   switch (smoother) {
     case Smoother::automatic: return DPDE_SMOOTHER_AUTOMATIC;
@@ -342,7 +351,9 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           params.data(),
           source.is_linear,
           step,
-          source.guess.empty() ? nullptr : indices({source.guess})};
+          kind_of(source.by.preconditioner),
+          static_cast<int32_t>(source.guesses.size()),
+          indices(source.guesses)};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

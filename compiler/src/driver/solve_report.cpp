@@ -2,6 +2,7 @@
 #include "driver/solve_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -62,7 +63,7 @@ SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown)
 }
 
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
-  const bool is_asked = compiled.problem && compiled.problem->scheme.guess == model::Guess::last;
+  const bool is_asked = compiled.problem && model::is_asked_for(compiled.problem->scheme.guess);
   std::vector<SolveReport> reports;
   for (const SolveNote& note : notes) {
     if (note.solves == 0) continue;
@@ -74,7 +75,8 @@ std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<So
       return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
     });
     if (same == reports.end()) {
-      reports.push_back({field, range, solve != nullptr ? solve->guess : "", note, is_asked});
+      reports.push_back({field, range, solve != nullptr ? fmt::format("{}", fmt::join(solve->guesses, " and ")) : "",
+                         note, is_asked});
     } else {
       add_note(same->note, note);
     }
@@ -95,10 +97,12 @@ std::string text_of(const std::vector<SolveReport>& solves) {
   std::string text;
   for (const SolveReport& solve : solves) {
     const int most = solve.note.most_iterations;
+    const double mean =
+        static_cast<double>(solve.note.iterations) / static_cast<double>(std::max<std::int64_t>(solve.note.solves, 1));
     const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
     const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
     text += fmt::format("solve for {}: {} ({}){}\n", solve.field, solve.note.method, solve.note.reason,
-                        most > 0  ? fmt::format("; at most {} iterations{}", most, guess)
+                        most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}", mean, most, guess)
                         : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
                                   : "");
   }

@@ -14,7 +14,7 @@ namespace dpde::driver {
 struct SolveReport {
   std::string field;  // as it is written
   SourceRange range;
-  std::string guess;                // what a method by steps begins with; "": 0
+  std::string guess;                // fields with which a method by steps begins; "": with 0
   SolveNote note;                   // of all solves of steps that come from this equation
   bool is_guess_asked_for = false;  // by guess = last
   bool is_adjoint = false;

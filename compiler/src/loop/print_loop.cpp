@@ -245,12 +245,15 @@ std::string repeat_text(const Module& module, const Repeat& repeat, const std::s
 std::string solve_text(const Module& module, const Solve& solve, const std::string& margin) {
   const std::string warning = solve.by.warns ? " or warn" : "";
   const std::string smoother =
-      solve.by.smoother == Smoother::automatic ? "" : fmt::format(" smoother {}", name_of(solve.by.smoother));
-  std::string text = fmt::format("{} {} = {} for {}{} by {}{} tolerance {} iterations {}{} reach {} {{\n",
-                                 solve.is_linear ? "solve" : "newton", fmt::join(solve.images, ", "),
-                                 fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),
-                                 solve.guess.empty() ? "" : " from " + solve.guess, name_of(solve.by.method), smoother,
-                                 solve.by.tolerance, solve.by.most_iterations, warning, fmt::join(solve.reach, ", "));
+      (solve.by.smoother == Smoother::automatic ? "" : fmt::format(" smoother {}", name_of(solve.by.smoother))) +
+      (solve.by.preconditioner == Preconditioner::automatic
+           ? ""
+           : fmt::format(" preconditioner {}", name_of(solve.by.preconditioner)));
+  std::string text = fmt::format(
+      "{} {} = {} for {}{} by {}{} tolerance {} iterations {}{} reach {} {{\n", solve.is_linear ? "solve" : "newton",
+      fmt::join(solve.images, ", "), fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),
+      solve.guesses.empty() ? "" : fmt::format(" from {}", fmt::join(solve.guesses, ", ")), name_of(solve.by.method),
+      smoother, solve.by.tolerance, solve.by.most_iterations, warning, fmt::join(solve.reach, ", "));
   const auto add_list = [&](const char* word, const std::vector<std::string>& names) {
     if (!names.empty()) text += fmt::format("{}  {} {}\n", margin, word, fmt::join(names, ", "));
   };

@@ -265,8 +265,9 @@ void Verifier::check_solve(const Program& program, const Solve& solve) {
   for (const std::string& unknown : solve.unknowns)
     check(!has(solve.rights, unknown) && !has(solve.images, unknown), program.name,
           fmt::format("solves for {} in the memory of another field", unknown));
-  check(solve.guess.empty() || (has(program.fields, solve.guess) && !has(solve.unknowns, solve.guess)), program.name,
-        fmt::format("begins with {}, no field or what it solves for", solve.guess));
+  for (const std::string& guess : solve.guesses)
+    check(has(program.fields, guess) && !has(solve.unknowns, guess), program.name,
+          fmt::format("begins with {}, no field or what it solves for", guess));
   for (const std::string& field : solve.coefficients)
     check(has(program.fields, field), program.name, fmt::format("no field {}", field));
   for (const std::string& param : solve.params)

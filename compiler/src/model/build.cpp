@@ -169,6 +169,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       [&](const Solve& s) {
         f(s.operation);
         f(s.right);
+        std::for_each(s.starts.begin(), s.starts.end(), f);
         for (const AxisSides& sides : s.boundary) {
           for (const Side* side : {&sides.low, &sides.high}) f(side->value), f(side->a), f(side->b);
         }
@@ -202,7 +203,7 @@ Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       [&](Shift& s) { change(s.operand, f); }, [&](Interpolate& i) { change(i.operand, f); },
       [&](Sample& s) { change(s.place, f); }, [&](Reduce& r) { change(r.operand, f); },
       [&](Apply& a) { change(a.arguments, f); }, [&](NetworkCall& i) { change(i.arguments, f); },
-      [&](Solve& s) { change(s.operation, f), change(s.right, f), change(s.boundary, f); });
+      [&](Solve& s) { change(s.operation, f), change(s.right, f), change(s.boundary, f), change(s.starts, f); });
   return Expr(std::move(node));
 }
 

@@ -169,7 +169,9 @@ struct Solve {
   std::string name;
   Expr operation, right;
   std::vector<AxisSides> boundary;  // one an axis
-  std::string guess = {};  // a state that is nearly a multiple of it, and lies where it lies; "": none is known
+  /// States the best sum of whose multiples is near it, and that lie where it lies.
+  std::vector<std::string> guesses = {};
+  std::vector<Expr> starts = {};  // as the model says, fields beside them, which have no part in derivatives
   bool operator==(const Solve&) const = default;
 };
 

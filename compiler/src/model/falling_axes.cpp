@@ -134,6 +134,7 @@ Expr Rewriter::applied(const Apply& a, Origin origin) const {
 Expr Rewriter::solved(Solve solve, Origin origin) const {
   solve.operation = (*this)(solve.operation);
   solve.right = (*this)(solve.right);
+  for (Expr& start : solve.starts) start = (*this)(start);
   rewrite(solve.boundary);
   return model::solve(std::move(solve), origin);
 }

@@ -44,7 +44,7 @@ void check(Draft& draft) {
   if (draft.model) check_split(draft);
   check_implicit(draft);
   if (draft.model) check_guess(draft);
-  if (draft.model) check_smoother(draft);
+  if (draft.model) check_solve_keys(draft);
   check_placements(draft);
   check_scene_lets(draft);
   check_gridless(draft);

@@ -47,7 +47,11 @@ class Reader {
           add(call.network, smooth);
           read_parts(e, smooth);
         },
-        [&](const Solve&) { read_parts(e, smooth); });
+        [&](const Solve& s) {
+          Solve without = s;  // what a solve begins with does nothing to its solution
+          without.starts.clear();
+          read_parts(solve(std::move(without), e->origin), smooth);
+        });
   }
 
  private:

@@ -84,7 +84,7 @@ struct State {
   std::string name;
   std::string velocity_of;  // this state is dt of that one, whose equation is of second order; "" otherwise
   std::string history_of;   // what a time scheme keeps of that one's last step (that one may be a history itself), or,
-                            // a guess, what was solved for; has no equation; "" otherwise
+                            // a guess, what was solved for, or the state that keeps that; has no equation
   bool is_guess = false;    // solves begin with it: 0 will do where nothing is known
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values

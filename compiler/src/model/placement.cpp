@@ -134,6 +134,9 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
   }
   if (const Solve* solve = as<Solve>(e)) {
     if (wanted != Placement{}) return Mistake{e, Placement{}, wanted};
+    for (const Expr& start : solve->starts) {
+      if (const auto mistake = misplaced(start, {})) return mistake;
+    }
     const std::optional<Mistake> mistake = misplaced(solve->operation, {});
     return mistake ? mistake : misplaced(solve->right, {});
   }

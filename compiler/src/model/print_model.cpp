@@ -189,7 +189,9 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
     unknown.name = solve->name;
     unknown.boundary = solve->boundary;
     const std::string boundary = boundary_text(p, unknown);
-    const std::string guess = solve->guess.empty() ? "" : " from " + solve->guess;
+    std::vector<std::string> begun = solve->guesses;
+    for (const Expr& start : solve->starts) begun.push_back(print(start));
+    const std::string guess = begun.empty() ? "" : fmt::format(" from {}", fmt::join(begun, ", "));
     lines.push_back(
         fmt::format("solve {} = {} for {}{}", print(solve->operation), print(solve->right), solve->name, guess));
     if (!boundary.empty()) lines.push_back(boundary);

@@ -84,7 +84,9 @@ std::string print(const Scheme& s) {
   const std::string solve = print(s.solve);
   if (solve != print(SolveBy{})) others += "; solve = " + solve;
   if (s.solve.smoother != Smoother::automatic) others += fmt::format("; smoother = {}", name_of(s.solve.smoother));
-  if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", s.guess == Guess::last ? "last" : "none");
+  if (s.solve.preconditioner != Preconditioner::automatic)
+    others += fmt::format("; preconditioner = {}", name_of(s.solve.preconditioner));
+  if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", name_of(s.guess));
   std::string advect = advect_text(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,

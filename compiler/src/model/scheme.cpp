@@ -14,6 +14,16 @@ const char* name_of(Split::Terms terms) {
   unreachable("terms");
 }
 
+const char* name_of(Guess guess) {
+  switch (guess) {
+    case Guess::automatic: return "automatic";
+    case Guess::none: return "none";
+    case Guess::last: return "last";
+    case Guess::extrapolate: return "extrapolate";
+  }
+  unreachable("a guess");
+}
+
 Scheme with_differences(Scheme scheme) {
   const auto make_central = [](Transport& transport) {
     if (follows_flow(transport.advect)) transport = {};

@@ -65,7 +65,8 @@ constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdr
 /// It solves for the terms of model/implicit_part.h.
 constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
 /// What solves by steps begin with; automatic: with what is known from before where the method is one by steps.
-enum class Guess { automatic, none, last };
+enum class Guess { automatic, none, last, extrapolate };
+inline bool is_asked_for(Guess guess) { return guess == Guess::last || guess == Guess::extrapolate; }
 /// Which terms those solve for; all but the linear ones by Newton's method.
 enum class Implicit { linear, all_but_advect, all };
 /// A step as several, one behind the other, each of a part of the right sides. strang: halves of all but the last, that
@@ -134,8 +135,9 @@ struct Scheme {
   }
 };
 
-/// The word for them.
+/// The words for them.
 const char* name_of(Split::Terms terms);
+const char* name_of(Guess guess);
 /// The scheme with central differences in the place of what follows the flow.
 Scheme with_differences(Scheme scheme);
 

@@ -85,7 +85,7 @@ bool begins_with_last(const Problem& problem) {
   if (guess == Guess::none) return false;
   if (method != SolveMethod::automatic) return comes_near_by_steps(method);
   const auto is_held = [](const State& state) { return state.held.has_value(); };
-  return guess == Guess::last || std::ranges::any_of(problem.states, is_held);
+  return is_asked_for(guess) || std::ranges::any_of(problem.states, is_held);
 }
 
 bool are_constraints(const Problem& problem) {

@@ -182,6 +182,7 @@ Expr Rewriter::operator()(const Expr& e) {
         Solve rewritten = s;
         rewritten.operation = over_volume((*this)(s.operation));
         rewritten.right = over_volume((*this)(s.right));
+        rewritten.starts = all(s.starts);
         for (std::size_t axis = 0; axis < s.boundary.size(); ++axis)
           rewrite(rewritten.boundary[axis], static_cast<int>(axis), {});
         return solve(std::move(rewritten), origin);

@@ -205,8 +205,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0505", "formula-wider-than-grid", Severity::warning,
      "a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's order is "
      "lost"},
-    {"W0506", "guess-not-used", Severity::warning, "nothing begins with guess = last: {}"},
-    {"W0507", "smoother-not-used", Severity::warning, "no cycles of multigrid smooth by {}: {}"},
+    {"W0506", "guess-not-used", Severity::warning, "nothing begins with {}: {}"},
+    {"W0507", "solve-key-not-used", Severity::warning, "{} changes nothing: {}"},
     {"W0508", "integral-not-resolved", Severity::warning,
      "the 32 places of this integral may not do: its value is {}, in two parts {}"},
     {"W0504", "sign-at-wall", Severity::warning,

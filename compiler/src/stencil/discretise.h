@@ -71,7 +71,7 @@ struct PreparedSolve {
   std::string unknown, image, right, at_rest, of_walls, total, between_walls;
   Kernel kernel;
   SolveBy by = {};
-  std::string guess = {};
+  std::vector<std::string> guesses = {}, starts = {};  // states, and fields that are made beforehand
 };
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a

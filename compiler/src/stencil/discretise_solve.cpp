@@ -22,8 +22,11 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   made.right = stored_operand(solve.right, place);
   made.state.boundary = solve.boundary;
   made.by = scheme_.solve;
-  const auto stands_for = reading_.fields.find(solve.guess);
-  made.guess = stands_for == reading_.fields.end() ? solve.guess : stands_for->second;
+  for (const std::string& guess : solve.guesses) {
+    const auto stands_for = reading_.fields.find(guess);
+    made.guesses.push_back(stands_for == reading_.fields.end() ? guess : stands_for->second);
+  }
+  for (const model::Expr& start : solve.starts) made.starts.push_back(stored_operand(start, place));
   // a state may be solved for: it is another field then
   made.unknown = names_.fresh(names_.is_used(solve.name) ? solve.name + "_solved" : solve.name);
   made.image = names_.fresh(solve.name + "_image");

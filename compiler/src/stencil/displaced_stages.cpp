@@ -31,6 +31,7 @@ class Displacer {
           },
           [&](PreparedSolve& solve) {
             rename(solve.right);
+            for (std::string& start : solve.starts) rename(start);
             move(solve.kernel);
           });
     }

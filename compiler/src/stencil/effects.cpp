@@ -120,7 +120,7 @@ Effects of_solve(const Module& module, const Solve& solve) {
     if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
   });
   for (const std::string& right : solve.rights) add_new(e.reads, right);
-  if (!solve.guess.empty()) add_new(e.reads, solve.guess);
+  for (const std::string& guess : solve.guesses) add_new(e.reads, guess);
   for (const Statement& step : solve.step) add_step(effects(module, step), solve, e);
   return e;
 }

@@ -257,18 +257,21 @@ std::vector<Formula> shown_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
-/// The last stage that solves for what `guess` is of stores the solution for the next step.
-void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& name) {
-  for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
+/// The last stage that solves for what `guess` is of, the value of `kept`, stores the solution for the next step; of a
+/// state it is what that was when the step began.
+void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& kept,
+                   const std::string& name) {
+  const bool is_of_state = lowering.problem().find_state(kept) != nullptr;
+  for (auto stage = stages.rbegin(); stage != stages.rend() && !is_of_state; ++stage) {
     for (auto before = stage->before.rbegin(); before != stage->before.rend() && !stage->block; ++before) {
       const auto* solve = std::get_if<PreparedSolve>(&*before);
-      if (solve == nullptr || solve->guess != guess.state) continue;
+      if (solve == nullptr || std::ranges::count(solve->guesses, guess.state) == 0) continue;
       stage->kernel.stores.push_back({guess.into, false, access(solve->unknown), guess.origin});
       return;
     }
   }
   Kernel kernel = lowering.kernel(name + "_" + guess.state);
-  kernel.stores.push_back({guess.into, false, access(guess.state), guess.origin});
+  kernel.stores.push_back({guess.into, false, access(is_of_state ? kept : guess.state), guess.origin});
   stages.push_back(Lowering::stage(std::move(kernel), lowering.discretiser()));
 }
 
@@ -292,7 +295,8 @@ void add_step(Module& module, Lowering& lowering, const std::string& name, bool 
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   add_events(lowering, stages, ends);
-  for (const Advance& guess : guesses) keep_solution(lowering, stages, guess, name);
+  for (const Advance& guess : guesses)
+    keep_solution(lowering, stages, guess, problem.find_state(guess.state)->history_of, name);
   Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
   for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
   if (with_estimate) return;

@@ -48,7 +48,9 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
       },
       [](const PreparedSolve& solve) {  // its block fills what it reads
         Reads reads{{solve.right, {}, false}};
-        if (!solve.guess.empty()) reads.push_back({solve.guess, {}, false});
+        for (const auto* fields : {&solve.guesses, &solve.starts}) {
+          for (const std::string& field : *fields) reads.push_back({field, {}, false});
+        }
         for (const Signature::Read& read : signature(solve.kernel).reads) {
           if (read.field != solve.unknown) reads.push_back({read.field, {}, false});
         }

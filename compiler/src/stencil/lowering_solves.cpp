@@ -87,7 +87,10 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const StateHalos
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
   Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
   made.halos = std::move(block.halos);
-  if (state_of_.contains(solve.guess)) made.guess = solve.guess;  // problems without memories are looked at too
+  for (const std::string& guess : solve.guesses) {
+    if (state_of_.contains(guess)) made.guesses.push_back(guess);  // problems without memories are looked at too
+  }
+  made.guesses.insert(made.guesses.end(), solve.starts.begin(), solve.starts.end());
   program.body.push_back(std::move(made));
 }
 

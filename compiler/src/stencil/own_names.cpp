@@ -73,7 +73,9 @@ class OwnNames {
 
   void rename_parts(PreparedSolve& solve) {
     solve.right = name_of(solve.right);
-    solve.guess = name_of(solve.guess);
+    for (auto* fields : {&solve.guesses, &solve.starts}) {
+      for (std::string& field : *fields) field = name_of(field);
+    }
     for (std::string* field :
          {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
       *field = names_[*field] = taken_.fresh(*field);

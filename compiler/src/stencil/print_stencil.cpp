@@ -238,9 +238,11 @@ std::string solve_text(const Solve& solve, std::size_t rank, const std::string& 
   std::string text =
       fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", fmt::join(solve.images, ", "),
                   fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "));
-  if (!solve.guess.empty()) text += " from " + solve.guess;
+  if (!solve.guesses.empty()) text += fmt::format(" from {}", fmt::join(solve.guesses, ", "));
   if (solve.by.method != SolveMethod::automatic) text += fmt::format(" by {}", name_of(solve.by.method));
   if (solve.by.smoother != Smoother::automatic) text += fmt::format(" smoother {}", name_of(solve.by.smoother));
+  if (solve.by.preconditioner != Preconditioner::automatic)
+    text += fmt::format(" preconditioner {}", name_of(solve.by.preconditioner));
   if (solve.by.tolerance != SolveBy{}.tolerance) text += fmt::format(" tolerance {}", solve.by.tolerance);
   if (solve.by.most_iterations != SolveBy{}.most_iterations)
     text += fmt::format(" iterations {}", solve.by.most_iterations);

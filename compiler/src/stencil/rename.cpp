@@ -33,7 +33,7 @@ class Renamer {
             for (auto* fields : {&solve.images, &solve.rights, &solve.unknowns}) {
               for (std::string& field : *fields) rename(field);
             }
-            if (!solve.guess.empty()) rename(solve.guess);
+            for (std::string& guess : solve.guesses) rename(guess);
             solve.body = this->run(std::move(solve.body));
             solve.step = this->run(std::move(solve.step));
           },

@@ -227,7 +227,7 @@ class RequiredHalo {
           for (const auto* fields : {&solve.rights, &solve.unknowns}) {
             for (const std::string& field : *fields) result_[field];
           }
-          if (!solve.guess.empty()) result_[solve.guess];
+          for (const std::string& guess : solve.guesses) result_[guess];
           for (const auto* statements : {&solve.body, &solve.step}) {
             for (const Statement& inner : *statements) add(inner);
           }

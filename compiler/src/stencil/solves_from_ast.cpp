@@ -48,6 +48,16 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
     }
     by.smoother = *smoother;
   }
+  if (source.preconditioner) {
+    const std::optional<Preconditioner> preconditioner = find_preconditioner(source.preconditioner->name);
+    if (!preconditioner) {
+      sink.report("bad-program", source.preconditioner->range,
+                  {source.preconditioner->name + " is no preconditioner of iterations"},
+                  did_you_mean(source.preconditioner->name, names_up_to(Preconditioner::none)));
+      return std::nullopt;
+    }
+    by.preconditioner = *preconditioner;
+  }
   by.warns = source.warns;
   const auto number_of = [](const ast::Expr& e) {
     const auto* number = std::get_if<ast::Number>(&e->kind);
@@ -77,20 +87,16 @@ Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
                              source.rights.size(), source.images.size())},
                 "name as many of each: solve y, w = b, c for x, v");
   }
-  if (source.guess && (!source.is_linear || count > 1)) {
-    sink.report("bad-program", source.guess->range, {"a linear solve for one field alone begins with a field"},
-                "leave out from " + source.guess->name);
+  if (!source.guesses.empty() && (!source.is_linear || count > 1)) {
+    sink.report("bad-program", source.guesses.front().range, {"a linear solve for one field alone begins with a field"},
+                "leave out from " + source.guesses.front().name);
   }
   const std::optional<SolveBy> by = read_solve_by(source, sink);
-  return {names_of(source.images),
-          names_of(source.rights),
-          names_of(source.unknowns),
-          {},
-          by.value_or(SolveBy{}),
-          {"", source.unknowns.front().range},
-          source.is_linear,
-          {},
-          source.guess ? source.guess->name : ""};
+  return {names_of(source.images),   names_of(source.rights),
+          names_of(source.unknowns), {},
+          by.value_or(SolveBy{}),    {"", source.unknowns.front().range},
+          source.is_linear,          {},
+          names_of(source.guesses)};
 }
 
 std::vector<std::string> fields_named(const ast::Item& item) {
@@ -113,7 +119,7 @@ std::vector<std::string> fields_named(const ast::Item& item) {
           const Names named = names_of(*fields);
           names.insert(names.end(), named.begin(), named.end());
         }
-        if (solve.guess) names.push_back(solve.guess->name);
+        for (const ast::Identifier& guess : solve.guesses) names.push_back(guess.name);
         return names;
       },
       [](const ast::ApplyItem& apply) { return fields_of(apply); },

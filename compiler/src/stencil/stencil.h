@@ -345,9 +345,9 @@ struct Solve {
   /// Of one that is not, where it is known (adjoint/newton_steps.h): a linear solve with what is left of `rights` for
   /// what is to be added to the unknowns.
   std::vector<Statement> step;
-  /// "", or a field: methods that come near step by step begin with the multiple of it that leaves the least of
+  /// Fields: methods that come near step by step begin with the sum of multiples of them that leaves the least of
   /// `rights`. What they come to is the same but for what the tolerance leaves, so that it has no derivative.
-  std::string guess = {};
+  std::vector<std::string> guesses = {};
   std::vector<HaloRule> halos = {};  // none where fills are placed
   bool operator==(const Solve& other) const;
 };
@@ -406,7 +406,7 @@ struct Program {
 
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
-         by == other.by && is_linear == other.is_linear && step == other.step && guess == other.guess &&
+         by == other.by && is_linear == other.is_linear && step == other.step && guesses == other.guesses &&
          halos == other.halos;
 }
 inline bool Repeat::operator==(const Repeat& other) const {

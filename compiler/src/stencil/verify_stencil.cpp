@@ -112,7 +112,7 @@ class ProgramCheck {
     leave_block(inside, own);
     const auto read = [&](const std::string& field) { fields_.insert(field), note_read(field); };
     std::ranges::for_each(solve.rights, read);
-    if (!solve.guess.empty()) read(solve.guess);
+    for (const std::string& guess : solve.guesses) read(guess);
     for (const std::string& unknown : solve.unknowns) check_unknown(solve, unknown, inside);
   }
 
@@ -120,7 +120,7 @@ class ProgramCheck {
     if (inside.is_written(unknown)) violation("solves for {} and writes it in the block", unknown);
     if (!inside.fields_.contains(unknown)) violation("solves for {}, which its block does not read", unknown);
     if (contains(solve.rights, unknown)) violation("solves for {}, which is the right side", unknown);
-    if (solve.guess == unknown) violation("solves for {}, which it begins with", unknown);
+    if (std::ranges::count(solve.guesses, unknown) > 0) violation("solves for {}, which it begins with", unknown);
     if (std::ranges::count(solve.unknowns, unknown) > 1) violation("solves for {} more than once", unknown);
     check_write(unknown);
     grown_[unknown] = 0;

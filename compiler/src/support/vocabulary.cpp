@@ -188,6 +188,22 @@ std::string_view name_of(Smoother smoother) {
   unreachable("name of a smoother");
 }
 
+std::string_view name_of(Preconditioner preconditioner) {
+  switch (preconditioner) {
+    case Preconditioner::automatic: return "automatic";
+    case Preconditioner::multigrid: return "multigrid";
+    case Preconditioner::none: return "none";
+  }
+  unreachable("name of a preconditioner");
+}
+
+std::optional<Preconditioner> find_preconditioner(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(Preconditioner::none); ++i) {
+    if (name_of(static_cast<Preconditioner>(i)) == name) return static_cast<Preconditioner>(i);
+  }
+  return std::nullopt;
+}
+
 std::optional<Smoother> find_smoother(std::string_view name) {
   for (int i = 0; i <= static_cast<int>(Smoother::chebyshev); ++i) {
     if (name_of(static_cast<Smoother>(i)) == name) return static_cast<Smoother>(i);

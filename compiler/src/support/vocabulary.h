@@ -52,6 +52,8 @@ enum class Reduction { mean, sum, max, min };
 enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 /// What the cycles of multigrid smooth by; automatic: as the runtime chooses.
 enum class Smoother { automatic, red_black, jacobi, chebyshev };
+/// What the iterations of cg, bicgstab and gmres are preconditioned by; automatic: as the runtime chooses.
+enum class Preconditioner { automatic, multigrid, none };
 /// How, and how well. What does not come near enough is an error, or where `warns` a warning.
 struct SolveBy {
   SolveMethod method = SolveMethod::automatic;
@@ -59,6 +61,7 @@ struct SolveBy {
   int most_iterations = 200;
   bool warns = false;
   Smoother smoother = Smoother::automatic;
+  Preconditioner preconditioner = Preconditioner::automatic;
   bool operator==(const SolveBy&) const = default;
 };
 /// What the values of fields are, and what is computed with them.
@@ -99,6 +102,8 @@ std::string_view name_of(SolveMethod method);
 std::optional<SolveMethod> find_solve_method(std::string_view name);
 std::string_view name_of(Smoother smoother);
 std::optional<Smoother> find_smoother(std::string_view name);
+std::string_view name_of(Preconditioner preconditioner);
+std::optional<Preconditioner> find_preconditioner(std::string_view name);
 
 /// "f64", "f32"
 std::string_view name_of(Precision real);

@@ -50,7 +50,7 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const RepeatItem&) { return Identifiers(); },
       [](const SolveItem& solve) {
         Identifiers fields = solve.rights;
-        if (solve.guess) fields.push_back(*solve.guess);
+        fields.insert(fields.end(), solve.guesses.begin(), solve.guesses.end());
         return fields;
       },
       [](const KeepItem&) { return Identifiers(); }, [](const AxesItem&) { return Identifiers(); },

@@ -50,8 +50,12 @@ std::set<std::string> calls_of(const Model& model) {
         [&](const SolvedItem& solved) {
           add_calls(solved.left, names);
           add_calls(solved.right, names);
+          for (const Expr& start : solved.starts) add_calls(start, names);
         },
-        [&](const ConstraintItem& constraint) { add_calls(constraint.value, names); },
+        [&](const ConstraintItem& constraint) {
+          add_calls(constraint.value, names);
+          for (const Expr& start : constraint.starts) add_calls(start, names);
+        },
         [&](const HeldItem& held) { add_calls(held.value, names); }, [](const FieldItem&) {},
         [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
         [](const OutsideModels auto&) {});

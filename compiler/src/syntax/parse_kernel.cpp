@@ -175,9 +175,13 @@ ItemKind parse_solve(Cursor& cursor) {
   item.rights = parse_components(cursor, "the field that it shall be");
   cursor.expect_word("for");
   item.unknowns = parse_components(cursor, "the field that is sought");
-  if (cursor.accept_word("from")) item.guess = cursor.expect_name("the field that it begins with");
+  if (cursor.accept_word("from")) {
+    do item.guesses.push_back(cursor.expect_name("a field that it begins with"));
+    while (cursor.accept(TokenKind::comma));
+  }
   if (cursor.accept_word("by")) item.method = cursor.expect_name("a method, as multigrid");
   if (cursor.accept_word("smoother")) item.smoother = cursor.expect_name("a smoother of multigrid, as jacobi");
+  if (cursor.accept_word("preconditioner")) item.preconditioner = cursor.expect_name("a preconditioner, as none");
   if (cursor.accept_word("tolerance")) item.tolerance = parse_expression(cursor);
   if (cursor.accept_word("iterations")) item.iterations = parse_expression(cursor);
   item.warns = cursor.accept_word("or");

@@ -84,15 +84,28 @@ Related parse_related(Cursor& cursor, const char* word, const char* what, std::s
   return related;
 }
 
+/// from guess(omega), psi_before
+std::vector<Expr> parse_starts(Cursor& cursor) {
+  std::vector<Expr> starts;
+  if (!cursor.accept_word("from")) return starts;
+  do starts.push_back(parse_expression(cursor));
+  while (cursor.accept(TokenKind::comma));
+  return starts;
+}
+
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
-  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor)};
+  SolvedItem item{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor)};
+  item.starts = parse_starts(cursor);
+  return item;
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
   Related related = parse_related(cursor, "gives", "the field that the constraint gives",
                                   "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
-  return ConstraintItem{std::move(related.left), std::move(related.right), std::move(related.name)};
+  ConstraintItem item{std::move(related.left), std::move(related.right), std::move(related.name)};
+  item.starts = parse_starts(cursor);
+  return item;
 }
 
 /// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).

@@ -53,10 +53,13 @@ struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes i
   Expr left, right;
   Identifier unknown;
   UnitText unit = {};
+  std::vector<Expr> starts =
+      {};  // ... for phi from guess(omega): methods by steps begin with the best sum of multiples
 };
 struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
   Expr zero, value;      // the left side, which has to be 0, and the right one
   Identifier multiplier;
+  std::vector<Expr> starts = {};  // as of solve
 };
 struct HeldItem {  // u = 0 inside solid
   Identifier field;

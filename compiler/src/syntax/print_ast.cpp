@@ -446,9 +446,10 @@ std::string print_repeat(const RepeatItem& repeat) {
 std::string print_solve(const SolveItem& solve) {
   std::string head = fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", print_names(solve.images),
                                  print_names(solve.rights), print_names(solve.unknowns));
-  if (solve.guess) head += " from " + solve.guess->name;
+  for (std::size_t i = 0; i < solve.guesses.size(); ++i) head += (i == 0 ? " from " : ", ") + solve.guesses[i].name;
   if (solve.method) head += " by " + solve.method->name;
   if (solve.smoother) head += " smoother " + solve.smoother->name;
+  if (solve.preconditioner) head += " preconditioner " + solve.preconditioner->name;
   if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
   if (solve.iterations) head += " iterations " + print(*solve.iterations);
   if (solve.warns) head += " or warn";

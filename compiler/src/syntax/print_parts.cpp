@@ -87,12 +87,19 @@ std::string print_params(const ParamItem& item) {
   return text;
 }
 
+static std::string print_starts(const std::vector<Expr>& starts) {
+  std::string text;
+  for (std::size_t i = 0; i < starts.size(); ++i) text += (i == 0 ? " from " : ", ") + print(starts[i]);
+  return text;
+}
+
 std::string print_solved(const SolvedItem& i) {
-  return fmt::format("solve {} = {} for {}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit));
+  return fmt::format("solve {} = {} for {}{}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit),
+                     print_starts(i.starts));
 }
 
 std::string print_constraint(const ConstraintItem& i) {
-  return fmt::format("{} = {} gives {}", print(i.zero), print(i.value), i.multiplier.name);
+  return fmt::format("{} = {} gives {}{}", print(i.zero), print(i.value), i.multiplier.name, print_starts(i.starts));
 }
 
 std::string print_held(const HeldItem& i) {

@@ -86,7 +86,8 @@ struct RepeatItem {
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
-  std::optional<Identifier> guess, method, smoother;
+  std::vector<Identifier> guesses;
+  std::optional<Identifier> method, smoother, preconditioner;
   std::optional<Expr> tolerance, iterations;
   bool warns = false;
   std::vector<Item> items;

@@ -217,7 +217,7 @@ void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {
 /// Its block knows the unknowns by the names that they have behind it.
 void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
   for (Identifier& right : solve.rights) right.name = read(right.name, right.range);
-  if (solve.guess) solve.guess->name = read(solve.guess->name, solve.guess->range);
+  for (Identifier& guess : solve.guesses) guess.name = read(guess.name, guess.range);
   for (Identifier& unknown : solve.unknowns) unknown.name = write(unknown.name, unknown.range);
   std::vector<Item> outer = std::exchange(result_, {});
   for (const Item& inner : std::exchange(solve.items, {})) add(inner);

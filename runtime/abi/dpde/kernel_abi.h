@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 24
+#define DPDE_ABI_VERSION 25
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -244,6 +244,7 @@ enum {
   DPDE_SMOOTHER_JACOBI = 2,
   DPDE_SMOOTHER_CHEBYSHEV = 3
 };
+enum { DPDE_PRECONDITIONER_AUTOMATIC = 0, DPDE_PRECONDITIONER_MULTIGRID = 1, DPDE_PRECONDITIONER_NONE = 2 };
 /* The operations make `images` of `unknowns`, linearly: these become what makes them equal to `rights` (indices into
  * dpde_program.fields); of all that come as near as can be the smallest, in the interior. The operator changes with its
  * coefficients and parameters only. Where it is not linear the unknowns are what Newton's method comes to that begins
@@ -266,7 +267,9 @@ typedef struct dpde_solve {
   const int32_t* params; /* indices into parameters, with the numbers of counters behind them */
   int32_t is_linear;
   const struct dpde_solve* step; /* null: of one that is linear, or that only an interpreter runs */
-  const int32_t* guess;          /* the field whose multiple a method by steps begins with; null: it begins with 0 */
+  int32_t preconditioner;        /* of cg, bicgstab and gmres */
+  int32_t guess_count;           /* fields with the best sum of whose multiples methods by steps begin; 0: with 0 */
+  const int32_t* guesses;
 } dpde_solve;
 
 enum {

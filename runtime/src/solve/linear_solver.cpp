@@ -111,6 +111,8 @@ struct LinearSolver::Impl {
   bool try_multigrid(const StencilMatrix& matrix, SolverMethod wanted);
   void make_direct(const StencilMatrix& matrix, const char* why);
   void make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted);
+  void make_symmetric(const StencilMatrix& matrix);
+  void make_unpreconditioned();
   void precondition_by_multigrid();
   bool has_incomplete_factors() const;
   void divide_by_diagonal(std::span<const double> r, std::span<double> z) const;
@@ -132,8 +134,9 @@ struct LinearSolver::Impl {
   NullSpace null_space;
   Rows rows;
   Eigen::VectorXd diagonal, image;
-  double largest_row = 0;    // norm
-  std::string no_multigrid;  // why
+  Eigen::MatrixXd images, factor;  // of guesses: the orthonormal images, and what makes these of them
+  double largest_row = 0;          // norm
+  std::string no_multigrid;        // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   std::optional<DirectSolver> direct;
@@ -259,6 +262,25 @@ void LinearSolver::Impl::divide_by_diagonal(std::span<const double> r, std::span
   }
 }
 
+void LinearSolver::Impl::make_unpreconditioned() {
+  reason += ", without a preconditioner, as the scheme says";
+  make_iterations([](std::span<const double> r, std::span<double> z) { std::ranges::copy(r, z.begin()); });
+}
+
+/// By conjugate gradients.
+void LinearSolver::Impl::make_symmetric(const StencilMatrix& matrix) {
+  const bool is_plain = options.preconditioning == Preconditioning::none;
+  if (!is_plain && try_multigrid(matrix, SolverMethod::cg)) return;
+  if (is_plain && !is_symmetric()) refuse(SolverMethod::cg, "the operator is not symmetric");
+  if (!is_plain && (options.preconditioning == Preconditioning::multigrid || !is_symmetric()))
+    refuse(SolverMethod::cg, no_multigrid.c_str());
+  method = SolverMethod::cg;
+  reason = "symmetric: conjugate gradients";
+  if (is_plain) return make_unpreconditioned();
+  reason += ", divided by the diagonal";
+  make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
+}
+
 void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted) {
   if (null_space.is_lopsided())
     refuse(wanted,
@@ -266,8 +288,10 @@ void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMet
            "round)");
   method = wanted;
   reason = wanted == SolverMethod::gmres ? "GMRES" : "not symmetric: BiCGStab";
+  if (options.preconditioning == Preconditioning::none) return make_unpreconditioned();
   multigrid = Multigrid::of_symmetric_part(matrix, null_space, cycles(false), no_multigrid);
   if (multigrid) return precondition_by_multigrid();
+  if (options.preconditioning == Preconditioning::multigrid) refuse(wanted, no_multigrid.c_str());
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
   incomplete.compute(Eigen::SparseMatrix<double>(rows));
@@ -299,15 +323,9 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
         refuse(options.method, "the operator is not the same in all cells, with walls that are mirrors");
       return;
     case SolverMethod::multigrid:
-    case SolverMethod::cg:
-      if (try_multigrid(matrix, options.method)) return;
-      if (options.method == SolverMethod::cg && is_symmetric()) {
-        method = SolverMethod::cg;
-        make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
-        reason = "symmetric: conjugate gradients, divided by the diagonal";
-        return;
-      }
-      refuse(options.method, no_multigrid.c_str());
+      if (!try_multigrid(matrix, options.method)) refuse(options.method, no_multigrid.c_str());
+      return;
+    case SolverMethod::cg: return make_symmetric(matrix);
     case SolverMethod::bicgstab:
     case SolverMethod::gmres: return make_unsymmetric(matrix, options.method);
   }
@@ -355,14 +373,36 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   return report;
 }
 
-/// min |b - m*A*g| is at m = (A*g).b/|A*g|^2, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods
-/// Appl. Mech. Eng. 163, 1998, 193, with a basis of one).
-void LinearSolver::begin(std::span<const double> b, std::span<const double> guess, std::span<double> x) {
-  Eigen::VectorXd& image = impl_->image;
-  image.noalias() = impl_->rows * vector_of(guess);
-  const double size = image.squaredNorm(), multiple = image.dot(vector_of(b)) / size;
-  const bool is_of_use = size > 0 && std::isfinite(multiple);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = is_of_use ? multiple * guess[i] : 0;
+/// min |b - A*G*m| over the multiples m of the guesses G is at R*m = Q'*b of A*G = Q*R, by the modified method of Gram
+/// and Schmidt, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998,
+/// 193). An image of which less is left than rounding made of it adds nothing.
+void LinearSolver::begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x) {
+  Eigen::MatrixXd &images = impl_->images, &factor = impl_->factor;
+  const auto cells = static_cast<Eigen::Index>(x.size()), count = static_cast<Eigen::Index>(guesses.size()) / cells;
+  images.resize(cells, count);
+  factor.setZero(count, count + 1);  // behind R: Q'*b
+  const Eigen::Map<const Eigen::MatrixXd> columns(guesses.data(), cells, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    images.col(i).noalias() = impl_->rows * columns.col(i);
+    const double size = images.col(i).norm();
+    for (Eigen::Index k = 0; k < i; ++k) {
+      factor(k, i) = images.col(k).dot(images.col(i));
+      images.col(i) -= factor(k, i) * images.col(k);
+    }
+    const double left = images.col(i).norm();
+    const bool is_new = std::isfinite(left) && left > std::sqrt(impl_->options.rounding) * size;
+    factor(i, i) = is_new ? left : 0;
+    images.col(i) *= is_new ? 1 / left : 0;
+    factor(i, count) = images.col(i).dot(vector_of(b));
+  }
+  vector_of(x).setZero();
+  for (Eigen::Index i = count - 1; i >= 0; --i) {
+    if (factor(i, i) == 0) continue;
+    const double multiple = factor(i, count) / factor(i, i);
+    if (!std::isfinite(multiple)) return vector_of(x).setZero(), void();
+    vector_of(x) += multiple * columns.col(i);
+    factor.col(count).head(i) -= multiple * factor.col(i).head(i);
+  }
 }
 
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {

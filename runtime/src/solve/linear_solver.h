@@ -15,13 +15,17 @@ namespace dpde {
 enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 std::string_view name_of(SolverMethod method);
 
+/// Of the iterations of cg, bicgstab and gmres; automatic: by multigrid where that fits, else what does.
+enum class Preconditioning { automatic, multigrid, none };
+
 struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
   double tolerance =
       1e-12;  // of |A*x - b|/|b|, or what rounding of A*x leaves; of methods without steps it is at least 1e-9
   int most_iterations = 200;
   SmootherKind smoother = SmootherKind::automatic;  // of multigrid
-  double rounding = 0x1p-52;                        // relative error of the entries: what sums to less is 0
+  Preconditioning preconditioning = Preconditioning::automatic;
+  double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
   bool operator==(const SolveOptions&) const = default;
 };
 
@@ -45,8 +49,8 @@ class LinearSolver {
 
   /// Nothing is allocated. `x`: the first guess of methods that have one.
   SolveReport solve(std::span<const double> b, std::span<double> x);
-  /// x = the multiple of `guess` that leaves the least of b; 0 where there is no best one.
-  void begin(std::span<const double> b, std::span<const double> guess, std::span<double> x);
+  /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
+  void begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x);
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.

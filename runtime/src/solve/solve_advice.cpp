@@ -60,6 +60,11 @@ std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, 
   if (matrix.size() > most_cells_tried) return {};
   const std::vector<std::string> others = others_that_solve(matrix, options, right, failed.method);
   const std::string instead = others.empty() ? "" : "take " + one_of(others);
+  if (options.preconditioning == Preconditioning::none) {
+    SolveOptions preconditioned = options;
+    preconditioned.preconditioning = Preconditioning::automatic;
+    if (solves(matrix, preconditioned, right)) return "take preconditioner = automatic";
+  }
   if (failed.iterations == 0 || failed.is_indefinite)
     return instead.empty()
                ? "no method solves it: the operator is singular, or nearly so; look at its coefficients and "

@@ -84,6 +84,7 @@ constexpr WordText keys[] = {
     {"implicit", "implicit = all", "which terms implicit steps solve for"},
     {"solve", "solve = cg(1e-10)", "how equations are solved, and how well"},
     {"smoother", "smoother = jacobi", "what cycles of multigrid smooth by"},
+    {"preconditioner", "preconditioner = none", "what iterations of cg, bicgstab and gmres are preconditioned by"},
     {"guess", "guess = last", "what solves begin with"},
     {"time", "time = rk4", "how steps in time are made"},
     {"real", "real = f32", "the precision of fields"},

@@ -28,7 +28,8 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   Expressions expressions(draft, Purpose::equation, name);
   const auto left = expressions.number(item.left), right = expressions.number(item.right);
   draft.lets.erase(name);
-  if (!left || !right) return;
+  const auto starts = starts_of(draft, item.starts, name);
+  if (!left || !right || !starts) return;
   const Expr difference = binary(BinaryOp::subtract, *left, *right);
   Origin nonlinear;
   const std::optional<LinearPart> parts = linear_part(difference, name, nonlinear);
@@ -65,7 +66,8 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
         "take lap = spectral and no dx of it, or dx, lap and advect = central(2), ... in the scheme");
     return;
   }
-  solved.guess = add_guess(draft, solved, {range});
+  solved.starts = *starts;
+  add_guesses(draft, solved, {range});
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "model/build.h"
+#include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/print_model.h"
 #include "model/solves.h"
@@ -30,13 +31,14 @@ SourceRange place_of(const Draft& draft, const std::string& key) {
 Expr with_guesses(const Expr& e, const std::set<std::string>& known) {
   const auto is_other = [&](const Expr& part) {
     const auto* solve = std::get_if<Solve>(&part->kind);
-    return solve != nullptr && !solve->guess.empty() && !known.contains(solve->guess);
+    return solve != nullptr &&
+           std::ranges::any_of(solve->guesses, [&](const std::string& guess) { return !known.contains(guess); });
   };
   if (!any_part(e, is_other)) return e;
   const Expr inside = map_parts(e, [&](const Expr& part) { return with_guesses(part, known); });
   if (!is_other(inside)) return inside;
   Solve solve = std::get<Solve>(inside->kind);
-  solve.guess.clear();
+  std::erase_if(solve.guesses, [&](const std::string& guess) { return !known.contains(guess); });
   return model::solve(std::move(solve), e->origin);
 }
 
@@ -48,14 +50,11 @@ std::string why_nothing_begins(const std::vector<const Solve*>& solves, const Pr
   return "no equation, event or mask solves one, and what others solve for is not kept";
 }
 
-}  // namespace
-
-std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
-  const bool is_in_passes = !items_of<ast::SubcycleItem>(draft.scene->items).empty();  // which keep nothing of it
-  if (!begins_with_last(draft.problem) || is_in_passes || is_of_waves(solved, draft.problem.scheme)) return "";
+/// The name of a new state that keeps what `of` was a step before.
+std::string keep(Draft& draft, const Solve& solved, const std::string& of, const char* suffix, const Origin& origin) {
   State guess;
-  guess.name = name_of_memory(draft, solved.name, "_last");
-  guess.history_of = solved.name;
+  guess.name = name_of_memory(draft, solved.name, suffix);
+  guess.history_of = of;
   guess.is_guess = true;
   guess.boundary = solved.boundary;
   guess.initial.formula = 0.0;
@@ -64,13 +63,68 @@ std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin) {
   return guess.name;
 }
 
+}  // namespace
+
+std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::Expr>& starts,
+                                           const std::string& name) {
+  std::vector<Expr> found;
+  Expressions expressions(draft, Purpose::equation, name);
+  for (const ast::Expr& start : starts) {
+    const auto value = expressions.number(start);
+    if (!value) return std::nullopt;
+    found.push_back(*value);
+  }
+  return found;
+}
+
+void refuse_starts(Draft& draft, const Solve& solved) {
+  if (solved.starts.empty()) return;
+  draft.sink.report("schemes-do-not-fit", solved.starts.front()->origin.range,
+                    {print(draft.problem.scheme.time), "from " + print(solved.starts.front())},
+                    "implicit stages solve for what a step adds to " + solved.name +
+                        ": leave it out, or take an explicit scheme as time = rk2");
+}
+
+/// Whether the solve begins with what the model says; that it has no steps that could is told.
+static bool begins_with_starts(Draft& draft, Solve& solved) {
+  if (solved.starts.empty()) return false;
+  const Scheme& scheme = draft.problem.scheme;
+  const bool is_by_steps = scheme.solve.method == SolveMethod::automatic || comes_near_by_steps(scheme.solve.method);
+  const bool has_steps = is_by_steps && !is_of_waves(solved, scheme);
+  if (scheme.guess == Guess::automatic && has_steps) return true;
+  if (!has_steps)
+    draft.sink.report("guess-not-used", solved.starts.front()->origin.range,
+                      {"from " + print(solved.starts.front()),
+                       fmt::format("solve = {} has no steps that could begin there", print(scheme.solve))},
+                      "take cg or multigrid, or leave it out");
+  solved.starts.clear();
+  return false;
+}
+
+void add_guesses(Draft& draft, Solve& solved, const Origin& origin) {
+  if (begins_with_starts(draft, solved)) return;
+  const bool is_in_passes = !items_of<ast::SubcycleItem>(draft.scene->items).empty();  // which keep nothing of it
+  if (!begins_with_last(draft.problem) || is_in_passes || is_of_waves(solved, draft.problem.scheme)) return;
+  solved.guesses = {keep(draft, solved, solved.name, "_last", origin)};
+  if (draft.problem.scheme.guess == Guess::extrapolate)
+    solved.guesses.push_back(keep(draft, solved, solved.guesses.front(), "_before", origin));
+}
+
+void add_guesses_of_constraint(Draft& draft, Solve& solved, const Origin& origin) {
+  if (begins_with_starts(draft, solved) || !begins_with_last(draft.problem)) return;
+  solved.guesses = {solved.name};
+  if (draft.problem.scheme.guess == Guess::extrapolate)
+    solved.guesses.push_back(keep(draft, solved, solved.name, "_before", origin));
+}
+
 void drop_idle_guesses(Draft& draft) {
   Problem& problem = draft.problem;
   std::set<std::string> found;
   for_each_formula(problem, [&](const Use& use) {
     if (!makes_state(use.kind)) return;  // others are made when somebody asks, and store nothing
     any_part(use.formula, [&](const Expr& part) {
-      if (const auto* solve = std::get_if<Solve>(&part->kind)) found.insert(solve->guess);
+      if (const auto* solve = std::get_if<Solve>(&part->kind))
+        found.insert(solve->guesses.begin(), solve->guesses.end());
       return false;
     });
   });
@@ -82,40 +136,52 @@ void drop_idle_guesses(Draft& draft) {
 
 void check_guess(Draft& draft) {
   const Problem& problem = draft.problem;
-  if (problem.scheme.guess != Guess::last) return;
+  if (!is_asked_for(problem.scheme.guess)) return;
+  const std::string guess = fmt::format("guess = {}", name_of(problem.scheme.guess));
   const std::vector<const Solve*> solves = solves_of(problem);
-  if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guess.empty(); })) return;
+  if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guesses.empty(); })) return;
   if (!begins_with_last(problem) && !solves.empty()) {
-    draft.sink.report("guess-not-used", place_of(draft, "guess"),
-                      {fmt::format("solve = {} has no steps that could begin there", print(problem.scheme.solve))},
-                      "take cg or multigrid, or leave it out");
+    draft.sink.report(
+        "guess-not-used", place_of(draft, "guess"),
+        {guess, fmt::format("solve = {} has no steps that could begin there", print(problem.scheme.solve))},
+        "take cg or multigrid, or leave it out");
     return;
   }
   const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
   if (!subcycles.empty() && !solves.empty()) {
-    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with guess = last"},
+    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with " + guess},
                       "make all steps shorter, or take guess = none");
   } else if (is_implicit(problem.scheme.time)) {
-    draft.sink.report("schemes-do-not-fit", place_of(draft, "guess"), {print(problem.scheme.time), "guess = last"},
+    draft.sink.report("schemes-do-not-fit", place_of(draft, "guess"), {print(problem.scheme.time), guess},
                       "implicit stages solve for what a step adds, which is not like that of the step before: take "
                       "guess = none, or an explicit scheme as time = rk2");
   } else {
-    draft.sink.report("guess-not-used", place_of(draft, "guess"), {why_nothing_begins(solves, problem)},
+    draft.sink.report("guess-not-used", place_of(draft, "guess"), {guess, why_nothing_begins(solves, problem)},
                       "leave it out");
   }
 }
 
-void check_smoother(Draft& draft) {
+void check_solve_keys(Draft& draft) {
   const Problem& problem = draft.problem;
   const SolveBy& by = problem.scheme.solve;
-  if (by.smoother == Smoother::automatic) return;
-  const bool has_cycles = by.method == SolveMethod::automatic || comes_near_by_steps(by.method);
   const bool is_solved = is_implicit(problem.scheme.time) || !solves_of(problem).empty();
-  if (has_cycles && is_solved) return;
-  draft.sink.report("smoother-not-used", place_of(draft, "smoother"),
-                    {std::string(name_of(by.smoother)), is_solved ? fmt::format("solve = {} has none", print(by))
-                                                                  : "no step of this scene solves an equation"},
-                    is_solved ? "take multigrid or cg, or leave it out" : "leave it out");
+  const auto check = [&](const char* key, std::string_view value, bool is_used, const char* what, const char* instead) {
+    if (is_solved && is_used) return;
+    draft.sink.report(
+        "solve-key-not-used", place_of(draft, key),
+        {fmt::format("{} = {}", key, value),
+         is_solved ? fmt::format("solve = {} has no {}", print(by), what) : "no step of this scene solves an equation"},
+        is_solved ? fmt::format("take {}, or leave it out", instead) : "leave it out");
+  };
+  const bool is_automatic = by.method == SolveMethod::automatic, has_steps = comes_near_by_steps(by.method);
+  if (by.smoother != Smoother::automatic) {
+    const bool has_cycles =
+        has_steps && (by.method == SolveMethod::multigrid || by.preconditioner != Preconditioner::none);
+    check("smoother", name_of(by.smoother), is_automatic || has_cycles, "cycles of multigrid", "multigrid or cg");
+  }
+  if (by.preconditioner != Preconditioner::automatic)
+    check("preconditioner", name_of(by.preconditioner), has_steps && by.method != SolveMethod::multigrid,
+          "iterations that are preconditioned", "cg, bicgstab or gmres");
 }
 
 }  // namespace dpde::model

@@ -233,13 +233,19 @@ void add_histories(Draft& draft);
 /// u_rate of u, or u_rate_2 where something of the file is called so.
 std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix);
 void check_histories(Draft& draft);
-// guesses.cpp: where solves begin with the last solution, the name of a state that keeps it, added by add_histories;
-// else ""
-std::string add_guess(Draft& draft, const Solve& solved, const Origin& origin);
+// guesses.cpp: what a model says that a solve for `name` begins with; nullopt where something was reported
+std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::Expr>& starts, const std::string& name);
+/// Leaves those starts that the scheme asks for, else adds the last solutions: states, added by add_histories.
+void add_guesses(Draft& draft, Solve& solved, const Origin& origin);
+/// The same of a constraint, the name of whose solution is a state.
+void add_guesses_of_constraint(Draft& draft, Solve& solved, const Origin& origin);
+/// An error where there are some: of solves for what a step adds.
+void refuse_starts(Draft& draft, const Solve& solved);
 /// Without those that no step finds anew: what results alone solve for is not kept.
 void drop_idle_guesses(Draft& draft);
 void check_guess(Draft& draft);
-void check_smoother(Draft& draft);
+/// What the scheme says of cycles and iterations that no solve makes.
+void check_solve_keys(Draft& draft);
 
 // usage.cpp: drops what nobody reads, and says so
 void drop_unused(Draft& draft);

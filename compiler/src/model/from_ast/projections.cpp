@@ -68,10 +68,11 @@ class Binder {
     const auto multiplier = std::ranges::find(draft_.problem.states, name_, &State::name);
     if (multiplier == draft_.problem.states.end())
       return refuse(item_.multiplier.range, "it is no number", "write field " + name_);
-    if (!value || !fits(*multiplier) || !split_rates()) return;
+    const auto starts = starts_of(draft_, item_.starts, name_);
+    if (!value || !starts || !fits(*multiplier) || !split_rates()) return;
     if (reads(*value, name_))
       return refuse(item_.value.range(), "the constraint itself holds it", "write it with the fields that it binds");
-    add(*value, *multiplier);
+    add(*value, *multiplier, *starts);
   }
 
  private:
@@ -144,7 +145,7 @@ class Binder {
     return parts;
   }
 
-  void add(const Expr& value, State& multiplier) {
+  void add(const Expr& value, State& multiplier, const std::vector<Expr>& starts) {
     Expr operation = 0.0, found = value;  // of the multiplier; what the constraint gives before it is true
     for (const Changed& changed : changed_) {
       const std::string& state = changed.state->name;
@@ -160,8 +161,10 @@ class Binder {
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
     multiplier.boundary = *boundary;
-    const bool is_known = !keeps_multiplier() && begins_with_last(draft_.problem);  // increments are not alike
-    const Solve potential{name_, operation, negate(found), *boundary, is_known ? name_ : ""};
+    Solve potential{name_, operation, negate(found), *boundary};
+    potential.starts = starts;
+    if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
+    if (keeps_multiplier()) refuse_starts(draft_, potential);
     Projection made{name_, value, solve(potential, {range_}), keeps_multiplier(), {}, {range_}};
     for (const Changed& changed : changed_) {
       Origin none;

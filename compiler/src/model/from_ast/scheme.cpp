@@ -51,12 +51,20 @@ void set_dealias(Scheme& scheme) {
 
 template <SolveMethod method>
 void set_solve(Scheme& scheme) {
-  scheme.solve = {method, SolveBy{}.tolerance, SolveBy{}.most_iterations, false, scheme.solve.smoother};
+  SolveBy by{method};
+  by.smoother = scheme.solve.smoother;  // of keys of their own
+  by.preconditioner = scheme.solve.preconditioner;
+  scheme.solve = by;
 }
 
 template <Smoother smoother>
 void set_smoother(Scheme& scheme) {
   scheme.solve.smoother = smoother;
+}
+
+template <Preconditioner preconditioner>
+void set_preconditioner(Scheme& scheme) {
+  scheme.solve.preconditioner = preconditioner;
 }
 
 template <Guess guess>
@@ -128,8 +136,12 @@ constexpr Choice choices[] = {
     {"smoother", "red_black", {}, set_smoother<Smoother::red_black>},
     {"smoother", "jacobi", {}, set_smoother<Smoother::jacobi>},
     {"smoother", "chebyshev", {}, set_smoother<Smoother::chebyshev>},
+    {"preconditioner", "automatic", {}, set_preconditioner<Preconditioner::automatic>},
+    {"preconditioner", "multigrid", {}, set_preconditioner<Preconditioner::multigrid>},
+    {"preconditioner", "none", {}, set_preconditioner<Preconditioner::none>},
     {"guess", "automatic", {}, set_guess<Guess::automatic>},
     {"guess", "last", {}, set_guess<Guess::last>},
+    {"guess", "extrapolate", {}, set_guess<Guess::extrapolate>},
     {"guess", "none", {}, set_guess<Guess::none>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
@@ -193,8 +205,9 @@ void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect",   "dx",    "lap",  "dealias", "implicit", "solve",
-                                             "smoother", "guess", "time", "real",    "networks"};
+  static const std::vector<std::string> keys{"advect",   "dx",    "lap",      "dealias",
+                                             "implicit", "solve", "smoother", "preconditioner",
+                                             "guess",    "time",  "real",     "networks"};
   return keys;
 }
 
@@ -226,9 +239,10 @@ static std::optional<SolveBy> solve_by(const ast::Expr& value) {
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value) {
   if (std::holds_alternative<ast::Error>(value->kind)) return std::nullopt;
   if (const std::optional<SolveBy> by = key == "solve" ? solve_by(value) : std::nullopt) {
-    const Smoother smoother = scheme.solve.smoother;
+    const SolveBy before = scheme.solve;
     scheme.solve = *by;
-    scheme.solve.smoother = smoother;
+    scheme.solve.smoother = before.smoother;
+    scheme.solve.preconditioner = before.preconditioner;
     return std::nullopt;
   }
   const std::string text = ast::print(value);

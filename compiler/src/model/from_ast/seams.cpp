@@ -160,6 +160,7 @@ class Seams {
     if (const auto* at = std::get_if<Sample>(&e->kind)) return look_beside(*at, inside, e->origin);
     if (const auto* solve = std::get_if<Solve>(&e->kind)) {
       go_on(solve->operation, {});
+      for (const Expr& start : solve->starts) go_on(start, {});
       return go_on(solve->right, {});
     }
     look_around(e, inside, wanted);

@@ -233,8 +233,14 @@ class UnitLines {
           const Measure rate = quotient(measure_of_state(i.field.name), measures_.axes().time);
           measures_.fit(i.rhs, rate, fmt::format("dt({})", i.field.name));
         },
-        [&](const ast::SolvedItem& i) { measures_.fit(i.right, measures_.one(i.left), "the left side"); },
-        [&](const ast::ConstraintItem& i) { measures_.fit(i.value, measures_.one(i.zero), "the left side"); },
+        [&](const ast::SolvedItem& i) {
+          measures_.fit(i.right, measures_.one(i.left), "the left side");
+          for (const ast::Expr& start : i.starts) measures_.one(start);  // of any unit: multiples of it are taken
+        },
+        [&](const ast::ConstraintItem& i) {
+          measures_.fit(i.value, measures_.one(i.zero), "the left side");
+          for (const ast::Expr& start : i.starts) measures_.one(start);
+        },
         [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); }, [](const auto&) {});
   }
 

@@ -134,7 +134,7 @@ class Liveness {
     }
     live_.merge(inside.live_);
     live_.insert(solve.rights.begin(), solve.rights.end());
-    if (!solve.guess.empty()) live_.insert(solve.guess);
+    live_.insert(solve.guesses.begin(), solve.guesses.end());
     return true;
   }
 
