@@ -198,8 +198,8 @@ Json to_json(const analysis::Certificate& certificate) {
           {"passed", certificate.passed()}};
 }
 
-/// What the tolerance of solves leaves in the gradient.
-void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& effect, Json& result) {
+/// What the tolerance of solves leaves in the gradient; `is_tighter`: the certificate is of others.
+void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& effect, bool is_tighter, Json& result) {
   if (!effect) return;
   const Json reference = effect->reference > 0 ? Json(effect->reference) : Json(nullptr);
   result["solves"] = {{"tolerance", effect->tolerance},
@@ -216,8 +216,8 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
   const std::string to = effect->left > 0
                              ? fmt::format("stopped early, with up to {:.3g} of the right side left", effect->left)
                              : fmt::format("to {:.0e} of the right side", effect->tolerance);
-  job.say(
-      fmt::format("solves: {}, which leaves an error of {} in the gradient, at most {:.1e}\n", to, how, effect->bound));
+  job.say(fmt::format("solves: {}, which leaves an error of {} in the gradient, at most {:.1e}{}\n", to, how,
+                      effect->bound, is_tighter ? "; the certificate is of solves to 1e-12" : ""));
 }
 
 Json verify_one(Job& job) {
@@ -238,7 +238,13 @@ Json verify_one(Job& job) {
     compiled = driver::compile(job.source(), *options, job.sink());
     if (!compiled) return result;
   }
-  const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  const auto as_written = shared;
+  if (const std::optional<driver::CompileOptions> tighter = analysis::with_tighter_solves(*shared)) {
+    DiagnosticSink silent;  // all was said before
+    compiled = driver::compile(job.source(), *tighter, silent);
+    if (compiled) shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  }
   std::optional<analysis::Certificate> certificate = shared->problem
                                                          ? analysis::certify(job.source(), shared, certify, job.sink())
                                                          : analysis::certify_programs(*shared, certify);
@@ -254,8 +260,9 @@ Json verify_one(Job& job) {
   driver::warn_of_jumps_left_out(*shared, job.sink());
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
-  const std::optional<analysis::ToleranceEffect> effect = analysis::effect_of_tolerance(job.source(), shared, certify);
-  report_tolerance(job, effect, result);
+  const std::optional<analysis::ToleranceEffect> effect =
+      analysis::effect_of_tolerance(job.source(), as_written, certify);
+  report_tolerance(job, effect, as_written != shared, result);
   if (certificate->passed() && certificate->tests_nothing())
     job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
   if (!certificate->passed())

@@ -215,30 +215,22 @@ std::vector<DotCase> cases_of(const driver::Compiled& compiled, const std::strin
   return cases;
 }
 
-/// Whether a solve of the program may stop before it has come to its tolerance.
-bool may_stop_early(const std::vector<stencil::Statement>& statements) {
+/// Whether a solve of the program leaves more than rounding, or may: it is the adjoint of none to the last digits then.
+bool leaves_residuals(const std::vector<stencil::Statement>& statements) {
   return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
     return match(
         statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
         [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
         [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return false; },
-        [](const stencil::Solve& solve) { return solve.by.warns; },
-        [](const stencil::Repeat& repeat) { return may_stop_early(repeat.body); });
+        [](const stencil::Solve& solve) { return solve.by.warns || solve.by.tolerance > SolveBy{}.tolerance; },
+        [](const stencil::Repeat& repeat) { return leaves_residuals(repeat.body); });
   });
 }
 
-/// Solves that end early differ on the way there and back.
 std::string help_for(const driver::Compiled& compiled) {
-  constexpr double loose = 1e-6;
-  const double tolerance = compiled.problem ? compiled.problem->scheme.solve.tolerance : 0;
   const bool has_given_adjoints = std::ranges::any_of(
       compiled.stencil.kernels, [](const stencil::Kernel& kernel) { return !kernel.custom_adjoints.empty(); });
-  return tolerance > loose
-             ? fmt::format(
-                   "solves to {:g} of their right sides leave as much: take a smaller tolerance. dpde verify "
-                   "measures it",
-                   tolerance)
-         : has_given_adjoints
+  return has_given_adjoints
              ? "an adjoint that the text gives is wrong for some values, else this is a bug of dpde: leave the lines "
                "adjoint ... out to see. dpde verify shows more"
              : "this is a bug of dpde: the gradient would be wrong. dpde verify shows more";
@@ -254,14 +246,14 @@ std::vector<DotCase> telling(std::vector<DotCase> cases, const std::vector<doubl
   return cases;
 }
 
-/// Of a program whose solves may stop early: what is compared where none does. Solves that do not come to an end are
-/// left out; nothing where the text of a program says that they stop early.
+/// Of a program whose solves leave residuals: what is compared where none does. Solves that do not come to an end are
+/// left out; nothing where the text of a program says how far they go.
 std::vector<DotCase> told_when_solved(const SourceFile& source, const driver::Compiled& compiled,
                                       const std::string& name, bool single) {
   if (!compiled.problem) return {};
   const std::optional<driver::Compiled> again = compile_with_tangents(source, with_solves_done(compiled));
   const std::optional<TangentCode> tangent = again ? tangent_in(*again, name) : std::nullopt;
-  if (!tangent || may_stop_early(again->stencil.find_program(name)->body)) return {};
+  if (!tangent || leaves_residuals(again->stencil.find_program(name)->body)) return {};
   std::vector<double> scales;
   std::vector<DotCase> cases = cases_of(*again, name, *tangent, single, scales);
   return telling(std::move(cases), scales, single);
@@ -288,10 +280,10 @@ bool certify_program(const SourceFile& source, const driver::Compiled& compiled,
     if (other) told = telling(cases_of(compiled, name, *other, single, scales), scales, single);
   }
   const auto wrong = std::ranges::find_if(told, is_wrong);
-  if (wrong != told.end() && may_stop_early(compiled.stencil.find_program(name)->body)) {
+  if (wrong != told.end() && leaves_residuals(compiled.stencil.find_program(name)->body)) {
     worst.left_out.push_back(
-        fmt::format("program {}: its solves may stop early, as warn says: with what they leave "
-                    "tangent and adjoint differ by {:.2e} on {} cells",
+        fmt::format("program {}: its solves stop before they come to rounding: with what they leave tangent and "
+                    "adjoint differ by {:.2e} on {} cells",
                     name, wrong->relative_error, wrong->grid));
     const Clock::time_point start = Clock::now();
     told = told_when_solved(source, compiled, name, single);
