@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "stencil/build.h"
+#include "support/assert.h"
 #include "support/evaluate.h"
 #include "support/match.h"
 
@@ -46,41 +46,88 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 
 }  // namespace
 
-const Value& Evaluation::field_value(const std::string& name) {
-  const auto [entry, is_new] = fields_.try_emplace(name);
-  if (is_new) {
-    const auto known = point_.fields.find(name);
-    entry->second.number = known == point_.fields.end() ? unknown_value : known->second.value;
-    if (known != point_.fields.end()) entry->second.slope = known->second.slope;
+Evaluation::Evaluation(const FrozenKernels& kernels, const std::set<std::string>& varied,
+                       const std::set<std::string>& rates, const FrozenPoint& point, double dt, FrozenStages& stages,
+                       bool of_constraints)
+    : kernels_(kernels),
+      varied_(varied),
+      rates_(rates),
+      point_(point),
+      dt_(dt),
+      stages_(stages),
+      of_constraints_(of_constraints),
+      fields_(kernels.fields().size()),
+      is_set_(fields_.size()),
+      dt_param_(kernels.param("dt")),
+      t_param_(kernels.param("t")) {
+  for (const std::string& name : kernels.params()) params_.push_back(parameter(name));
+  for (std::size_t axis = 0; axis < spacing_.size(); ++axis)
+    spacing_[axis] = parameter(std::string("h").append(1, "xyz"[axis]));
+}
+
+void Evaluation::set(Id field, Value value) {
+  const auto number = static_cast<std::size_t>(field);
+  fields_[number] = std::move(value);
+  is_set_[number] = true;
+}
+
+const Value& Evaluation::field_value(Id field) {
+  const auto number = static_cast<std::size_t>(field);
+  if (!is_set_[number]) {
+    const auto known = point_.fields.find(kernels_.fields()[number].name);
+    fields_[number].number = known == point_.fields.end() ? unknown_value : known->second.value;
+    if (known != point_.fields.end()) fields_[number].slope = known->second.slope;
+    is_set_[number] = true;
   }
-  return entry->second;
+  return fields_[number];
+}
+
+double Evaluation::parameter(Id param) const {
+  if (param == dt_param_) return dt_;
+  if (is_late_ && param == t_param_) return std::numeric_limits<double>::infinity();
+  return params_[static_cast<std::size_t>(param)];
 }
 
 double Evaluation::parameter(const std::string& name) const {
   if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
   if (name == "dt") return dt_;
-  if (is_late_ && name == "t") return std::numeric_limits<double>::infinity();
   const auto known = point_.params.find(name);
   return known == point_.params.end() ? unknown_value : known->second;
 }
 
-Value Evaluation::access(const std::string& name, const Offset& offset) {
-  if (is_coordinate(name)) {
-    const auto axis = static_cast<std::size_t>(name[0] - 'x');
-    return {point_.place[axis] + (offset[axis] + base_[axis]) * parameter("h" + name)};
-  }
-  const Value& field = field_value(name);
-  double number = field.number;
-  for (std::size_t axis = 0; axis < offset.size(); ++axis)
-    number += field.slope[axis] == 0 ? 0 : field.slope[axis] * (offset[axis] + base_[axis]);
-  return {number, offset == Offset{} ? field.form : field.form.shifted(offset)};
+/// Nothing else in the program has the name of a counter.
+void Evaluation::count(const std::string& counter, double number) {
+  counters_[counter] = number;
+  if (const Id param = kernels_.param(counter); param >= 0) params_[static_cast<std::size_t>(param)] = number;
 }
 
-Value Evaluation::interpolate(const Interp& interp) {
+double Evaluation::coordinate(int axis, const Offset& offset) const {
+  const auto a = static_cast<std::size_t>(axis);
+  return point_.place[a] + (offset[a] + base_[a]) * spacing_[a];
+}
+
+double Evaluation::number_at(Id field, const Offset& offset) {
+  const int axis = kernels_.fields()[static_cast<std::size_t>(field)].axis;
+  if (axis >= 0) return coordinate(axis, offset);
+  const Value& value = field_value(field);
+  double number = value.number;
+  for (std::size_t a = 0; a < offset.size(); ++a)
+    number += value.slope[a] == 0 ? 0 : value.slope[a] * (offset[a] + base_[a]);
+  return number;
+}
+
+Value Evaluation::access(Id field, const Offset& offset) {
+  const double number = number_at(field, offset);
+  if (kernels_.fields()[static_cast<std::size_t>(field)].axis >= 0) return {number};
+  const Form& form = field_value(field).form;
+  return {number, offset == Offset{} ? form : form.shifted(offset)};
+}
+
+Value Evaluation::interpolate(const FrozenKernels::Interp& interp) {
   std::array<std::vector<Tap>, 3> taps;
   taps.fill({{0, 1}});
   for (std::size_t axis = 0; axis < interp.displacement.size(); ++axis) {
-    const double displacement = value(interp.displacement[axis]).number;
+    const double displacement = number(interp.displacement[axis]);
     is_too_far_ = is_too_far_ || !(std::abs(displacement) < farthest_offset / 4);
     if (is_too_far_) return {};
     displacement_ = std::max(displacement_, std::abs(displacement));
@@ -98,14 +145,26 @@ Value Evaluation::interpolate(const Interp& interp) {
   return sum;
 }
 
-Value Evaluation::binary(const Binary& b) {
-  const Value left = value(b.left), right = value(b.right);
+namespace {
+
+/// What depends on a number that is not known is not known either, conditions too.
+double known_binary(BinaryOp op, double left, double right) {
+  return std::isnan(left) || std::isnan(right) ? unknown_value : evaluate_binary(op, left, right);
+}
+
+}  // namespace
+
+Value Evaluation::binary(const FrozenKernels::Binary& b) {
   switch (b.op) {
-    case BinaryOp::add: return left + right;
-    case BinaryOp::subtract: return left - right;
-    case BinaryOp::multiply: return left * right;
-    case BinaryOp::divide: return {left.number / right.number, left.form.times(1 / right.number)};
-    case BinaryOp::power: return {std::pow(left.number, right.number), {}};
+    case BinaryOp::add: return value(b.left) + value(b.right);
+    case BinaryOp::subtract: return value(b.left) - value(b.right);
+    case BinaryOp::multiply: return value(b.left) * value(b.right);
+    case BinaryOp::divide: {
+      Value left = value(b.left);
+      const double right = number(b.right);
+      return {left.number / right, left.form.times(1 / right)};
+    }
+    case BinaryOp::power:
     case BinaryOp::less:
     case BinaryOp::less_equal:
     case BinaryOp::greater:
@@ -113,76 +172,106 @@ Value Evaluation::binary(const Binary& b) {
     case BinaryOp::equal:
     case BinaryOp::not_equal:
     case BinaryOp::logical_and:
-    case BinaryOp::logical_or: break;
+    case BinaryOp::logical_or: return {number_of_binary(b), {}};
   }
-  // What depends on a number that is not known is not known either, conditions too.
-  if (std::isnan(left.number) || std::isnan(right.number)) return {unknown_value, {}};
-  return {evaluate_binary(b.op, left.number, right.number), {}};
+  unreachable("binary operator");
 }
 
-namespace {
-
-bool holds_param(const Expr& e, const std::string& name) {
-  if (const Param* param = std::get_if<Param>(&e->kind)) return param->name == name;
-  bool found = false;
-  for_each_child(e, [&](const Expr& child) { found = found || holds_param(child, name); });
-  return found;
+double Evaluation::number_of_binary(const FrozenKernels::Binary& b) {
+  const double left = number(b.left), right = number(b.right);
+  switch (b.op) {
+    case BinaryOp::add: return left + right;
+    case BinaryOp::subtract: return left - right;
+    case BinaryOp::multiply: return left * right;
+    case BinaryOp::divide: return left / right;
+    case BinaryOp::power: return std::pow(left, right);
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return known_binary(b.op, left, right);
+  }
+  unreachable("binary operator");
 }
-
-}  // namespace
 
 /// Schemes with a memory ask whether t < dt/2, which is their first step: it is not that one which is analysed, however
 /// long the step is.
-Evaluation::Condition Evaluation::condition_of(const Expr& e) {
-  if (!holds_param(e, "t") || !holds_param(e, "dt")) return compared(e);
+Evaluation::Condition Evaluation::condition_of(const FrozenKernels::Select& s) {
+  if (!s.asks_for_first_steps) return compared(s.condition);
   const double step = std::exchange(dt_, 0);
   is_late_ = std::isnan(parameter("t"));
-  const double truth = value(e).number;
+  const double truth = number(s.condition);
   is_late_ = false;
   dt_ = step;
   return {truth};
 }
 
 /// A tie: both sides are the same but for rounding, and not 0: two rises of a straight line as an example.
-Evaluation::Condition Evaluation::compared(const Expr& e) {
-  const Binary* b = std::get_if<Binary>(&e->kind);
+Evaluation::Condition Evaluation::compared(Id node) {
+  const auto* b = std::get_if<FrozenKernels::Binary>(&kernels_.node(node).kind);
   constexpr BinaryOp comparisons[] = {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
-  if (b == nullptr || std::ranges::find(comparisons, b->op) == std::end(comparisons)) return {value(e).number};
-  const double left = value(b->left).number, right = value(b->right).number;
+  if (b == nullptr || std::ranges::find(comparisons, b->op) == std::end(comparisons)) return {number(node)};
+  const double left = number(b->left), right = number(b->right);
   if (std::isnan(left) || std::isnan(right)) return {unknown_value};
   return {evaluate_binary(b->op, left, right), left != 0 && std::abs(left - right) <= tie * std::abs(left)};
 }
 
-Value Evaluation::value(const Expr& e) {
+double Evaluation::call(const FrozenKernels::Call& c) {
+  bool is_known = true;
+  const double result = evaluate_call_of(c.fn, c.arguments, [&](Id argument) {
+    const double of_argument = number(argument);
+    is_known = is_known && !std::isnan(of_argument);
+    return of_argument;
+  });
+  return is_known ? result : unknown_value;
+}
+
+double Evaluation::number(Id id) {
+  const FrozenKernels::Node& node = kernels_.node(id);
+  if (!node.is_number) return value(id).number;
   return match(
-      e->kind,
-      [](const Literal& l) {
+      node.kind, [](const FrozenKernels::Literal& l) { return l.value; },
+      [&](const FrozenKernels::Param& p) { return parameter(p.param); },
+      [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)].number; },
+      [&](const FrozenKernels::Access& a) { return number_at(a.field, a.offset); },
+      [&](const FrozenKernels::Interp& i) { return interpolate(i).number; },
+      [](const FrozenKernels::Inside&) { return 1.0; }, [&](const FrozenKernels::Neg& n) { return -number(n.operand); },
+      [&](const FrozenKernels::Binary& b) { return number_of_binary(b); },
+      [&](const FrozenKernels::Call& c) { return call(c); },
+      [&](const FrozenKernels::Select& s) { return number_of_select(s); });
+}
+
+Value Evaluation::value(Id id) {
+  const FrozenKernels::Node& node = kernels_.node(id);
+  if (node.is_number) return {number(id), {}};
+  return match(
+      node.kind,
+      [](const FrozenKernels::Literal& l) {
         return Value{l.value, {}};
       },
-      [&](const Param& p) {
-        return Value{parameter(p.name), {}};
+      [&](const FrozenKernels::Param& p) {
+        return Value{parameter(p.param), {}};
       },
-      [&](const Local& l) { return locals_.at(l.name); }, [&](const Access& a) { return access(a.field, a.offset); },
-      [&](const Interp& i) { return interpolate(i); },
-      [](const Inside&) {
+      [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)]; },
+      [&](const FrozenKernels::Access& a) { return access(a.field, a.offset); },
+      [&](const FrozenKernels::Interp& i) { return interpolate(i); },
+      [](const FrozenKernels::Inside&) {
         return Value{1, {}};
       },
-      [&](const Neg& n) { return -value(n.operand); }, [&](const Binary& b) { return binary(b); },
-      [&](const Call& c) {
-        bool is_known = true;
-        const double result = evaluate_call_of(c.fn, c.arguments, [&](const Expr& argument) {
-          const double number = value(argument).number;
-          is_known = is_known && !std::isnan(number);
-          return number;
-        });
-        return Value{is_known ? result : unknown_value, {}};
+      [&](const FrozenKernels::Neg& n) { return -value(n.operand); },
+      [&](const FrozenKernels::Binary& b) { return binary(b); },
+      [&](const FrozenKernels::Call& c) {
+        return Value{call(c), {}};
       },
-      [&](const Select& s) { return select(s); });
+      [&](const FrozenKernels::Select& s) { return select(s); });
 }
 
 /// At a kink the tangent is the mean of those of both sides: rounding would choose one of them.
-Value Evaluation::select(const Select& s) {
-  const auto [truth, is_tie] = condition_of(s.condition);
+Value Evaluation::select(const FrozenKernels::Select& s) {
+  const auto [truth, is_tie] = condition_of(s);
   if (std::isnan(truth)) return (value(s.yes) + value(s.no)) * Value{unknown_value} + Value{unknown_value};
   Value result = value(truth != 0 ? s.yes : s.no);
   if (!is_tie) return result;
@@ -191,18 +280,28 @@ Value Evaluation::select(const Select& s) {
   return is_kink ? (result + other) * Value{0.5} : result;
 }
 
-std::vector<Value> Evaluation::stored_values(const Kernel& kernel) {
-  locals_.clear();
-  for (const Let& let : kernel.lets) locals_[let.name] = value(let.value);
+double Evaluation::number_of_select(const FrozenKernels::Select& s) {
+  const auto [truth, is_tie] = condition_of(s);
+  if (std::isnan(truth)) return unknown_value;
+  const double result = number(truth != 0 ? s.yes : s.no);
+  if (!is_tie) return result;
+  const double other = number(truth != 0 ? s.no : s.yes);
+  return std::abs(other - result) <= tie * std::abs(result) ? 0.5 * (result + other) : result;
+}
+
+std::vector<Value> Evaluation::stored_values(const FrozenKernels::Kernel& kernel) {
+  locals_.resize(kernel.lets.size());
+  for (std::size_t i = 0; i < kernel.lets.size(); ++i) locals_[i] = value(kernel.lets[i]);
   std::vector<Value> values;
-  for (const Store& store : kernel.stores) values.push_back(value(store.value));
+  values.reserve(kernel.stores.size());
+  for (const FrozenKernels::Store& store : kernel.stores) values.push_back(value(store.value));
   return values;
 }
 
 /// What is not perturbed stays frozen in the step, too: stages of the state itself are made with dt = 0, at the point
 /// and at its neighbours for their slopes. Else growth by coefficients that change while the step is made would look
 /// like growth by the scheme. nullopt where they have no values with dt = 0.
-std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const Kernel& kernel) {
+std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const FrozenKernels::Kernel& kernel) {
   const double step = std::exchange(dt_, 0);
   std::vector<FrozenValue> result;
   for (const Value& value : stored_values(kernel)) result.emplace_back(value.number);
@@ -218,9 +317,8 @@ std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const Kernel& 
 }
 
 /// Of a kernel that makes states, and no perturbations: the same for every step, so that it is run once a point.
-std::optional<std::vector<Value>> Evaluation::values_of_states(const Kernel& kernel) {
-  const auto is_of_states = [&](const Store& store) { return varied_.contains(store.field); };
-  if (!std::ranges::all_of(kernel.stores, is_of_states)) return std::nullopt;
+std::optional<std::vector<Value>> Evaluation::values_of_states(const FrozenKernels::Kernel& kernel) {
+  if (!kernel.makes_states) return std::nullopt;
   const std::size_t run = runs_++;
   if (run == stages_.size()) stages_.push_back(frozen_values(kernel));
   if (!stages_[run]) return std::nullopt;
@@ -229,18 +327,18 @@ std::optional<std::vector<Value>> Evaluation::values_of_states(const Kernel& ker
   return values;
 }
 
-void Evaluation::run_kernel(const Kernel& kernel) {
+void Evaluation::run_kernel(const FrozenKernels::Kernel& kernel) {
   std::optional<std::vector<Value>> values = values_of_states(kernel);
   if (!values) values = stored_values(kernel);
   for (std::size_t i = 0; i < values->size(); ++i) {
-    const Store& store = kernel.stores[i];
-    const Value& value = (*values)[i];
+    const FrozenKernels::Store& store = kernel.stores[i];
+    Value& value = (*values)[i];
     is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
-    Value result = store.accumulate ? field_value(store.field) + value : value;
+    Value result = store.accumulate ? field_value(store.field) + value : std::move(value);
     if (!waves_.empty() && result.form.terms().size() > terms_beside_waves) {
       add_waves(result, {{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}});
     }
-    fields_[store.field] = std::move(result);
+    set(store.field, std::move(result));
   }
 }
 

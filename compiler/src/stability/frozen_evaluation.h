@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "stability/frozen_kernels.h"
 #include "stability/linear_step.h"
 
 namespace dpde::stability {
@@ -25,18 +26,11 @@ struct Value {
 
 class Evaluation {
  public:
-  /// `varied`: fields that depend on the states; `rates`: their perturbations.
-  Evaluation(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates,
-             const FrozenPoint& point, double dt, FrozenStages& stages, bool of_constraints)
-      : module_(module),
-        varied_(varied),
-        rates_(rates),
-        point_(point),
-        dt_(dt),
-        stages_(stages),
-        of_constraints_(of_constraints) {}
+  /// `varied` and `rates` as there.
+  Evaluation(const FrozenKernels& kernels, const std::set<std::string>& varied, const std::set<std::string>& rates,
+             const FrozenPoint& point, double dt, FrozenStages& stages, bool of_constraints);
 
-  void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
+  void perturb(const std::string& field, int component) { set(field, {0, Form(component)}); }
   void run(const std::vector<stencil::Statement>& body);
   const Value& at(const std::string& field) { return field_value(field); }
   bool is_too_far() const { return is_too_far_; }
@@ -44,25 +38,40 @@ class Evaluation {
   std::vector<WaveSum> take_waves() { return std::move(waves_); }
 
  private:
-  const Value& field_value(const std::string& name);
+  using Id = FrozenKernels::Id;
+  const Value& field_value(Id field);
+  const Value& field_value(const std::string& name) { return field_value(kernels_.field(name)); }
+  void set(Id field, Value value);
+  void set(const std::string& name, Value value) { set(kernels_.field(name), std::move(value)); }
+  double parameter(Id param) const;
   double parameter(const std::string& name) const;
-  Value access(const std::string& name, const stencil::Offset& offset);
-  Value interpolate(const stencil::Interp& interp);
-  Value binary(const stencil::Binary& b);
-  Value value(const stencil::Expr& e);
+  void count(const std::string& counter, double number);
+  double coordinate(int axis, const stencil::Offset& offset) const;
+  double number_at(Id field, const stencil::Offset& offset);
+  Value access(Id field, const stencil::Offset& offset);
+  Value interpolate(const FrozenKernels::Interp& interp);
+  Value binary(const FrozenKernels::Binary& b);
+  Value value(Id node);
+  /// The same without the perturbation.
+  double number(Id node);
+  double number_of_binary(const FrozenKernels::Binary& b);
+  double number_of_select(const FrozenKernels::Select& s);
+  double call(const FrozenKernels::Call& c);
   struct Condition {
     double truth = 0;  // 1, 0, or not known
     bool is_tie = false;
   };
-  Condition condition_of(const stencil::Expr& e);
-  Condition compared(const stencil::Expr& e);
-  Value select(const stencil::Select& s);
-  std::vector<Value> stored_values(const stencil::Kernel& kernel);
-  std::optional<std::vector<FrozenValue>> frozen_values(const stencil::Kernel& kernel);
-  std::optional<std::vector<Value>> values_of_states(const stencil::Kernel& kernel);
-  void run_kernel(const stencil::Kernel& kernel);
+  Condition condition_of(const FrozenKernels::Select& s);
+  Condition compared(Id node);
+  Value select(const FrozenKernels::Select& s);
+  std::vector<Value> stored_values(const FrozenKernels::Kernel& kernel);
+  std::optional<std::vector<FrozenValue>> frozen_values(const FrozenKernels::Kernel& kernel);
+  std::optional<std::vector<Value>> values_of_states(const FrozenKernels::Kernel& kernel);
+  void run_kernel(const FrozenKernels::Kernel& kernel);
   void reduce(const stencil::Reduce& reduce);
-  std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol);
+  /// Of parameters and numbers.
+  double number_of(const stencil::Expr& e) const;
+  std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol) const;
   void transform(const stencil::Transform& transform);
   void add_waves(Value& to, WaveSum waves);
   /// `unknown`: what the model calls it.
@@ -73,7 +82,7 @@ class Evaluation {
   void solve_by_newton(const stencil::Solve& solve);
   void repeat(const stencil::Repeat& repeat);
 
-  const stencil::Module& module_;
+  const FrozenKernels& kernels_;
   const std::set<std::string>&varied_, &rates_;
   const FrozenPoint& point_;
   double dt_;
@@ -81,7 +90,11 @@ class Evaluation {
   const bool of_constraints_;
   std::size_t runs_ = 0;       // of kernels that make states
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
-  std::map<std::string, Value> fields_, locals_;
+  std::vector<Value> fields_, locals_;
+  std::vector<bool> is_set_;    // fields
+  std::vector<double> params_;  // but for dt, and t where it is late
+  Id dt_param_, t_param_;       // -1: nothing reads it
+  std::array<double, 3> spacing_{};
   std::map<std::string, double> counters_;
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;

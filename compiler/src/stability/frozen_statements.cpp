@@ -10,6 +10,7 @@
 #include "stencil/effects.h"
 #include "stencil/symbol.h"
 #include "support/assert.h"
+#include "support/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -53,17 +54,30 @@ void Evaluation::reduce(const Reduce& reduce) {
   if (known != point_.whole.end()) result = {known->second.value, {}, known->second.slope};
   const bool is_linear = reduce.kind == Reduction::sum || reduce.kind == Reduction::mean;
   if (is_linear && !field.form.is_zero()) add_waves(result, {{{field.form.times(factor), by}}, {}});
-  fields_[reduce.result] = std::move(result);
+  set(reduce.result, std::move(result));
+}
+
+double Evaluation::number_of(const Expr& e) const {
+  const auto no = [](const auto&) -> double { unreachable("a multiplier of what is no number"); };
+  return match(
+      e->kind, [](const Literal& l) { return l.value; }, [&](const Param& p) { return parameter(p.name); },
+      [&](const Local& l) { return no(l); }, [&](const Access& a) { return no(a); },
+      [&](const Interp& i) { return no(i); }, [&](const Inside& i) { return no(i); },
+      [&](const Neg& n) { return -number_of(n.operand); },
+      [&](const Binary& b) { return evaluate_binary(b.op, number_of(b.left), number_of(b.right)); },
+      [&](const Call& c) {
+        return evaluate_call_of(c.fn, c.arguments, [&](const Expr& argument) { return number_of(argument); });
+      },
+      [&](const Select& s) { return number_of(number_of(s.condition) != 0 ? s.yes : s.no); });
 }
 
 /// In angles: the spacings go into the numbers.
-std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) {
+std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
   std::vector<NumberMonomial> numbers;
   for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
-    double coefficient = value(monomial.coefficient).number;
+    double coefficient = number_of(monomial.coefficient);
     for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
-      if (monomial.powers[axis] > 0)
-        coefficient /= std::pow(parameter(std::string("h").append(1, "xyz"[axis])), monomial.powers[axis]);
+      if (monomial.powers[axis] > 0) coefficient /= std::pow(spacing_[axis], monomial.powers[axis]);
     }
     numbers.push_back({coefficient, monomial.powers, monomial.vanishes});
   }
@@ -103,7 +117,7 @@ void Evaluation::transform(const Transform& transform) {
     result = solved(transform.result, "");
   }
   if (!waves.terms.empty()) add_waves(result, std::move(waves));
-  fields_[transform.result] = std::move(result);
+  set(transform.result, std::move(result));
 }
 
 void Evaluation::add_waves(Value& to, WaveSum waves) {
@@ -126,9 +140,9 @@ void Evaluation::run_block(const Solve& solve) {
     match(
         statement, [](const Fill&) {},
         [&](const Run& run) {
-          const Kernel& kernel = kernel_of(module_, run);
-          const std::vector<Value> values = stored_values(kernel);
-          for (std::size_t i = 0; i < values.size(); ++i) fields_[kernel.stores[i].field] = values[i];
+          const FrozenKernels::Kernel& kernel = kernels_.kernel(run.kernel);
+          std::vector<Value> values = stored_values(kernel);
+          for (std::size_t i = 0; i < values.size(); ++i) set(kernel.stores[i].field, std::move(values[i]));
         },
         [&](const Fold& s) { no(s); }, [&](const Reduce& s) { no(s); }, [&](const NetworkCall& s) { no(s); },
         [&](const Transform& s) { no(s); }, [&](const Solve& s) { no(s); }, [&](const Repeat& s) { no(s); });
@@ -142,14 +156,15 @@ void Evaluation::solve_coupled(const Solve& solve) {
   std::vector<Form> rights;
   for (const std::string& right : solve.rights) rights.push_back(field_value(right).form);
   for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t i = 0; i < count; ++i) fields_[solve.unknowns[i]] = {0, i == k ? Form(0) : Form()};
+    for (std::size_t i = 0; i < count; ++i) set(solve.unknowns[i], {0, i == k ? Form(0) : Form()});
     run_block(solve);
     for (std::size_t i = 0; i < count; ++i) matrix[i][k] = field_value(solve.images[i]).form;
   }
   std::vector<WaveSum> waves = coupled_waves(matrix, rights);
   for (std::size_t i = 0; i < count; ++i) {
-    Value& result = fields_[solve.unknowns[i]] = {};
+    Value result;
     if (!waves.empty()) add_waves(result, std::move(waves[i]));
+    set(solve.unknowns[i], std::move(result));
   }
 }
 
@@ -158,7 +173,7 @@ void Evaluation::solve_by_newton(const Solve& solve) {
   const double step = std::exchange(dt_, 0);
   for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
     const Value right = field_value(solve.rights[i]);
-    fields_[solve.unknowns[i]] = {right.number, {}, right.slope};
+    set(solve.unknowns[i], {right.number, {}, right.slope});
   }
   run_block(solve);
   dt_ = step;
@@ -175,11 +190,11 @@ void Evaluation::solve(const Solve& solve) {
   if (solve.unknowns.size() > 1) return solve_coupled(solve);
   const bool is_state = varied_.contains(solve.unknowns.front());
   const double step = is_state ? std::exchange(dt_, 0) : dt_;
-  fields_[solve.unknowns.front()] = {0, Form(0)};
+  set(solve.unknowns.front(), {0, Form(0)});
   run_block(solve);
   const Form image = field_value(solve.images.front()).form;
   dt_ = step;
-  const Value& right = field_value(solve.rights.front());
+  const Value right = field_value(solve.rights.front());
   Value result;
   if (!rates_.contains(solve.unknowns.front())) {
     if (!reads_neighbours(image)) {
@@ -189,8 +204,8 @@ void Evaluation::solve(const Solve& solve) {
     }
   }
   if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
-  fields_[solve.unknowns.front()] = std::move(result);
-  fields_[solve.images.front()] = right;
+  set(solve.unknowns.front(), std::move(result));
+  set(solve.images.front(), right);
 }
 
 /// Outside, what it carries keeps its value.
@@ -198,15 +213,15 @@ void Evaluation::repeat(const Repeat& repeat) {
   std::map<std::string, Value> outside, results;
   for (const Carry& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
   for (int k = 0; k < repeat.count; ++k) {
-    counters_[repeat.counter.name] = repeat.counter.is_backwards ? repeat.count - 1 - k : k;
+    count(repeat.counter.name, repeat.counter.is_backwards ? repeat.count - 1 - k : k);
     run(repeat.body);
     std::map<std::string, Value> next;
     for (const Carry& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
-    for (auto& [state, value] : next) fields_[state] = std::move(value);
+    for (auto& [state, value] : next) set(state, std::move(value));
   }
   counters_.erase(repeat.counter.name);
-  for (auto& [state, value] : outside) fields_[state] = std::move(value);
-  for (auto& [result, value] : results) fields_[result] = std::move(value);
+  for (auto& [state, value] : outside) set(state, std::move(value));
+  for (auto& [result, value] : results) set(result, std::move(value));
 }
 
 void Evaluation::run(const std::vector<Statement>& body) {
@@ -214,7 +229,7 @@ void Evaluation::run(const std::vector<Statement>& body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
         [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
-        [&](const Run& r) { run_kernel(kernel_of(module_, r)); }, [&](const Solve& s) { solve(s); },
+        [&](const Run& r) { run_kernel(kernels_.kernel(r.kernel)); }, [&](const Solve& s) { solve(s); },
         [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;
   }

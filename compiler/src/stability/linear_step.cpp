@@ -72,6 +72,8 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
   }
   why = found.why;
+  if (why.empty())
+    result.kernels_ = std::make_shared<const FrozenKernels>(result.module_, result.varied_, result.rates_);
   return why.empty() ? std::optional(std::move(result)) : std::nullopt;
 }
 
@@ -81,7 +83,7 @@ std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt
 }
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
-  Evaluation evaluation(module_, varied_, rates_, point, dt, stages, of_constraints_);
+  Evaluation evaluation(*kernels_, varied_, rates_, point, dt, stages, of_constraints_);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }

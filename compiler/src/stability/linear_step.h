@@ -6,6 +6,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,6 +18,8 @@
 #include "stencil/stencil.h"
 
 namespace dpde::stability {
+
+class FrozenKernels;
 
 /// A field about the point: its value there, and by how much it changes from cell to cell along each axis.
 struct FrozenValue {
@@ -81,7 +84,8 @@ class LinearStep {
   bool has_networks() const { return has_networks_; }
 
  private:
-  stencil::Module module_;  // the tangent alone, without what only the primal's results need
+  stencil::Module module_;                        // the tangent alone, without what only the primal's results need
+  std::shared_ptr<const FrozenKernels> kernels_;  // of it
   std::optional<stencil::Module> coupled_;
   std::vector<std::string> states_, perturbations_, results_, inputs_;
   std::set<std::string> varied_, rates_;  // fields that depend on the states, and their perturbations

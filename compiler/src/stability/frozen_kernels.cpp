@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/frozen_kernels.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "support/contains.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+namespace {
+
+bool holds_param(const stencil::Expr& e, const std::string& name) {
+  if (const auto* param = std::get_if<stencil::Param>(&e->kind)) return param->name == name;
+  bool found = false;
+  stencil::for_each_child(e, [&](const stencil::Expr& child) { found = found || holds_param(child, name); });
+  return found;
+}
+
+/// Fields that have no perturbation, whoever reads them: what depends on states, and what no statement makes. While the
+/// operator of a solve is found its unknowns are perturbed, and with them all that its block makes.
+class Unperturbed {
+ public:
+  Unperturbed(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates)
+      : module_(module), varied_(varied), perturbed_(rates) {
+    look_at(module.programs.front().body, false);
+  }
+  bool has(const std::string& field) const {
+    return !perturbed_.contains(field) && (varied_.contains(field) || !made_.contains(field));
+  }
+
+ private:
+  void look_at(const std::vector<stencil::Statement>& body, bool is_in_solve) {
+    std::set<std::string>& made = is_in_solve ? perturbed_ : made_;
+    for (const stencil::Statement& statement : body) {
+      match(
+          statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+          [&](const stencil::Reduce& reduce) { made.insert(reduce.result); }, [](const stencil::NetworkCall&) {},
+          [&](const stencil::Transform& transform) { made.insert(transform.result); },
+          [&](const stencil::Run& run) {
+            for (const stencil::Store& store : stencil::kernel_of(module_, run).stores) made.insert(store.field);
+          },
+          [&](const stencil::Solve& solve) {
+            perturbed_.insert(solve.unknowns.begin(), solve.unknowns.end());
+            perturbed_.insert(solve.images.begin(), solve.images.end());
+            look_at(solve.body, true);
+          },
+          [&](const stencil::Repeat& repeat) {
+            for (const stencil::Carry& carry : repeat.carries) {
+              made.insert({carry.state, carry.next, carry.result});
+            }
+            look_at(repeat.body, is_in_solve);
+          });
+    }
+  }
+
+  const stencil::Module& module_;
+  const std::set<std::string>& varied_;
+  std::set<std::string> perturbed_, made_;
+};
+
+}  // namespace
+
+FrozenKernels::Id FrozenKernels::add_field(const std::string& name) {
+  const auto [entry, is_new] = field_ids_.try_emplace(name, static_cast<Id>(fields_.size()));
+  if (is_new) fields_.push_back({name, stencil::is_coordinate(name) ? name[0] - 'x' : -1});
+  return entry->second;
+}
+
+FrozenKernels::Id FrozenKernels::add_param(const std::string& name) {
+  const auto [entry, is_new] = param_ids_.try_emplace(name, static_cast<Id>(params_.size()));
+  if (is_new) params_.push_back(name);
+  return entry->second;
+}
+
+FrozenKernels::Id FrozenKernels::param(const std::string& name) const {
+  const auto found = param_ids_.find(name);
+  return found == param_ids_.end() ? -1 : found->second;
+}
+
+/// Reads the expressions of one kernel. Those that stand in several places are one node.
+class FrozenKernels::Reader {
+ public:
+  Reader(FrozenKernels& kernels, const Unperturbed& unperturbed) : kernels_(kernels), unperturbed_(unperturbed) {}
+
+  Kernel read(const stencil::Kernel& kernel, const std::set<std::string>& varied) {
+    Kernel result{kernel.rank, {}, {}, true};
+    for (const stencil::Let& let : kernel.lets) {
+      result.lets.push_back(id_of(let.value));
+      locals_[let.name] = static_cast<Id>(result.lets.size() - 1);
+      is_number_.push_back(is_number(result.lets.back()));
+    }
+    for (const stencil::Store& store : kernel.stores) {
+      result.stores.push_back({kernels_.add_field(store.field), store.accumulate, id_of(store.value)});
+      result.makes_states = result.makes_states && varied.contains(store.field);
+    }
+    return result;
+  }
+
+ private:
+  bool is_number(Id id) const { return kernels_.node(id).is_number; }
+  bool are_numbers(const std::vector<Id>& ids) const {
+    return std::ranges::all_of(ids, [&](Id id) { return is_number(id); });
+  }
+
+  Id id_of(const stencil::Expr& e) {
+    const auto known = ids_.find(&e.node());
+    if (known != ids_.end()) return known->second;
+    Node node = node_of(e);
+    kernels_.nodes_.push_back(std::move(node));
+    return ids_[&e.node()] = static_cast<Id>(kernels_.nodes_.size() - 1);
+  }
+
+  std::vector<Id> ids_of(const std::vector<stencil::Expr>& expressions) {
+    std::vector<Id> ids;
+    for (const stencil::Expr& e : expressions) ids.push_back(id_of(e));
+    return ids;
+  }
+
+  Node node_of(const stencil::Expr& e) {
+    return match(
+        e->kind,
+        [](const stencil::Literal& l) {
+          return Node{Literal{l.value}, true};
+        },
+        [&](const stencil::Param& p) {
+          return Node{Param{kernels_.add_param(p.name)}, true};
+        },
+        [&](const stencil::Local& l) {
+          const Id local = locals_.at(l.name);
+          return Node{Local{local}, is_number_[static_cast<std::size_t>(local)]};
+        },
+        [&](const stencil::Access& a) {
+          const bool is_plain = stencil::is_coordinate(a.field) || unperturbed_.has(a.field);
+          return Node{Access{kernels_.add_field(a.field), a.offset}, is_plain};
+        },
+        [&](const stencil::Interp& i) {
+          return Node{Interp{kernels_.add_field(i.field), i.offset, ids_of(i.displacement), i.along}, false};
+        },
+        [](const stencil::Inside&) {
+          return Node{Inside{}, true};
+        },
+        [&](const stencil::Neg& n) {
+          const Id operand = id_of(n.operand);
+          return Node{Neg{operand}, is_number(operand)};
+        },
+        [&](const stencil::Binary& b) {
+          const Id left = id_of(b.left), right = id_of(b.right);
+          return Node{Binary{b.op, left, right}, is_number(left) && is_number(right)};
+        },
+        [&](const stencil::Call& c) {
+          std::vector<Id> arguments = ids_of(c.arguments);
+          const bool is_plain = are_numbers(arguments);
+          return Node{Call{c.fn, std::move(arguments)}, is_plain};
+        },
+        [&](const stencil::Select& s) {
+          const Id condition = id_of(s.condition), yes = id_of(s.yes), no = id_of(s.no);
+          const bool asks = holds_param(s.condition, "t") && holds_param(s.condition, "dt");
+          return Node{Select{condition, yes, no, asks}, is_number(condition) && is_number(yes) && is_number(no)};
+        });
+  }
+
+  FrozenKernels& kernels_;
+  const Unperturbed& unperturbed_;
+  std::map<std::string, Id> locals_;
+  std::vector<bool> is_number_;  // locals
+  std::unordered_map<const stencil::Node*, Id> ids_;
+};
+
+void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
+  for (const stencil::Statement& statement : body) {
+    match(
+        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+        [&](const stencil::Reduce& reduce) { add_field(reduce.field), add_field(reduce.result); },
+        [](const stencil::NetworkCall&) {},
+        [&](const stencil::Transform& transform) {
+          for (const stencil::Transform::Term& term : transform.terms) add_field(term.field);
+          add_field(transform.result);
+        },
+        [](const stencil::Run&) {},
+        [&](const stencil::Solve& solve) {
+          for (const auto* names : {&solve.images, &solve.rights, &solve.unknowns})
+            std::ranges::for_each(*names, [&](const std::string& name) { add_field(name); });
+          add_fields_of(solve.body);
+        },
+        [&](const stencil::Repeat& repeat) {
+          for (const stencil::Carry& carry : repeat.carries)
+            add_field(carry.state), add_field(carry.next), add_field(carry.result);
+          add_fields_of(repeat.body);
+        });
+  }
+}
+
+FrozenKernels::FrozenKernels(const stencil::Module& module, const std::set<std::string>& varied,
+                             const std::set<std::string>& rates) {
+  const stencil::Program& program = module.programs.front();
+  const Unperturbed unperturbed(module, varied, rates);
+  for (const stencil::Kernel& kernel : module.kernels)
+    kernels_[kernel.name] = Reader(*this, unperturbed).read(kernel, varied);
+  for (const stencil::Swap& swap : program.swaps) add_field(swap.state), add_field(swap.next);
+  add_fields_of(program.body);
+}
+
+}  // namespace dpde::stability
