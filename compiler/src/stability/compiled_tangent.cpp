@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 #include <span>
+#include <utility>
 
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/error.h"
@@ -166,37 +167,82 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
   return result;
 }
 
+/// Perturbations as columns of a matrix, cells by states that anything depends on.
+struct CompiledTangent::Columns {
+  Columns(Run& of_step, const LinearStep& linear) : run(of_step) {
+    for (std::size_t s = 0; s < linear.states().size(); ++s) {
+      const int before = run.executor.field_index(linear.perturbation_of(s)),
+                behind = run.executor.field_index(linear.result_of(s));
+      if (before >= 0 && behind >= 0) states.emplace_back(before, behind);
+    }
+  }
+  Eigen::Index count() const { return std::ssize(states); }
+  /// False where a solve finds no solution.
+  bool advance(Eigen::MatrixXd& all, int steps) const {
+    const auto column = [&](std::size_t s) {
+      return std::span<double>(all.col(static_cast<Eigen::Index>(s)).data(), static_cast<std::size_t>(all.rows()));
+    };
+    for (std::size_t s = 0; s < states.size(); ++s) copy_in(run.layout, run.executor.bound(states[s].first), column(s));
+    const bool has_solutions = run.advance(steps, states);
+    for (std::size_t s = 0; s < states.size(); ++s)
+      copy_out(run.layout, run.executor.bound(states[s].first), column(s));
+    return has_solutions;
+  }
+
+  Run& run;
+  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
+};
+
 CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps,
                                                     double enough) const {
   Run run(*code_->find(linear_.program().name), inputs, params);
-  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
-  for (std::size_t s = 0; s < linear_.states().size(); ++s) {
-    const int before = run.executor.field_index(linear_.perturbation_of(s)),
-              behind = run.executor.field_index(linear_.result_of(s));
-    if (before >= 0 && behind >= 0) states.emplace_back(before, behind);
-  }
+  const Columns columns(run, linear_);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1, 1);
-  Eigen::MatrixXd all = Eigen::MatrixXd::NullaryExpr(cell_count(run.layout), std::ssize(states),
+  Eigen::MatrixXd all = Eigen::MatrixXd::NullaryExpr(cell_count(run.layout), columns.count(),
                                                      [&](Eigen::Index, Eigen::Index) { return noise(random); });
-  const auto column = [&](std::size_t s) {
-    return std::span<double>(all.col(static_cast<Eigen::Index>(s)).data(), static_cast<std::size_t>(all.rows()));
-  };
-  double growth = -std::log(all.norm());
+  double growth = 0;
   std::vector<double> growths;
   for (int step = 0; step < steps; step += steps_between_growths) {
-    for (std::size_t s = 0; s < states.size(); ++s) copy_in(run.layout, run.executor.bound(states[s].first), column(s));
-    const bool has_solutions = run.advance(std::min(steps - step, steps_between_growths), states);
-    for (std::size_t s = 0; s < states.size(); ++s)
-      copy_out(run.layout, run.executor.bound(states[s].first), column(s));
+    const bool has_solutions = columns.advance(all, std::min(steps - step, steps_between_growths));
     const double norm = has_solutions ? all.norm() : std::numeric_limits<double>::infinity();
-    growth += std::isfinite(norm) ? std::log(norm) : std::numeric_limits<double>::infinity();
+    if (!std::isfinite(norm)) {
+      growth = std::numeric_limits<double>::infinity();
+    } else if (step > 0) {
+      growth += std::log(norm);
+    }
     growths.push_back(growth);
     if (!std::isfinite(growth)) break;
     all /= norm;
     if (growth > enough) break;
   }
   return {std::move(growths), std::move(all)};
+}
+
+Eigen::MatrixXd CompiledTangent::on_krylov_space(const State& inputs, const Params& params,
+                                                 const Eigen::MatrixXd& perturbation, int most) const {
+  constexpr double nothing = 1e-13;  // of an image: rounding
+  Run run(*code_->find(linear_.program().name), inputs, params);
+  const Columns columns(run, linear_);
+  std::vector<Eigen::MatrixXd> basis{perturbation / perturbation.norm()};
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(most + 1, most);
+  for (int k = 0; k < most; ++k) {
+    Eigen::MatrixXd image = basis.back();
+    if (!columns.advance(image, 1) || !image.allFinite()) return {};
+    const double size = image.norm();
+    for (int turn = 0; turn < 2; ++turn) {  // the second time for what rounding has left of the first
+      for (int i = 0; i <= k; ++i) {
+        const double share = basis[static_cast<std::size_t>(i)].cwiseProduct(image).sum();
+        result(i, k) += share;
+        image -= share * basis[static_cast<std::size_t>(i)];
+      }
+    }
+    const double rest = image.norm();
+    if (!(rest > nothing * size)) return result.topLeftCorner(k + 1, k + 1);
+    result(k + 1, k) = rest;
+    basis.push_back(image / rest);
+  }
+  return result.topRows(most);
 }
 
 }  // namespace dpde::stability

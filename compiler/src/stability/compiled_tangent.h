@@ -38,16 +38,25 @@ class CompiledTangent {
   Eigen::MatrixXd matrix(const stencil::State& inputs, const stencil::Params& params) const;
   static constexpr int steps_between_growths = 8;
   struct Repeated {
-    std::vector<double> growths;  // ln of what a perturbation is multiplied by up to each eighth step, and to the last
-    Eigen::MatrixXd last;         // what it has become, of length 1: cells by states that anything depends on
+    /// ln of what a perturbation is multiplied by from the eighth step up to each eighth, and to the last. In the first
+    /// ones noise becomes what states are to one another: those that are rates of others are as fast as these.
+    std::vector<double> growths;
+    Eigen::MatrixXd last;  // what it has become, of length 1: cells by states that anything depends on
   };
   /// Of a random perturbation; the last growth is infinite where it leaves the range of numbers or a solve finds no
   /// solution. It ends early where ln of the growth is above `enough`.
   Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps,
                     double enough = std::numeric_limits<double>::infinity()) const;
+  /// Arnoldi's method (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011, 6.2): the step on the space of a
+  /// perturbation, given as `Repeated` leaves it, and of what up to `most` steps make of it, in an orthonormal basis: a
+  /// Hessenberg matrix, whose largest eigenvalues come near those of the step. Smaller than `most` where the space
+  /// holds all that steps make; 0 x 0 where a value is not finite or a solve finds no solution.
+  Eigen::MatrixXd on_krylov_space(const stencil::State& inputs, const stencil::Params& params,
+                                  const Eigen::MatrixXd& perturbation, int most) const;
 
  private:
   struct Run;
+  struct Columns;
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear, const stencil::Module& module, bool with_more);
   CompiledTangent(const LinearStep& linear, std::shared_ptr<codegen::CompiledModule> code)
       : linear_(linear), code_(std::move(code)) {}

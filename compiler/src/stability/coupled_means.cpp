@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "stability/eigenvalues.h"
 #include "stability/folded_products.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -21,6 +22,9 @@ namespace {
 
 constexpr double ln_hundred = 4.605170185988092;
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
+constexpr double numbers_of_space = 2e7;
+constexpr int fewest_of_space = 8, most_of_space = 40;
+constexpr double settled = 1e-5, told_eigenvalue = 3e-5;  // of ln |g|: a limit moves by as little
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
 /// Whether a kernel that makes the field reads perturbations and anything else, as where a maximum has its place: the
@@ -77,6 +81,7 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
                       static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
+  result->tells_eigenvalues_ = !folds;
   if (has_events) result->by_events_ = std::max(0.0, result->growth(0));
   return result;
 }
@@ -92,12 +97,57 @@ bool CoupledRuns::is_stable(double step) const {
   constexpr double much = 4 * ln_hundred;
   const auto is_allowed = [&](const std::vector<double>& growths) {
     const int steps = std::min(steps_, CompiledTangent::steps_between_growths * static_cast<int>(growths.size()));
-    const double grown = growths.back() - by_events_ * steps - ln_hundred;
+    const double grown = growths.back() - by_events_ * (steps - CompiledTangent::steps_between_growths) - ln_hundred;
     return grown <= 0 || grown <= 2 * growth_by_equations(step, steps * step);
   };
-  const std::vector<double> first = repeated(step, steps_, much + by_events_ * steps_).growths;
-  const bool is_whole = std::ssize(first) * CompiledTangent::steps_between_growths >= steps_;
-  return is_allowed(first) && (is_whole || is_allowed(growths_of_run(step, steps_)));
+  const CompiledTangent::Repeated first = repeated(step, steps_, much + by_events_ * steps_);
+  const bool is_whole = std::ssize(first.growths) * CompiledTangent::steps_between_growths >= steps_;
+  if (!is_allowed(first.growths) || !(is_whole || is_allowed(growths_of_run(step, steps_)))) return false;
+  return !(eigenvalue_beyond_equations(step, first.last) > told_eigenvalue);
+}
+
+/// A space that is larger by some dimensions has the same where it shows an eigenvalue.
+std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, const Eigen::MatrixXd& start) const {
+  const auto fit = static_cast<Eigen::Index>(numbers_of_space) / std::max<Eigen::Index>(1, start.size());
+  const auto most = std::min<Eigen::Index>(most_of_space, fit);
+  if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
+  Params params = params_;
+  params["dt"] = step;
+  const Eigen::MatrixXd of_space = tangent_->on_krylov_space(inputs_, params, start, static_cast<int>(most));
+  const Eigen::Index size = of_space.rows();
+  if (size == 0) return std::nullopt;
+  const auto growth_in = [&](Eigen::Index part) {
+    return std::log(eigenvalues(Eigen::MatrixXd(of_space.topLeftCorner(part, part))).cwiseAbs().maxCoeff());
+  };
+  OfSpace result{growth_in(size)};
+  const double found = result.growth;
+  for (const Eigen::Index less : {1, 2, 5}) {
+    if (size < most) break;  // it holds all that steps make
+    const double smaller = growth_in(size - less);
+    result.growth = std::max(result.growth, smaller);
+    result.is_settled = result.is_settled && std::abs(smaller - found) < settled;
+  }
+  return result;
+}
+
+/// Short steps have the vectors of the step, nearly: in the space of what has grown in the step they show what it does
+/// by right, or that nothing of it grows.
+double CoupledRuns::eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const {
+  const std::optional<OfSpace> found = growth_in_space(step, perturbation);
+  if (!found || !found->is_settled || !(found->growth - by_events_ > told_eigenvalue)) return 0;
+  const std::optional<OfSpace> by_parts = growth_in_space(step / parts_, perturbation);
+  const double of_parts = by_parts ? by_parts->growth - by_events_ : 0;
+  if (!by_parts || (!by_parts->is_settled && of_parts > told_eigenvalue)) return 0;
+  return found->growth - by_events_ - 2 * std::max(0.0, of_parts) * parts_;
+}
+
+/// Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
+double CoupledRuns::power_of_growth(double limit) const {
+  constexpr double farther = 1.1, least_power = 1, most_power = 5;
+  const double step = farther * limit;
+  const double beyond = eigenvalue_beyond_equations(step, repeated(step, steps_).last);
+  const double power = beyond > 0 ? std::log(beyond / told_eigenvalue) / std::log(farther) : 0;
+  return power > least_power && power < most_power ? power : 0;
 }
 
 double CoupledRuns::Reference::up_to(double time) const {
@@ -113,7 +163,7 @@ CoupledRuns::Reference CoupledRuns::reference(double step, double length) const 
   Reference result{between * step, growths_of_run(step, steps)};
   result.growths.resize(static_cast<std::size_t>((steps + between - 1) / between), result.growths.back());
   for (std::size_t i = 0; i < result.growths.size(); ++i)
-    result.growths[i] -= by_events_ * between * static_cast<double>(i + 1);
+    result.growths[i] -= by_events_ * between * static_cast<double>(i);
   return result;
 }
 
@@ -208,6 +258,11 @@ std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longe
   return late_rate(finer.growths, 0.5 * step) > as_fast * found.rate ? std::optional(found) : std::nullopt;
 }
 
-double CoupledRuns::growth(double step) const { return growth_of_run(step) / steps_; }
+double CoupledRuns::growth(double step) const {
+  const CompiledTangent::Repeated run = repeated(step, steps_);
+  const std::optional<OfSpace> of_space = growth_in_space(step, run.last);
+  return of_space && of_space->is_settled ? of_space->growth
+                                          : run.growths.back() / (steps_ - CompiledTangent::steps_between_growths);
+}
 
 }  // namespace dpde::stability

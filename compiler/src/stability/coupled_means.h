@@ -36,10 +36,13 @@ class CoupledRuns {
                                            bool has_events);
 
   /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what short steps do
-  /// beside these in the same time.
+  /// beside these in the same time; and no eigenvalue of the step that is found grows at all beyond that, which so few
+  /// steps may not show.
   bool is_stable(double step) const;
   /// ln |g| of what grows most.
   double growth(double step) const;
+  /// Of growth that rises as a power of the step, so that it is no limit up to which nothing is told of it; else 0.
+  double power_of_growth(double limit) const;
   /// 1/time: of what grows by more than a hundredfold in short steps; 0 where nothing does.
   double growth_rate(double step) const;
   /// 1/time: how what is left after half of a run grows in the other half, by short steps.
@@ -59,7 +62,15 @@ class CoupledRuns {
   };
   CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
-  double growth_of_run(double step) const { return growths_of_run(step, steps_).back(); }
+  /// ln |g| of the largest eigenvalue that the step has on the space of what it makes of a perturbation, and whether
+  /// that is one of the step.
+  struct OfSpace {
+    double growth = 0;
+    bool is_settled = true;
+  };
+  std::optional<OfSpace> growth_in_space(double step, const Eigen::MatrixXd& start) const;
+  /// The same beyond what events do, and twice what short steps do; 0 where either is not known.
+  double eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
   CompiledTangent::Repeated repeated(double step, int steps,
                                      double enough = std::numeric_limits<double>::infinity()) const;
@@ -74,6 +85,7 @@ class CoupledRuns {
   stencil::Params params_;
   int steps_;
   int parts_ = 8;                     // of a step: short ones
+  bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
   std::vector<bool> are_rings_ = {};  // axes
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
   mutable Reference reference_;       // of the longest run so far: a cache

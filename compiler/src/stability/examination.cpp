@@ -23,7 +23,7 @@ constexpr double told_growth = 0.1;      // ln of what a run may grow without a 
 constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
 constexpr double shortest = 1e-3, farthest = 4096;                    // of the scene's step, that are looked at
-constexpr double precision_of_grid = 1e-3, precision_of_runs = 5e-3;  // of a limit
+constexpr double precision_of_grid = 1e-3, precision_of_runs = 1e-3;  // of a limit
 constexpr double precision_with_folding = 2e-2;                       // which falls as waves spread
 constexpr double safely = 0.9;                                        // below it
 
@@ -390,6 +390,9 @@ class Examination {
     const bool folds = folds_products(problem_, linear_.group());
     const double guess = folds ? limit_with_folding(is_stable) : 0;
     const bool is_lower = lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, guess);
+    const bool has_limit = is_lower && verdict_.limit.kind == StepLimit::Kind::limit;
+    if (const double power = has_limit ? runs.power_of_growth(verdict_.limit.step) : 0; power > 0)
+      verdict_.limit = {StepLimit::Kind::never, 0, power, verdict_.limit.wave, verdict_.limit.state};
     if (!is_curved) {
       const double step = verdict_.limit.step > 0 ? std::min(verdict_.step, verdict_.limit.step) : verdict_.step;
       verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(step));
