@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are polynomials of their rates: what is found by eigenvalues of the rates is what the eigenvalues of each
+// Steps that are functions of their rates: what is found by eigenvalues of the rates is what the eigenvalues of each
 // step say, and no step has eigenvalues of its own. Matrices that commute are made triangular once for all waves.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -13,6 +13,7 @@
 #include "driver/pipeline.h"
 #include "stability/eigenvalues.h"
 #include "stability/equations.h"
+#include "stability/roots.h"
 #include "stability/step_limit.h"
 #include "stencil/time_schemes.h"
 
@@ -36,6 +37,38 @@ TEST(StabilityPolynomial, IsOfTheScheme) {
   }
   for (const TimeScheme other : {TimeScheme::ab3, TimeScheme::verlet, TimeScheme::crank_nicolson, TimeScheme::etdrk4})
     EXPECT_TRUE(stencil::stability_polynomial(other).empty());
+}
+
+/// Roots that lie apart, that are one, and that are 0: the polynomial is that of its roots.
+TEST(Roots, AreThoseOfTheirPolynomial) {
+  using Complex = std::complex<double>;
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 3000; ++i) {
+    std::array<Complex, 3> known;
+    for (Complex& root : known) root = std::exp(6 * normal(random) * (i % 2)) * Complex(normal(random), normal(random));
+    if (i % 5 == 0) known[1] = known[0];
+    if (i % 15 == 0) known[2] = known[0];
+    if (i % 7 == 0) known[2] = 0;
+    if (i % 21 == 0) known[1] = 0;
+    const auto [a, b, c] = known;
+    const std::array<Complex, 3> cubic{-a * b * c, a * b + b * c + c * a, -(a + b + c)};
+    const std::array<Complex, 2> quadratic{a * b, -(a + b)};
+    const double size = std::max({std::abs(a), std::abs(b), std::abs(c)});
+    // Where n roots are one, rounding is under the root of order n.
+    const double rounding = size * (i % 15 == 0 ? 1e-4 : i % 5 == 0 || i % 21 == 0 ? 1e-6 : 1e-8);
+    for (const Complex& root : known) {
+      const auto found = roots_of(cubic);
+      EXPECT_LT(std::abs(*std::ranges::min_element(found, {}, [&](Complex x) { return std::abs(x - root); }) - root),
+                rounding)
+          << i;
+    }
+    for (const Complex& root : {a, b}) {
+      const auto found = roots_of(quadratic);
+      EXPECT_LT(std::min(std::abs(found[0] - root), std::abs(found[1] - root)), rounding) << i;
+    }
+    EXPECT_EQ(roots_of(std::array<Complex, 1>{-a})[0], a);
+  }
 }
 
 Eigen::MatrixXd random_matrix(int size, std::mt19937_64& random) {
@@ -160,7 +193,7 @@ void expect_as_by_steps(const System& system, const std::string& text) {
 
 TEST(StepOfRates, IsAsByTheEigenvaluesOfTheStep) {
   unsigned seed = 1;
-  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4"}) {
+  for (const std::string time : {"euler", "rk2", "ssp_rk3", "rk4", "ab2", "ab3", "leapfrog"}) {
     for (const bool differ : {false, true}) {
       for (const int rank : {1, 2}) {
         const std::string text = species(3 + static_cast<int>(seed % 3), "time = " + time, differ, rank, seed);
@@ -173,21 +206,30 @@ TEST(StepOfRates, IsAsByTheEigenvaluesOfTheStep) {
 
 /// The limit is that of an analysis that knows nothing of rates.
 TEST(StepOfRates, HasTheSameLimit) {
-  for (const bool differ : {false, true}) {
-    const System system = system_of(species(4, "time = rk4", differ, 1, 5));
-    const StepLimit by_rates = system.by_rates().limit();
-    const StepLimit by_steps = FrozenAnalysis::make(system.linear, system.point, 1, 0.1)->limit();
-    ASSERT_EQ(by_rates.kind, StepLimit::Kind::limit);
-    ASSERT_EQ(by_steps.kind, StepLimit::Kind::limit);
-    EXPECT_NEAR(by_rates.step, by_steps.step, 2e-4 * by_steps.step);
+  for (const std::string time : {"rk4", "ab2", "ab3"}) {
+    for (const bool differ : {false, true}) {
+      const System system = system_of(species(4, "time = " + time, differ, 1, 5));
+      ASSERT_TRUE(system.by_rates().is_of_rates(0.1)) << time;
+      const StepLimit by_rates = system.by_rates().limit();
+      const StepLimit by_steps = FrozenAnalysis::make(system.linear, system.point, 1, 0.1)->limit();
+      ASSERT_EQ(by_rates.kind, StepLimit::Kind::limit) << time;
+      ASSERT_EQ(by_steps.kind, StepLimit::Kind::limit) << time;
+      EXPECT_NEAR(by_rates.step, by_steps.step, 2e-4 * by_steps.step) << time;
+    }
   }
 }
 
-/// What is no polynomial of all rates at once keeps eigenvalues of its own: parts that do not commute, and others.
+/// The leapfrog lets what decays grow in each step, as it does by the eigenvalues of the step.
+TEST(StepOfRates, OfLeapfrogHasNoLimit) {
+  const System system = system_of(species(3, "time = leapfrog", true, 1, 5));
+  ASSERT_TRUE(system.by_rates().is_of_rates(0.1));
+  EXPECT_EQ(system.by_rates().limit().kind, StepLimit::Kind::never);
+}
+
+/// What is no function of all rates at once keeps eigenvalues of its own: parts that do not commute, and others.
 TEST(StepOfRates, IsNoneOfSplitStepsAndSubcycles) {
-  for (const std::string scheme :
-       {"time = rk4; split = lie(advect, diffusion, sources)", "time = rk2; split = strang(advect, diffusion, sources)",
-        "time = imex_euler", "time = ab3"}) {
+  for (const std::string scheme : {"time = rk4; split = lie(advect, diffusion, sources)",
+                                   "time = rk2; split = strang(advect, diffusion, sources)", "time = imex_euler"}) {
     const System system = system_of(species(3, scheme, true, 1, 3));
     EXPECT_FALSE(system.by_rates().is_of_rates(0.1)) << scheme;
   }

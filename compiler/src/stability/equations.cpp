@@ -10,7 +10,6 @@
 #include "model/solves.h"
 #include "model/uses.h"
 #include "stencil/from_model.h"
-#include "stencil/time_schemes.h"
 
 namespace dpde::stability {
 
@@ -171,14 +170,36 @@ Equations::Equations(model::Problem problem, StateGroup group)
   without_events_ = linear_step(plain, group_);
 }
 
-std::vector<double> Equations::stability_polynomial() const {
-  return problem_.program.empty() ? stencil::stability_polynomial(problem_.scheme.time) : std::vector<double>{};
+StepOfRates Equations::step_of_rates() const {
+  return problem_.program.empty() ? StepOfRates(problem_.scheme.time) : StepOfRates();
+}
+
+const LinearStep* Equations::by_euler_steps() const {
+  if (!is_euler_made_) euler_ = linear_step(by_euler(problem_), group_);
+  is_euler_made_ = true;
+  return euler_ ? &*euler_ : nullptr;
 }
 
 std::optional<Response> Equations::rates_at(const FrozenPoint& point) const {
-  if (!is_euler_made_) euler_ = linear_step(by_euler(problem_), group_);
-  is_euler_made_ = true;
-  return euler_ ? generator_of(*euler_, point) : std::nullopt;
+  const LinearStep* euler = by_euler_steps();
+  return euler != nullptr ? generator_of(*euler, point) : std::nullopt;
+}
+
+std::vector<StepOfRates::Place> Equations::places_in(const LinearStep& step) const {
+  const LinearStep* euler = by_euler_steps();
+  std::vector<StepOfRates::Place> places;
+  for (const std::string& name : step.states()) {
+    StepOfRates::Place place;
+    const model::State* state = problem_.find_state(name);
+    for (; state != nullptr && !state->history_of.empty(); ++place.memory)
+      state = problem_.find_state(state->history_of);
+    if (euler == nullptr || state == nullptr) return {};
+    const auto row = std::ranges::find(euler->states(), state->name);
+    if (row == euler->states().end()) return {};
+    place.row = static_cast<std::size_t>(row - euler->states().begin());
+    places.push_back(place);
+  }
+  return places;
 }
 
 bool Equations::are_spectral() const {

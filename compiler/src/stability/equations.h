@@ -10,6 +10,7 @@
 #include "model/model.h"
 #include "stability/amplification.h"
 #include "stability/linear_step.h"
+#include "stability/step_of_rates.h"
 
 namespace dpde::stability {
 
@@ -66,8 +67,10 @@ class Equations {
   /// What is stiff has no limit by these schemes, what is not may have one far off.
   bool are_stepped_exponentially() const { return model::is_exponential(problem_.scheme.time); }
   double length_of_run() const { return problem_.steps * problem_.step; }
-  /// What a step may be of its rates, by powers; empty where its scheme makes no polynomial of them.
-  std::vector<double> stability_polynomial() const;
+  /// What a step may be of its rates; not known where its scheme makes no function of them.
+  StepOfRates step_of_rates() const;
+  /// Of which rates, or memories of them, the rows of a step are; none where one of them is of neither.
+  std::vector<StepOfRates::Place> places_in(const LinearStep& step) const;
   /// L about the point by the scheme's own differences; nullopt where it cannot be had.
   std::optional<Response> rates_at(const FrozenPoint& point) const;
   /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
@@ -76,6 +79,8 @@ class Equations {
   const LinearStep* without_events() const { return without_events_ ? &*without_events_ : nullptr; }
 
  private:
+  const LinearStep* by_euler_steps() const;
+
   model::Problem problem_;
   StateGroup group_;
   std::optional<LinearStep> without_events_;

@@ -181,12 +181,15 @@ namespace {
 std::vector<std::optional<WeightsByLength>> weights_by_length(const model::Problem& problem, const LinearStep& linear,
                                                               const std::vector<FrozenPoint>& points, double step) {
   const Equations equations(problem, linear.group());
-  const std::vector<double> polynomial = equations.stability_polynomial();
+  const StepOfRates step_of_rates = equations.step_of_rates();
+  const std::vector<double> polynomial = step_of_rates.polynomial();
+  const std::vector<StepOfRates::Place> places =
+      polynomial.empty() ? std::vector<StepOfRates::Place>{} : equations.places_in(linear);
   const int rank = static_cast<int>(problem.axes.size());
   std::vector<std::optional<WeightsByLength>> result(points.size());
   for (std::size_t i = 0; i < points.size() && !polynomial.empty(); ++i) {
     const std::optional<Response> rows = linear.response(points[i], step), rates = equations.rates_at(points[i]);
-    if (rows && rates && is_step_of_rates(Amplification(*rows, rank), Amplification(*rates, rank), polynomial, step))
+    if (rows && rates && step_of_rates.makes(Amplification(*rows, rank), Amplification(*rates, rank), places, step))
       result[i].emplace(*rates, polynomial);
   }
   return result;

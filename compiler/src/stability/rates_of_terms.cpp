@@ -105,18 +105,19 @@ std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, co
                                                const std::vector<RateTerm>& terms) {
   const Equations equations(problem, verdict.group);
   RatesOfTerms result;
-  result.polynomial_ = equations.stability_polynomial();
-  if (result.polynomial_.empty() || equations.without_events() != nullptr) return std::nullopt;
+  result.step_of_rates_ = equations.step_of_rates();
+  if (!result.step_of_rates_.is_known() || equations.without_events() != nullptr) return std::nullopt;
   const std::optional<LinearStep> linear = linear_step(problem, verdict.group);
   const auto step = linear ? linear->response(verdict.worst, verdict.limit.step) : std::nullopt;
   std::optional<Response> rates = step ? equations.rates_at(verdict.worst) : std::nullopt;
   if (!rates) return std::nullopt;
   result.rank_ = static_cast<int>(problem.axes.size());
   const Amplification g(*step, result.rank_), of_all(*rates, result.rank_);
-  if (!is_step_of_rates(g, of_all, result.polynomial_, verdict.limit.step)) return std::nullopt;
+  const std::vector<StepOfRates::Place> places = equations.places_in(*linear);
+  if (!result.step_of_rates_.makes(g, of_all, places, verdict.limit.step)) return std::nullopt;
   for (const RateTerm& term : terms) {
     const auto row = std::ranges::find(linear->states(), term.state) - linear->states().begin();
-    result.row_of_.push_back(static_cast<std::size_t>(row));
+    result.row_of_.push_back(places[static_cast<std::size_t>(row)].row);
   }
   const std::optional<LinearStep> euler = linear_step(with_factors(by_euler(problem), terms), verdict.group);
   std::optional<std::vector<Form>> parts =
@@ -168,7 +169,7 @@ bool RatesOfTerms::surely_grows_without(std::size_t term, double step) const {
   Response only{std::vector<Form>(rows_.size())};
   only.rows[row] = parts_[term];
   const Eigen::VectorXcd rates = eigenvalues(Eigen::MatrixXcd(of_wave_ - Amplification(only, rank_).at(wave_)));
-  const Eigen::VectorXcd factors = polynomial_of(polynomial_, step * rates);
+  const Eigen::VectorXcd factors = step_of_rates_.factors(step * rates);
   const AllowedGrowth most{std::max(0.0, reach.right), are_spectral_};
   const double decay = std::max(most.slowest_decay(), no_growth * reach.size);
   const auto others = std::ranges::count_if(rates, [&](const std::complex<double>& r) { return r.real() > -decay; });

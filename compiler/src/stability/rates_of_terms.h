@@ -24,7 +24,7 @@ std::vector<RateTerm> rate_terms(const model::Problem& problem, const StateGroup
 
 class RatesOfTerms {
  public:
-  /// nullopt where the step is no polynomial of rates (see step_of_rates.h), or these are not sums over the terms.
+  /// nullopt where the step is no function of rates (see step_of_rates.h), or these are not sums over the terms.
   static std::optional<RatesOfTerms> make(const model::Problem& problem, const Verdict& verdict,
                                           const std::vector<RateTerm>& terms);
 
@@ -40,7 +40,7 @@ class RatesOfTerms {
   };
   Reach reach_of(const Form& row, std::size_t state) const;
 
-  std::vector<double> polynomial_;
+  StepOfRates step_of_rates_;
   Angles wave_{};
   int rank_ = 1;
   bool are_spectral_ = false;

@@ -156,45 +156,45 @@ bool FrozenAnalysis::measure_rates(double step) {
   return short_step_.has_value();
 }
 
-/// A step that is a polynomial R(dt L) of the rates L that a step of Euler's method has, has the factors R(dt s), where
-/// s are eigenvalues of L: those of a wave are found once for steps of all lengths. Whether it is that polynomial is
-/// asked of every step that is looked at. Of two states closed forms are as quick.
+/// A step that is a function of the rates L that a step of Euler's method has: the eigenvalues of a wave's are found
+/// once for steps of all lengths. Whether it is that function is asked of every step that is looked at. Of two states
+/// closed forms are as quick.
 bool FrozenAnalysis::take_rates_of(const Equations& equations) {
   constexpr std::size_t of_closed_forms = 2;
   if (plain_ != linear_ || linear_->follows_flow() || linear_->states().size() <= of_closed_forms) return false;
-  polynomial_ = equations.stability_polynomial();
-  const std::optional<Response> rates = polynomial_.empty() ? std::nullopt : equations.rates_at(point_);
+  step_of_rates_ = equations.step_of_rates();
+  const std::optional<Response> rates = step_of_rates_.is_known() ? equations.rates_at(point_) : std::nullopt;
   const double size = rates ? magnitude_of(*rates) : 0;
   if (size > 0) {
     rates_.emplace(*rates, rank_);
+    places_ = equations.places_in(*linear_);
     const double step = 1 / size;
     const std::optional<Amplification> g = at(step);
-    if (g && is_polynomial_of_rates(*g, step)) {
+    if (g && is_made_of_rates(*g, step)) {
       rates_->expect_many_waves();
       rate_ = over_waves([&](const Angles& a) { return own_eigenvalues(a).cwiseAbs().maxCoeff(); }).value;
       if (std::isfinite(rate_)) return true;
     }
   }
   rates_.reset();
-  polynomial_.clear();
+  step_of_rates_ = {};
   own_eigenvalues_.clear();
   return false;
 }
 
-bool FrozenAnalysis::is_polynomial_of_rates(const Amplification& g, double step) const {
-  return !polynomial_.empty() && is_step_of_rates(g, *rates_, polynomial_, step);
+bool FrozenAnalysis::is_made_of_rates(const Amplification& g, double step) const {
+  return step_of_rates_.is_known() && step_of_rates_.makes(g, *rates_, places_, step);
 }
 
 bool FrozenAnalysis::is_of_rates(double step) const {
   const std::optional<Amplification> g = at(step);
-  return g && is_polynomial_of_rates(*g, step);
+  return g && is_made_of_rates(*g, step);
 }
 
 /// Of each wave in this step, of which g is.
 FrozenAnalysis::Factors FrozenAnalysis::factors_of(Amplification& g, double step) const {
-  if (is_polynomial_of_rates(g, step)) {
-    return [this, step](const Angles& a) { return polynomial_of(polynomial_, step * own_eigenvalues(a)); };
-  }
+  if (is_made_of_rates(g, step))
+    return [this, step](const Angles& a) { return step_of_rates_.factors(step * own_eigenvalues(a)); };
   g.expect_many_waves();
   return [&g](const Angles& a) { return g.eigenvalues(a); };
 }

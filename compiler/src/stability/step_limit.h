@@ -71,9 +71,9 @@ class FrozenAnalysis {
   std::size_t largest_share(const Angles& wave, double step) const;
 
   bool is_stable(double step) const;
-  /// Whether the factors of this step are a polynomial of rates: then no wave needs eigenvalues of its own.
+  /// Whether the factors of this step are a function of rates: then no wave needs eigenvalues of its own.
   bool is_of_rates(double step) const;
-  /// Whose rates are known. Steps of any length that are polynomials of them look at no others but the neighbours of
+  /// Whose rates are known. Steps of any length that are functions of them look at no others but the neighbours of
   /// what grows most.
   std::size_t waves_known() const { return own_eigenvalues_.size(); }
 
@@ -102,7 +102,7 @@ class FrozenAnalysis {
   bool estimate(double step);
   bool differentiate(double step);
   bool take_rates_of(const Equations& equations);
-  bool is_polynomial_of_rates(const Amplification& g, double step) const;
+  bool is_made_of_rates(const Amplification& g, double step) const;
   using Factors = std::function<Eigen::VectorXcd(const Angles&)>;
   Factors factors_of(Amplification& g, double step) const;
   StepLimit bisect(double stable, double unstable, double precision) const;
@@ -120,7 +120,8 @@ class FrozenAnalysis {
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
-  std::vector<double> polynomial_;  // by powers, what most steps are of the rates; empty: none is known
+  StepOfRates step_of_rates_;                                   // what most steps are of the rates, where that is known
+  std::vector<StepOfRates::Place> places_ = {};                 // rows of the step in it
   mutable std::map<Angles, Eigen::VectorXcd> own_eigenvalues_;  // of these: a cache
   mutable std::map<double, Largest> excess_;                    // by steps: searches come back to them, a cache
   std::optional<Amplification> events_;                         // G of a step of length 0

@@ -1,38 +1,143 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/step_of_rates.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <limits>
+#include <span>
 
 #include "stability/eigenvalues.h"
+#include "stability/roots.h"
+#include "stencil/multistep.h"
+#include "stencil/time_schemes.h"
 
 namespace dpde::stability {
 
-bool is_step_of_rates(const Amplification& g, const Amplification& rates, const std::vector<double>& polynomial,
-                      double step) {
+namespace {
+
+using Polynomial = StepOfRates::Polynomial;
+using Matrix = std::vector<std::vector<Polynomial>>;
+
+void add_product(Polynomial& to, double factor, const Polynomial& a, const Polynomial& b) {
+  if (a.empty() || b.empty()) return;
+  to.resize(std::max(to.size(), a.size() + b.size() - 1));
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t k = 0; k < b.size(); ++k) to[i + k] += factor * a[i] * b[k];
+  }
+}
+
+Matrix product_of(const Matrix& a, const Matrix& b) {
+  Matrix result(a.size(), std::vector<Polynomial>(a.size()));
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = 0; j < a.size(); ++j) {
+      for (std::size_t k = 0; k < a.size(); ++k) add_product(result[i][j], 1, a[i][k], b[k][j]);
+    }
+  }
+  return result;
+}
+
+/// Of x^n + c[n-1] x^(n-1) + ... + c[0], by the method of Faddeev and Le Verrier.
+std::vector<Polynomial> characteristic_of(const Matrix& a) {
+  const std::size_t size = a.size();
+  std::vector<Polynomial> result(size);
+  Matrix part = a;
+  for (std::size_t k = 1; k <= size; ++k) {
+    Polynomial& of_power = result[size - k];
+    for (std::size_t i = 0; i < size; ++i) add_product(of_power, -1.0 / static_cast<double>(k), part[i][i], {1});
+    for (std::size_t i = 0; i < size; ++i) add_product(part[i][i], 1, of_power, {1});
+    part = product_of(a, part);
+  }
+  return result;
+}
+
+std::complex<double> value_of(const Polynomial& polynomial, const std::complex<double>& z) {
+  double real = 0, imaginary = 0;
+  for (std::size_t k = polynomial.size(); k-- > 0;) {
+    const double next = real * z.real() - imaginary * z.imag() + polynomial[k];
+    imaginary = real * z.imag() + imaginary * z.real();
+    real = next;
+  }
+  return {real, imaginary};
+}
+
+Matrix matrix_of(model::TimeScheme time) {
+  Matrix matrix = stencil::multistep_matrix(time);
+  if (!matrix.empty()) return matrix;
+  const Polynomial polynomial = stencil::stability_polynomial(time);
+  return polynomial.empty() ? Matrix{} : Matrix{{polynomial}};
+}
+
+}  // namespace
+
+StepOfRates::StepOfRates(model::TimeScheme time)
+    : matrix_(matrix_of(time)), keeps_rates_(model::keeps_rates(time)), characteristic_(characteristic_of(matrix_)) {}
+
+Eigen::VectorXcd StepOfRates::factors(const Eigen::VectorXcd& rates) const {
+  if (matrix_.size() == 1) return polynomial_of(matrix_.front().front(), rates);
+  const auto count = static_cast<Eigen::Index>(matrix_.size());
+  Eigen::VectorXcd result(count * rates.size());
+  std::array<std::complex<double>, most_roots> coefficients;
+  for (Eigen::Index i = 0; i < rates.size(); ++i) {
+    for (std::size_t k = 0; k < matrix_.size(); ++k) coefficients[k] = value_of(characteristic_[k], rates[i]);
+    const auto roots = roots_of(std::span(coefficients).first(matrix_.size()));
+    std::copy_n(roots.begin(), count, result.begin() + i * count);
+  }
+  return result;
+}
+
+StepOfRates::Sum StepOfRates::expected(const Eigen::MatrixXcd& z, const std::vector<Place>& places, double step) const {
+  std::size_t powers = 1;
+  for (const auto& row : matrix_) {
+    for (const Polynomial& entry : row) powers = std::max(powers, entry.size());
+  }
+  const auto size = static_cast<Eigen::Index>(places.size());
+  Sum sum{Eigen::MatrixXcd::Zero(size, size), Eigen::MatrixXd::Zero(size, size)};
+  const auto of_memory = [&](std::size_t memory) { return keeps_rates_ && memory > 0 ? step : 1; };
+  Eigen::MatrixXcd power = Eigen::MatrixXcd::Identity(z.rows(), z.cols());
+  Eigen::MatrixXd power_of_sizes = power.real();
+  const Eigen::MatrixXd sizes = z.cwiseAbs();
+  for (std::size_t k = 0; k < powers; ++k) {
+    for (Eigen::Index i = 0; i < size; ++i) {
+      for (Eigen::Index j = 0; j < size; ++j) {
+        const Place &to = places[static_cast<std::size_t>(i)], &from = places[static_cast<std::size_t>(j)];
+        const Polynomial& entry = matrix_[to.memory][from.memory];
+        const double weight = k < entry.size() ? entry[k] * of_memory(from.memory) / of_memory(to.memory) : 0;
+        const auto row = static_cast<Eigen::Index>(to.row), column = static_cast<Eigen::Index>(from.row);
+        sum.value(i, j) += weight * power(row, column);
+        sum.size(i, j) += std::abs(weight) * power_of_sizes(row, column);
+      }
+    }
+    power = (z * power).eval();
+    power_of_sizes = (sizes * power_of_sizes).eval();
+  }
+  return sum;
+}
+
+bool StepOfRates::makes(const Amplification& g, const Amplification& rates, const std::vector<Place>& places,
+                        double step) const {
   // Units of rounding for each state and power. A product of complex matrices rounds by one of each at most (N. J.
   // Higham, Accuracy and Stability of Numerical Algorithms, 3.6), the stages of the step by as much; six are left for
   // sums over the places of a difference, and for phases, by half a unit for each cell of their distance. Where more is
   // lost, as in high derivatives along one axis, the answer is no, which costs time alone.
   constexpr double roundings = 8;
   constexpr Angles any_wave{1, 0.7, 0.4};
-  // What a step carries beside its states, as the first guess of a solve, has no rates.
-  if (g.size() != rates.size() || !g.is_sum_of_exponentials() || !rates.is_sum_of_exponentials()) return false;
-  const Eigen::MatrixXcd z = step * rates.at(any_wave);
-  const Eigen::MatrixXd sizes = z.cwiseAbs();
-  Eigen::MatrixXcd power = Eigen::MatrixXcd::Identity(z.rows(), z.cols()), sum = polynomial.front() * power;
-  Eigen::MatrixXd power_of_sizes = power.real(), sum_of_sizes = power_of_sizes;
-  for (std::size_t k = 1; k < polynomial.size(); ++k) {
-    power = (z * power).eval();
-    power_of_sizes = (sizes * power_of_sizes).eval();
-    sum += polynomial[k] * power;
-    sum_of_sizes += std::abs(polynomial[k]) * power_of_sizes;
-  }
+  // What a step carries beside its states and their memory, as the first guess of a solve, has no rates.
+  const bool has_all = places.size() == static_cast<std::size_t>(g.size()) &&
+                       places.size() == matrix_.size() * static_cast<std::size_t>(rates.size()) &&
+                       std::ranges::all_of(places, [&](const Place& p) { return p.memory < matrix_.size(); });
+  if (!is_known() || !has_all || !g.is_sum_of_exponentials() || !rates.is_sum_of_exponentials()) return false;
+  const auto [sum, sum_of_sizes] = expected(step * rates.at(any_wave), places, step);
   const Eigen::VectorXd scales = scales_of(sum_of_sizes);
   const Eigen::MatrixXd units = scales.cwiseInverse() * scales.transpose();
   const double error = (g.at(any_wave) - sum).cwiseProduct(units).norm(),
                size = sum_of_sizes.cwiseProduct(units).norm();
-  const auto units_of_error = roundings * static_cast<double>(z.rows()) * static_cast<double>(polynomial.size() - 1);
+  std::size_t degree = 1;
+  for (const auto& row : matrix_) {
+    for (const Polynomial& entry : row) degree = std::max(degree, entry.size());
+  }
+  const auto units_of_error = roundings * static_cast<double>(rates.size()) * static_cast<double>(degree - 1);
   return error <= units_of_error * std::numeric_limits<double>::epsilon() * size;
 }
 

@@ -124,6 +124,14 @@ std::vector<Stage> Multistep::stages(Kernel kernel) {
 
 }  // namespace
 
+std::vector<std::vector<std::vector<double>>> multistep_matrix(model::TimeScheme time) {
+  if (time == model::TimeScheme::ab2) return {{{1, 1.5}, {-0.5}}, {{0, 1}, {}}};
+  if (time == model::TimeScheme::ab3)
+    return {{{1, 23.0 / 12}, {-16.0 / 12}, {5.0 / 12}}, {{0, 1}, {}, {}}, {{}, {1}, {}}};
+  if (time == model::TimeScheme::leapfrog) return {{{0, 2}, {1}}, {{1}, {}}};
+  return {};
+}
+
 std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   FieldsOfStates into;
   for (const Advance& advance : advances) into[advance.state] = advance.into;

@@ -21,6 +21,11 @@
 
 namespace dpde::stencil {
 
+/// What a step behind the first ones makes of a state with dt(u) = (z/dt)*u and of what it remembers: of u, dt*F_before
+/// and dt*F_older, of u and u_before. A row each, of polynomials of z by powers. Empty of schemes without a memory;
+/// leapfrog's is of equations of first order.
+std::vector<std::vector<std::vector<double>>> multistep_matrix(model::TimeScheme time);
+
 /// The kernel of a checked problem; `advances` has all states, histories with the rate 0.
 std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);
 
