@@ -48,6 +48,7 @@ void refuse_least_squares(const Rollout& rollout) {
 }  // namespace
 
 double Engine::gradient(std::span<double> to) {
+  if (const std::optional<Unsolved> lost = options_.trusts_signs ? std::nullopt : lost_sign()) throw Unsolved(*lost);
   Rollout& rollout = objective();
   begin(rollout);
   last_gradient_ = &rollout.gradient();

@@ -72,5 +72,57 @@ TEST_F(JumpsLeftOut, AreOfTheSizeOfTheGradient) {
   EXPECT_EQ(forced.codes(), std::vector<std::string>{"W0609"});
 }
 
+struct SignCase {
+  std::string rate, k;
+  bool is_lost;
+};
+/// p falls from 1 by k.
+const std::vector<SignCase> sign_cases = {{"atan(1/p)", "1.3", true},
+                                          {"atan(1/(1 + p))", "1.3", false},
+                                          {"turned(2*p)", "1.3", true},
+                                          {"atan(1/p)", "0.7", false}};
+
+/// What is divided by loses the sign that a formula is written for.
+TEST_F(JumpsLeftOut, OfSignsThatAreLostAreToldByEachVerb) {
+  for (std::size_t i = 0; i < sign_cases.size(); ++i) {
+    const SignCase& c = sign_cases[i];
+    if (!is_tried(i, 2)) continue;
+    write("s.dpde", "operator turned(z) order 0 = atan(1/z)\nmodel m { field p, q; param k = " + c.k +
+                        "; dt(p) = -k; dt(q) = " + c.rate +
+                        " }\nscene s : m { initial p = 1; initial q = 0; time 0 .. 1, step 1/200 }\n"
+                        "task t : s { unknown k; minimise (q + 1)^2; using lbfgs(), iterations 2 }\n");
+    for (const std::string verb : {"gradient", "optimize", "verify"}) {
+      const Outcome found = dpde(verb + " s.dpde t --json");
+      const std::vector<std::string> codes = found.codes();
+      const std::string code = verb == "verify" ? "E0804" : "E0609";
+      EXPECT_EQ(std::ranges::count(codes, code), c.is_lost ? 1 : 0) << verb << ": " << c.rate << found.out;
+      EXPECT_EQ(found.status, !c.is_lost ? 0 : verb == "verify" ? 1 : 2) << verb << ": " << c.rate << found.err;
+      if (c.is_lost) EXPECT_NE(found.err.find("(t = 0.77): this divides by "), std::string::npos) << found.err;
+    }
+    const Outcome forced = dpde("gradient s.dpde t --force");
+    EXPECT_EQ(forced.status, 0) << forced.err;
+    EXPECT_NE(forced.err.find("W0609"), std::string::npos) << forced.err;
+    EXPECT_NE(forced.out.find("certified in part"), std::string::npos) << forced.out;
+    EXPECT_NE(forced.out.find("keeps its sign in the run"), std::string::npos) << forced.out;
+  }
+}
+
+/// The first step of Adam takes p through 0; a line search takes shorter ones.
+TEST_F(JumpsLeftOut, OfSignsThatStepsOfASearchLose) {
+  const auto found = [&](const std::string& method) {
+    write("s.dpde",
+          "model m { field p, q; param k = 0.7; dt(p) = -k; dt(q) = atan(1/p) }\n"
+          "scene s : m { initial p = 1; initial q = 0; time 0 .. 1, step 1/200 }\n"
+          "task t : s { unknown k; minimise (q - 2)^2; using " +
+              method + ", iterations 30 }\n");
+    return dpde("optimize s.dpde t --json");
+  };
+  const Outcome adam = found("adam(rate = 0.5)"), lbfgs = found("lbfgs()");
+  EXPECT_EQ(adam.codes(), std::vector<std::string>{"E0803"}) << adam.err;
+  EXPECT_NE(adam.err.find("this divides by p, which changes its sign"), std::string::npos) << adam.err;
+  EXPECT_EQ(lbfgs.status, 0) << lbfgs.err;
+  EXPECT_LE(lbfgs.json()["unknowns"]["k"]["value"].get<double>(), 1.01) << lbfgs.out;
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -235,7 +235,7 @@ Json bench(Job& job, const BenchOptions& options) {
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!compile_options) return result;
   compile_options->adjoint = true;
-  compile_options->takes_jumps = true;                                      // only its speed is asked for
+  compile_options->takes_jumps = compile_options->trusts_signs = true;      // only its speed is asked for
   compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
   const std::shared_ptr<codegen::CodeCache> cache =
       std::exchange(compile_options->cache, nullptr);  // compile_s is measured

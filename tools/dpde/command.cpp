@@ -95,7 +95,7 @@ std::optional<driver::CompileOptions> Job::compile_options() {
     result.selection.overrides[parts[0]] = parts[1];
   }
   result.selection.scheme = options_.scheme;
-  result.takes_jumps = options_.force;
+  result.takes_jumps = result.trusts_signs = options_.force;
   if (options_.backend == "cpp") {
     result.backend = driver::Backend::cpp;
   } else if (options_.backend == "interpreter") {

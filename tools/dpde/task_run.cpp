@@ -55,14 +55,18 @@ bool is_possible(Job& job, const TaskOptions& options, const driver::Compiled& c
                                          job.source(), job.sink()));
 }
 
-/// A line of what was not checked for each choice whose jump the derivatives go on without.
+/// A line of what was not checked for each choice whose jump the derivatives go on without, and for what may be one.
 void add_jumps(const SourceFile& source, const driver::Compiled& compiled, std::vector<std::string>& lines) {
   std::set<std::string> seen;
-  for (const model::Jump& jump : compiled.jumps_left_out) {
-    const LineColumn at = source.locate(jump.origin.range.begin);
-    std::string line = fmt::format("what the jump at {}:{} adds, which the gradient lacks (W0609)", at.line, at.column);
+  const auto add = [&](const Origin& origin, const char* text) {
+    const LineColumn at = source.locate(origin.range.begin);
+    std::string line = fmt::format(fmt::runtime(text), at.line, at.column);
     if (seen.insert(line).second) lines.push_back(std::move(line));
-  }
+  };
+  for (const model::Jump& jump : compiled.jumps_left_out)
+    add(jump.origin, "what the jump at {}:{} adds, which the gradient lacks (W0609)");
+  for (const Origin& origin : compiled.unwatched)
+    add(origin, "whether what divides at {}:{} keeps its sign in the run (W0609)");
 }
 
 }  // namespace
@@ -81,6 +85,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   job.runs(run.compiled);
   if (!is_possible(job, options, *run.compiled)) return false;
   driver::warn_of_jumps_left_out(*run.compiled, job.sink());
+  driver::warn_of_unwatched(*run.compiled, job.sink());
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
   if (run.certificate) add_jumps(job.source(), *run.compiled, run.certificate->left_out);
   return !job.failed();

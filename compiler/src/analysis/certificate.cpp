@@ -301,8 +301,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (!inverse) return false;
   const Point& point = certificate.point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
-  certificate.start_is_finite =
-      std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
+  certificate.start_is_finite = is_finite_at_start(*inverse);
+  certificate.lost_sign = lost_sign_at_start(*session, *inverse);
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   certificate.steady = inverse->last().steady;
@@ -403,8 +403,8 @@ bool Certificate::tests_nothing() const {
 bool Certificate::passed() const {
   const bool taylor =
       only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
-  return start_is_finite && worst() <= largest_dot_error && taylor && !jump && (!second || !second->is_wrong()) &&
-         (!single || single->passed());
+  return start_is_finite && worst() <= largest_dot_error && taylor && !jump && lost_sign.empty() &&
+         (!second || !second->is_wrong()) && (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const { return largest_error_of(cases); }
@@ -441,6 +441,7 @@ std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& comp
   own.threads = options.threads;
   own.stop = options.stop;
   own.cells = affordable_grid(problem);
+  own.trusts_signs = true;  // points are made up
   driver::SessionOptions one_step = own;
   one_step.steps = std::min(1, problem.steps);
   // Data belong to times of the whole run; on a grid given by hand they are made up.

@@ -80,9 +80,11 @@ struct Certificate {
   std::optional<SteadyAdjoint> steady = {};    // of runs until steady
   bool start_is_finite =
       true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
+  std::string lost_sign;              // what divides by what changes its sign where the task begins; "": nothing
   std::vector<KinkAtStart> kinks;     // where it begins, the loss has more than one slope
   std::vector<std::string> untested;  // unknowns by which no derivative was compared: it is 0, or below rounding
-  /// Finite at the start, every case at most 1e-11 or rounding, and a derivative by the rule of taylor.h.
+  /// Finite and with its divisors' signs at the start, every case at most 1e-11 or rounding, and a derivative by the
+  /// rule of taylor.h.
   bool passed() const;
   bool only_rounding = false;
 };

@@ -56,4 +56,15 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
   return found;
 }
 
+bool is_finite_at_start(driver::Inverse& inverse) {
+  Eigen::VectorXd gradient(inverse.size());
+  return std::isfinite(inverse.value_and_gradient(inverse.start(), gradient)) && gradient.allFinite();
+}
+
+std::string lost_sign_at_start(driver::Session& session, driver::Inverse& inverse) {
+  inverse.assign(inverse.start());
+  const std::optional<Unsolved> lost = session.engine().lost_sign();
+  return lost ? lost->what() : "";
+}
+
 }  // namespace dpde::analysis

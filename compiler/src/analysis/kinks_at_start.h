@@ -24,4 +24,10 @@ struct KinkAtStart {
 /// A direction in all unknowns is looked at first: where that has one slope, the others are not.
 std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_64& random);
 
+/// Whether the loss and its gradient are.
+bool is_finite_at_start(driver::Inverse& inverse);
+
+/// What divides by what changes its sign in the run, and in which step; "" where nothing does.
+std::string lost_sign_at_start(driver::Session& session, driver::Inverse& inverse);
+
 }  // namespace dpde::analysis

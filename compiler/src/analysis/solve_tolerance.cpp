@@ -82,6 +82,7 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
   if (!compiled->problem) return std::nullopt;
   const SolveBy& by = compiled->problem->scheme.solve;
   driver::SessionOptions session;
+  session.trusts_signs = true;  // the certificate has looked
   session.threads = options.threads;
   session.stop = options.stop;
   try {

@@ -358,6 +358,10 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   compiled.activity = activity_of(compiled, options);
   if (options.tangent || options.adjoint) check_switches(compiled, options, sink);
   if (sink.has_errors()) return false;
+  if (options.adjoint) {
+    const stencil::Module signs = run_passes(follow_divisors(compiled, options));
+    merge(compiled.stencil, with_own_kernels(signs, compiled.stencil));
+  }
   const auto verified = [&] { return stencil::verify(compiled.stencil); };
   if (!stages.after(
           "stencil", [&] { return print(compiled.stencil); }, verified))

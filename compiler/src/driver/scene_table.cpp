@@ -44,7 +44,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
                                           DiagnosticSink& sink) {
   CompileOptions options;
   options.seeded = needs.seeded;
-  options.takes_jumps = needs.takes_jumps;
+  options.takes_jumps = options.trusts_signs = needs.takes_jumps;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
   DiagnosticSink first_sink;  // the same again comes from the second compilation
@@ -54,6 +54,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
   options.backend = backend;
   std::optional<Compiled> compiled = compile(source, options, sink);
   if (compiled) warn_of_jumps_left_out(*compiled, sink);
+  if (compiled) warn_of_unwatched(*compiled, sink);
   if (!compiled || compiled->problem) return compiled;
   sink.report("nothing-to-do", {}, {"there is no scene to run"}, "write scene NAME : PROGRAM { ... }");
   return std::nullopt;
@@ -97,6 +98,7 @@ struct SceneTable::Storage {
   std::vector<dpde_unknown> unknowns;
   std::vector<dpde_put_in> put_in;
   std::vector<dpde_unit> units;
+  std::vector<dpde_divisor> divisors;
   dpde_scene scene{};
 };
 
@@ -251,6 +253,11 @@ void SceneTable::Storage::add_parts() {
 void SceneTable::Storage::add_facts() {
   for (const auto& [name, in] : compiled->problem->put_in) put_in.push_back({text(name), text(in)});
   for (const auto& [name, unit] : compiled->problem->units) units.push_back({text(name), text(unit)});
+  for (const Divisor& divisor : compiled->divisors)
+    divisors.push_back({text(divisor.field), text(divisor.text), divisor.begins_with_one_sign ? 1 : 0});
+  scene.divisors = compiled->program(compiled->names.divisors);
+  scene.divisor_count = static_cast<int32_t>(divisors.size());
+  scene.divisor = divisors.data();
   scene.put_in_count = static_cast<int32_t>(put_in.size());
   scene.put_in = put_in.data();
   scene.unit_count = static_cast<int32_t>(units.size());

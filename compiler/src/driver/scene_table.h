@@ -12,7 +12,7 @@ namespace dpde::driver {
 struct HostNeeds {
   bool second_order = false;  // of a task
   bool seeded = false;        // CompileOptions::seeded
-  bool takes_jumps = false;   // CompileOptions::takes_jumps
+  bool takes_jumps = false;   // CompileOptions::takes_jumps and trusts_signs
 };
 
 /// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints;

@@ -64,6 +64,7 @@ EngineOptions Session::engine_options() {
   result.slots = options_.slots;
   result.checkpoint_folder = options_.checkpoint_folder;
   result.stop = options_.stop;
+  result.trusts_signs = options_.trusts_signs || options_.made_up;
   result.find_tuning = [this](const RolloutSetup& setup) { return tuning_ = find_tuning(*compiled_, setup); };
   for (const std::string& name : compiled_->code->names()) {
     const dpde_program& program = *compiled_->code->find(name);
@@ -343,6 +344,7 @@ void report_unsolved(const Unsolved& error, DiagnosticSink& sink, SourceRange ra
     case UnsolvedFacts::What::newton: sink.report("newton-failed", range, {what}, hint); break;
     case UnsolvedFacts::What::substeps: sink.report("substeps-failed", range, {what}, hint); break;
     case UnsolvedFacts::What::steady: sink.report("run-failed", range, {what}, hint); break;
+    case UnsolvedFacts::What::sign: sink.report("branches-do-not-meet", range, {what}, hint); break;
   }
 }
 

@@ -32,8 +32,9 @@ struct SessionOptions {
   std::function<bool(Session&, DiagnosticSink&)> judge = {};
   /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
   std::vector<int> cells;
-  std::optional<int> steps;  // in place of the scene's
-  bool made_up = false;      // with `cells`: what files hold is made up too, and no file is read
+  std::optional<int> steps;   // in place of the scene's
+  bool trusts_signs = false;  // EngineOptions::trusts_signs
+  bool made_up = false;       // with `cells`: what files hold is made up too, and no file is read
 };
 
 /// States of one datum: one for all times, or one for each of `times`.

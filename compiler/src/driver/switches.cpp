@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "adjoint/rules.h"
+#include "model/print_model.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/idle_walls.h"
@@ -51,10 +52,9 @@ void report(const model::Task& task, const model::OnlySwitching& found, Diagnost
 /// What happens there.
 std::string why_of(const model::Jump& jump) {
   const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
-  const std::string what = jump.is_at_pole     ? "as " + moved + " moves, this divides by 0 and jumps"
-                           : jump.what.empty() ? moved + " moves the switch"
-                                               : jump.what + " jumps as " + moved + " moves";
-  return what + ", and a gradient lacks what the jump adds";
+  return jump.is_at_pole     ? "as " + moved + " moves, this divides by 0 and jumps"
+         : jump.what.empty() ? "the branches of this choice do not meet where it switches, and " + moved + " moves it"
+                             : jump.what + " jumps as " + moved + " moves";
 }
 
 /// What to write instead.
@@ -182,6 +182,12 @@ void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
     sink.report("jump-left-out", jump.origin.range, {why_of(jump)}, smooth_for(jump));
 }
 
+void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const Origin& origin : compiled.unwatched)
+    sink.report("jump-left-out", origin.range, {"this jumps where it divides by 0, and no run looks whether it does"},
+                "dpde verify looks for jumps beside the point where a task begins");
+}
+
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   if (!compiled.problem || !compiled.problem->task || options.by_everything) return;
   const model::Problem& problem = *compiled.problem;
@@ -202,6 +208,32 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
       report(jump, sink);
     }
   }
+}
+
+stencil::Module follow_divisors(Compiled& compiled, const CompileOptions& options) {
+  if (!compiled.problem || !compiled.problem->task || options.by_everything) return {};
+  const model::Problem& problem = *compiled.problem;
+  std::vector<model::Expr> values;
+  for (const model::Divisor& divisor : trusted_divisors(problem, influence_in(compiled))) {
+    if (!divisor.value || options.trusts_signs) {
+      compiled.unwatched.push_back(divisor.origin);
+      continue;
+    }
+    values.push_back(*divisor.value);
+    compiled.divisors.push_back({"", print(*divisor.value), divisor.origin, divisor.begins_with_one_sign});
+  }
+  const stencil::Program* step = written_step(compiled);
+  if (step != nullptr) {
+    const auto jump = [&](model::Signs signs) {
+      return jump_of_program(compiled, *step, influence_in(compiled), signs);
+    };
+    const std::optional<model::Jump> found = jump(model::Signs::any);
+    if (found && found->is_at_pole && !jump(model::Signs::kept)) compiled.unwatched.push_back(found->origin);
+  }
+  if (values.empty()) return {};
+  stencil::Module module = stencil::program_of_values(problem, compiled.names.divisors, values);
+  for (std::size_t i = 0; i < values.size(); ++i) compiled.divisors[i].field = module.programs.front().keeps[i];
+  return module;
 }
 
 }  // namespace dpde::driver

@@ -12,6 +12,10 @@ namespace dpde::driver {
 /// scene without a task, whose parameters are all unknown, those that make switches jump are none afterwards.
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink);
 
+/// The program of the divisors whose signs the derivatives take for granted, which compiled.divisors then are. With
+/// options.trusts_signs nothing looks at them.
+stencil::Module follow_divisors(Compiled& compiled, const CompileOptions& options);
+
 /// Whether something jumps, or would where a field that is divided by came to another sign, as none should.
 bool may_jump(const Compiled& compiled);
 
@@ -20,5 +24,8 @@ void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 
 /// Warnings at them, for who goes on without them.
 void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
+
+/// And at quotients that may be jumps, as no run looks at the signs of what divides.
+void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

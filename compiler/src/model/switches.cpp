@@ -13,8 +13,27 @@ namespace dpde::model {
 
 namespace {
 
-/// Whether fields that no name of the problem is, as an operator's parameters, move.
-using Scope = std::map<std::string, bool>;
+/// Fields that no name of the problem is, as an operator's parameters: whether they move, and what they are in terms of
+/// the problem, where that is known.
+struct Local {
+  bool moves = false;
+  std::optional<Expr> value = {};
+};
+using Scope = std::map<std::string, Local>;
+
+/// nullopt where it is made of what is not known.
+std::optional<Expr> in_terms_of_problem(const Expr& e, const Scope& scope) {
+  const Field* field = std::get_if<Field>(&e->kind);
+  const auto local = field == nullptr ? scope.end() : scope.find(field->name);
+  if (local != scope.end()) return local->second.value;
+  bool is_known = true;
+  const Expr result = map_parts(e, [&](const Expr& part) {
+    const std::optional<Expr> value = in_terms_of_problem(part, scope);
+    is_known = is_known && value;
+    return value.value_or(part);
+  });
+  return is_known ? std::optional(result) : std::nullopt;
+}
 
 /// What a switch hangs on: a condition, or what sign, floor and fraction are of.
 const Expr* operand_of_switch(const Expr& e) {
@@ -75,6 +94,7 @@ class Converter {
 
   const Piecewise& formula() const { return formula_; }
   const Expr& source_of(Piecewise::Id id) const { return sources_.at(id); }
+  void trust(Piecewise::Id id) { formula_.trust(id); }
   const std::vector<Inner>& inner() const { return inner_; }
 
  private:
@@ -105,7 +125,7 @@ class Converter {
 
 bool Converter::moves(const std::string& name) const {
   const auto local = scope_.find(name);
-  return local != scope_.end() ? local->second : movement_.moves(name);
+  return local != scope_.end() ? local->second.moves : movement_.moves(name);
 }
 
 bool Converter::moves(const Expr& e) const {
@@ -205,7 +225,8 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
       [&](const Reduce&) { return opaque(e, offset, scope_); },
       [&](const Apply& a) {
         Scope inside;
-        for (std::size_t i = 0; i < a.arguments.size(); ++i) inside[a.function.parameters[i]] = moves(a.arguments[i]);
+        for (std::size_t i = 0; i < a.arguments.size(); ++i)
+          inside[a.function.parameters[i]] = {moves(a.arguments[i]), in_terms_of_problem(a.arguments[i], scope_)};
         for (const Expr& part : a.function.body) {
           if (may_jump(part)) inner_.push_back({part, inside, a.function.name});
         }
@@ -214,7 +235,7 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
       [&](const NetworkCall&) { return opaque(e, offset, scope_); },
       [&](const Solve& s) {
         Scope inside = scope_;
-        inside[s.name] = moves(s.right) || moves(s.operation);
+        inside[s.name] = {moves(s.right) || moves(s.operation)};
         return opaque(e, offset, inside);
       });
 }
@@ -285,35 +306,139 @@ std::vector<OnlySwitching> only_switching(const Problem& problem, const Influenc
   return result;
 }
 
-std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
+namespace {
+
+/// The formula, and those that stand inside of what is no arithmetic, one after the other until `look` is true of one.
+void look_inside(const Expr& formula, const Problem& problem, const Movement& movement,
+                 const std::function<bool(Converter&, const Converter::Inner&)>& look) {
   std::vector<Converter::Inner> waiting{{formula, {}, ""}};
   while (!waiting.empty()) {
     const Converter::Inner next = waiting.back();
     waiting.pop_back();
     if (!may_jump(next.value)) continue;
-    const Converter converter(problem, movement, next);
-    if (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
-      const Expr& e = converter.source_of(*found);
-      Jump jump{e->origin, switching_function(e), {}, next.within, operand_of_switch(e) == nullptr};
-      for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
-        if (movement.moves(name)) jump.movers.push_back(name);
-      }
-      return jump;
-    }
+    Converter converter(problem, movement, next);
+    if (look(converter, next)) return;
     waiting.insert(waiting.end(), converter.inner().begin(), converter.inner().end());
   }
-  return std::nullopt;
 }
 
-std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
-  const Movement movement{[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
-  std::vector<Jump> jumps;
+}  // namespace
+
+std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
+  std::optional<Jump> jump;
+  look_inside(formula, problem, movement, [&](const Converter& converter, const Converter::Inner& next) {
+    const std::optional<Piecewise::Id> found = find_jump(converter.formula());
+    if (!found) return false;
+    const Expr& e = converter.source_of(*found);
+    jump = Jump{e->origin, switching_function(e), {}, next.within, operand_of_switch(e) == nullptr};
+    for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
+      if (movement.moves(name)) jump->movers.push_back(name);
+    }
+    return true;
+  });
+  return jump;
+}
+
+namespace {
+
+/// What changes its sign where `e` is 0: (p*q)^2 is 0 where p or q is.
+void add_factors(const Expr& e, std::vector<Expr>& factors) {
+  const Neg* neg = std::get_if<Neg>(&e->kind);
+  if (neg != nullptr) return add_factors(neg->operand, factors);
+  const Binary* binary = std::get_if<Binary>(&e->kind);
+  const bool is_product = binary && (binary->op == BinaryOp::multiply || binary->op == BinaryOp::divide);
+  if (is_product || (binary && binary->op == BinaryOp::power)) add_factors(binary->left, factors);
+  if (is_product) add_factors(binary->right, factors);
+  if (binary && (is_product || binary->op == BinaryOp::power)) return;
+  const Call* call = std::get_if<Call>(&e->kind);
+  if (call && (call->fn == Fn::abs || call->fn == Fn::sqrt)) return add_factors(call->arguments.front(), factors);
+  if (!std::holds_alternative<Number>(e->kind)) factors.push_back(e);
+}
+
+std::vector<Expr> factors_of_divisor(const Expr& pole) {
+  const Call* call = std::get_if<Call>(&pole->kind);
+  const Expr& operand = *operand_of_pole(pole);
+  std::vector<Expr> factors;
+  add_factors(call && call->fn == Fn::tan ? model::call(Fn::cos, {operand}) : operand, factors);
+  return factors;
+}
+
+/// With the formulas of states, where they begin, and of coefficients; nullopt where one has none.
+std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
+  if (const Field* field = std::get_if<Field>(&e->kind)) {
+    const State* state = problem.find_state(field->name);
+    const Coefficient* coefficient = problem.find_coefficient(field->name);
+    return state ? state->initial.formula : coefficient ? coefficient->value.formula : std::nullopt;
+  }
+  bool is_known = true;
+  const Expr result = map_parts(e, [&](const Expr& part) {
+    const std::optional<Expr> value = at_the_start(part, problem);
+    is_known = is_known && value;
+    return value.value_or(part);
+  });
+  return is_known ? std::optional(result) : std::nullopt;
+}
+
+bool begins_with_one_sign(const Expr& e, const Problem& problem) {
+  const std::optional<Expr> start = at_the_start(e, problem);
+  const Movement nothing{[](const std::string&) { return false; }};
+  return start && find_sign(Converter(problem, nothing, {*start, {}, ""}).formula()).value_or(0) != 0;
+}
+
+/// All divisors at whose zeros the formula jumps, whatever the signs of fields.
+void add_divisors(const Expr& formula, const Problem& problem, const Movement& movement,
+                  std::vector<Divisor>& divisors) {
+  const auto add = [&](const Divisor& divisor) {
+    const auto is_it = [&](const Divisor& other) {
+      return divisor.value ? other.value == divisor.value : other.origin.range == divisor.origin.range;
+    };
+    if (std::ranges::none_of(divisors, is_it)) divisors.push_back(divisor);
+  };
+  look_inside(formula, problem, movement, [&](Converter& converter, const Converter::Inner& next) {
+    while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
+      const Expr& pole = converter.source_of(*found);
+      converter.trust(*found);
+      if (operand_of_switch(pole) != nullptr) continue;
+      for (const Expr& factor : factors_of_divisor(pole)) {
+        const std::optional<Expr> value = in_terms_of_problem(factor, next.scope);
+        add({value, pole->origin, value && begins_with_one_sign(*value, problem)});
+      }
+    }
+    return false;
+  });
+}
+
+/// Of the formulas that the losses hang on. Those of masks are left out, as no unknown may stand in them.
+void for_each_judged_formula(const Problem& problem, const Influence& influence,
+                             const std::function<void(const Expr&)>& f) {
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_length || is_mask(problem, formula.makes)) return;
-    if (!formula.is_of_loss && !influence.reaches_losses(formula.makes)) return;
-    if (std::optional<Jump> jump = jump_in(*formula.value, problem, movement)) jumps.push_back(std::move(*jump));
+    if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value);
+  });
+}
+
+Movement movement_of(const Influence& influence, Signs signs) {
+  return {[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
+}
+
+}  // namespace
+
+std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
+  const Movement movement = movement_of(influence, signs);
+  std::vector<Jump> jumps;
+  for_each_judged_formula(problem, influence, [&](const Expr& formula) {
+    if (std::optional<Jump> jump = jump_in(formula, problem, movement)) jumps.push_back(std::move(*jump));
   });
   return jumps;
+}
+
+std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence) {
+  const Movement kept = movement_of(influence, Signs::kept), any = movement_of(influence, Signs::any);
+  std::vector<Divisor> divisors;
+  for_each_judged_formula(problem, influence, [&](const Expr& formula) {
+    if (!jump_in(formula, problem, kept)) add_divisors(formula, problem, any, divisors);
+  });
+  return divisors;
 }
 
 }  // namespace dpde::model

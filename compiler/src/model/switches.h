@@ -37,6 +37,16 @@ enum class Signs { kept, any };
 /// One for each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs);
 
+/// What a formula divides by, or a factor of it, where the formula jumps at 0 and is taken for differentiable as fields
+/// keep their signs (Signs::kept).
+struct Divisor {
+  std::optional<Expr> value;  // of the scene's fields and parameters; nullopt where it is made of others, as in solves
+  Origin origin;              // of the quotient
+  bool begins_with_one_sign = false;  // wherever its fields are given by formulas
+};
+/// Of the formulas that the losses hang on; those that jump all the same are left out.
+std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence);
+
 /// The value of a parameter, of t or of dt, and where it may go: a sought parameter stays within its bounds. Without
 /// bounds it keeps its sign, as a length or a rate does, for which formulas are written, where other things move too.
 Piecewise::Symbol range_of(const Problem& problem, const std::string& param);

@@ -301,8 +301,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "the adjoint that is given for {} of {} is not its transpose: tangent and adjoint differ by {} (dot product)"},
     {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a weight at the boundary of {}"},
     {"E0607", "switch-without-derivative", Severity::error, "{} only moves a switch: {}"},
-    {"E0609", "branches-do-not-meet", Severity::error, "the branches of this choice do not meet where it switches: {}"},
-    {"W0609", "jump-left-out", Severity::warning, "the branches of this choice do not meet where it switches: {}"},
+    {"E0609", "branches-do-not-meet", Severity::error, "{}: a gradient lacks what the jump adds"},
+    {"W0609", "jump-left-out", Severity::warning, "{}: a gradient lacks what the jump adds"},
 };
 
 /// The row called `name`; a name that is not in the table does not compile.

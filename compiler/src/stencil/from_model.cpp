@@ -405,6 +405,7 @@ ProgramNames program_names(const model::Problem& problem) {
   if (!problem.task) return names;
   const std::string& task = problem.task->name;
   names.start = supply.fresh(task + "_start");
+  names.divisors = supply.fresh(task + "_divisors");
   for (const auto& [field, program] : names.controls) {
     names.control_starts[field] = supply.fresh(task + "_control_" + std::to_string(number_of(problem, field)));
   }
@@ -437,6 +438,20 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   add_formulas(module, lowering, names.shown, shown_formulas(problem, lowering));
   add_sums(module, lowering, names.constraints, misses(problem, names));
   if (problem.task) add_task(module, lowering, *problem.task, names);
+  place_fills(module);
+  return module;
+}
+
+Module program_of_values(const model::Problem& problem, const std::string& name,
+                         const std::vector<model::Expr>& values) {
+  Module module;
+  Lowering lowering(problem);
+  const model::Placements placements(problem);
+  std::vector<Formula> formulas;
+  for (const model::Expr& value : values)
+    formulas.push_back({lowering.fresh_field(name + "_value"), value, value->origin,
+                        placements.natural(value).value_or(model::Placement{})});
+  add_formulas(module, lowering, name, formulas);
   place_fills(module);
   return module;
 }

@@ -9,6 +9,7 @@
 //   S_exact         u_exact of the states that have one, kept       S_observe  a sum for each observable
 //   S_shown         what outputs ask for beside states, kept        T_test_N   sum N
 //   T_loss_1, ...   sum `loss`, one program a `minimise` line
+//   T_divisors      what derivatives take to keep its sign, kept; made by program_of_values
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
 #pragma once
 
@@ -24,7 +25,7 @@ namespace dpde::stencil {
 
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
-  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints;
+  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints, divisors;
   std::string rate_field = "courant_rate";  // that `rate` keeps; a word that no field of a person has
   /// Sums of `constraints` for each constraint, in order: the largest value of what has to be 0, and the largest sum of
   /// its terms' magnitudes.
@@ -40,5 +41,9 @@ ProgramNames program_names(const model::Problem& problem);
 
 /// Lowers a verified problem. What no scheme can discretise is reported to `sink`; the module is empty then.
 Module from_model(const model::Problem& problem, const ProgramNames& names, DiagnosticSink& sink);
+
+/// One program that keeps a field for each of the values, in their order.
+Module program_of_values(const model::Problem& problem, const std::string& name,
+                         const std::vector<model::Expr>& values);
 
 }  // namespace dpde::stencil

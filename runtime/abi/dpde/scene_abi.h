@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 11
+#define DPDE_SCENE_VERSION 12
 
 typedef struct dpde_axis {
   const char* name;
@@ -122,6 +122,13 @@ typedef struct dpde_put_in {
   const char* in;
 } dpde_put_in;
 
+/* What a formula divides by, in a field that `divisors` keeps. A gradient lacks what a change of its sign adds. */
+typedef struct dpde_divisor {
+  const char* field;
+  const char* text;             /* as it is written */
+  int32_t begins_with_one_sign; /* in all cells, where formulas give what it is made of */
+} dpde_divisor;
+
 /* As it is written: "m/s". */
 typedef struct dpde_unit {
   const char* name; /* of a field, of a vector of each component, of a parameter, an observable, an axis, t */
@@ -183,7 +190,10 @@ typedef struct dpde_scene {
   int32_t put_in_count;
   const dpde_put_in* put_in;
   int32_t unit_count;
-  const dpde_unit* units; /* where they are known */
+  const dpde_unit* units;       /* where they are known */
+  const dpde_program* divisors; /* null: no gradient hangs on signs that are taken for granted */
+  int32_t divisor_count;
+  const dpde_divisor* divisor;
 } dpde_scene;
 
 #ifdef __cplusplus

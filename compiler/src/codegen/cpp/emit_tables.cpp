@@ -300,13 +300,18 @@ std::string value_text(const dpde_value& v) {
   return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
 }
 
-/// Formulas that are parts of others, and units.
+/// Formulas that are parts of others, units, and divisors.
 std::string facts_of(const dpde_scene& s, Tables& tables) {
   const auto put_in = [](const dpde_put_in& p) { return fmt::format("{{{}, {}}}", quoted(p.name), quoted(p.in)); };
   const auto unit = [](const dpde_unit& u) { return fmt::format("{{{}, {}}}", quoted(u.name), quoted(u.unit)); };
-  return fmt::format("{}, {}, {}, {}", s.put_in_count,
+  const auto divisor = [](const dpde_divisor& d) {
+    return fmt::format("{{{}, {}, {}}}", quoted(d.field), quoted(d.text), d.begins_with_one_sign);
+  };
+  return fmt::format("{}, {}, {}, {}, {}, {}, {}", s.put_in_count,
                      tables.array("dpde_put_in", "put_in", texts(s.put_in, s.put_in_count, put_in)), s.unit_count,
-                     tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)));
+                     tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)), tables.program(s.divisors),
+                     s.divisor_count,
+                     tables.array("dpde_divisor", "divisors", texts(s.divisor, s.divisor_count, divisor)));
 }
 
 /// The scene's initialiser; what it points to goes to `tables`.

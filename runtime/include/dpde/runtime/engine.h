@@ -23,6 +23,7 @@
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/simulation_options.h"
+#include "dpde/runtime/unsolved.h"
 #include "dpde/runtime/values.h"
 #include "dpde/runtime/workspace.h"
 #include "dpde/scene_abi.h"
@@ -36,6 +37,8 @@ struct EngineOptions : SimulationOptions {
   /// Not null: one of several engines that have a subgrid each. `cells` are those of the whole grid; fields, unknown
   /// ones too, are those of the subgrid. All make the same calls.
   Communicator* ranks = nullptr;
+  /// Gradients do not look whether divisors keep their signs, as of states that are made up.
+  bool trusts_signs = false;
   /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
   std::function<std::string(const RolloutSetup&)> find_tuning;
 };
@@ -132,8 +135,11 @@ class Engine {
   /// As tasks say it: infinite where an unknown has none; empty when none has any.
   Bounds bounds() const;
   double loss();
-  /// `to` has unknown_count() values. Not a number when stopped.
+  /// `to` has unknown_count() values. Not a number when stopped. @throws NoSolution where a divisor whose sign the
+  /// derivatives take for granted (dpde_scene::divisors) changes it in the run.
   double gradient(std::span<double> to);
+  /// The first divisor of dpde_scene::divisors that changes its sign in the run, where one does.
+  std::optional<Unsolved> lost_sign();
   const GradientResult& last_gradient() const { return *last_gradient_; }
   bool was_stopped() const { return was_stopped_; }
   /// "", or why there are no products.
@@ -180,6 +186,7 @@ class Engine {
   void run_formulas(const dpde_program& program, int32_t start);
   void* unused(std::size_t number);
 
+  int last_loss() const;
   std::string_view rate_of(int32_t kind, std::string_view name) const;
   std::string_view value_of_rate(std::string_view rate) const;
   bool comes_from_formula(std::string_view field) const;

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas that are differentiable as long as what they divide by keeps its sign, in runs that take it through 0: in
+// each slot of a problem, differences of the loss as judge, and those that a run brings to no zero.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driver/inverse.h"
+#include "driver/switches.h"
+#include "driver_support.h"
+#include "dpde/runtime/unsolved.h"
+#include "support/setting.h"
+
+namespace dpde::testing {
+namespace {
+
+/// p begins at 1 and falls by k.
+std::string falling(const std::string& slot, const std::string& formula, double k) {
+  const auto in = [&](const std::string& name, const std::string& else_text) {
+    return slot == name ? formula : else_text;
+  };
+  return "operator turned(z) order 0 = atan(1/z)\n"
+         "model m { field u, v, p, r; param k = " + std::to_string(k) + "; mask wall\n u = " + in("held", "0.1") +
+         " inside wall\n dt(u) = -u + 0.3*v + " + in("rate", "0.1") +
+         "\n dt(v) = lap(v) - v + 0.3*u\n dt(p) = -k\n dt(r) = -0.1*r\n}\n"
+         "scene s : m { grid x = 0 .. 4, cells 4\n boundary u: x = 0\n boundary v: x = " + in("boundary", "0.1") +
+         "\n boundary p: x = zero_gradient\n boundary r: x = zero_gradient\n" +
+         " initial u = 0.2; initial v = 0.2; initial p = 1; initial r = 1\n wall = x < 1\n after step: u = u + " +
+         in("event", "0") + "\n time 0 .. 1, step 1/200\n}\n" +
+         "task t : s { unknown k; minimise mean(u^2) + mean(v^2); minimise 0.1*mean(" + in("loss", "u") +
+         ") over time }\n";
+}
+
+struct Run {
+  std::unique_ptr<driver::Session> session;
+  std::unique_ptr<driver::Inverse> inverse;
+};
+
+std::optional<Run> open(const SourceFile& source, bool trusts_signs, driver::Backend backend) {
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.trusts_signs = trusts_signs;
+  options.backend = backend;
+  DiagnosticSink sink;
+  auto compiled = driver::compile(source, options, sink);
+  EXPECT_TRUE(compiled) << all_messages(source, sink);
+  if (!compiled) return std::nullopt;
+  Run run;
+  run.session = driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), {}, sink);
+  if (run.session) run.inverse = driver::Inverse::open(*run.session, source, sink);
+  EXPECT_TRUE(run.inverse) << all_messages(source, sink);
+  return run.inverse ? std::optional(std::move(run)) : std::nullopt;
+}
+
+struct Found {
+  bool is_refused = false;
+  double gradient = NAN;   // forced
+  double secant = NAN;  // over some steps of the place where p is 0
+  bool is_wrong() const { return std::abs(gradient - secant) > 0.05*std::abs(secant) + 1e-4; }
+};
+
+Found gradient_of(const std::string& text) {
+  const SourceFile source("signs.dpde", text);
+  Found found;
+  Eigen::VectorXd gradient(1);
+  const auto watched = open(source, false, driver::Backend::interpreter);
+  if (!watched) return found;
+  try {
+    watched->inverse->value_and_gradient(watched->inverse->start(), gradient);
+  } catch (const Unsolved& error) {
+    found.is_refused = error.facts().what == UnsolvedFacts::What::sign;
+  }
+  const auto forced = open(source, true, driver::Backend::interpreter);
+  if (!forced) return found;
+  const double k = forced->inverse->start()[0], apart = 0.02;
+  forced->inverse->value_and_gradient(forced->inverse->start(), gradient);
+  const auto loss = [&](double at) { return forced->inverse->value(Eigen::VectorXd::Constant(1, at)); };
+  found.gradient = gradient[0];
+  found.secant = (loss(k + apart) - loss(k - apart)) / (2 * apart);
+  return found;
+}
+
+constexpr const char* slots_in_time[] = {"rate", "held", "boundary", "event", "loss"};
+
+/// Of these in the slot "rate" each, of one in each slot.
+constexpr const char* spellings[] = {"atan(1/p)",      "tanh(1/p^3)",       "1/(1 + exp(1/p))",
+                                     "atan(p/p^2)",    "atan(0.1*r/(p*r))", "turned(p)",
+                                     "turned(2*p)",    "atan(1/(p + 0*u))", "atan(1/(p*p*p))",
+                                     "atan(p^(-1))",   "mean(atan(1/p))",   "atan(1/(r*p - 0*r))"};
+
+TEST(LostSigns, AreRefusedInEachSlot) {
+  for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
+    const std::string slot = slots_in_time[i];
+    const std::string formula = slot == "event" ? "0.02*atan(1/p)" : "atan(1/p)";
+    const Found lost = gradient_of(falling(slot, formula, 1.3));
+    EXPECT_TRUE(lost.is_refused) << slot;
+    EXPECT_TRUE(lost.is_wrong()) << slot << ": " << lost.gradient << " and " << lost.secant;
+    if (!is_tried(i, 2)) continue;
+    const Found kept = gradient_of(falling(slot, formula, 0.7));
+    EXPECT_FALSE(kept.is_refused) << slot;
+    EXPECT_FALSE(kept.is_wrong()) << slot << ": " << kept.gradient << " and " << kept.secant;
+  }
+}
+
+TEST(LostSigns, AreRefusedInEachSpelling) {
+  for (std::size_t i = 0; i < std::size(spellings); ++i) {
+    if (!is_tried(i, 4)) continue;
+    const Found lost = gradient_of(falling("rate", spellings[i], 1.3));
+    EXPECT_TRUE(lost.is_refused) << spellings[i];
+    EXPECT_TRUE(lost.is_wrong()) << spellings[i] << ": " << lost.gradient << " and " << lost.secant;
+  }
+}
+
+/// p loses its sign and the divisor does not; or both sides meet.
+TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
+  constexpr const char* formulas[] = {"atan(1/(1 + p))", "atan(1/(p^2 + 0.1))", "p*atan(1/p)", "atan(1/(r + 0.5*p))",
+                                      "tanh(1/r)",       "sin(p)/p"};
+  for (std::size_t i = 0; i < std::size(formulas); ++i) {
+    if (!is_tried(i, 2)) continue;
+    const Found found = gradient_of(falling("rate", formulas[i], 1.3));
+    EXPECT_FALSE(found.is_refused) << formulas[i];
+    EXPECT_FALSE(found.is_wrong()) << formulas[i] << ": " << found.gradient << " and " << found.secant;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
