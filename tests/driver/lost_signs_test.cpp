@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "dpde/runtime/unsolved.h"
 #include "driver/inverse.h"
 #include "driver/switches.h"
 #include "driver_support.h"
-#include "dpde/runtime/unsolved.h"
 #include "support/setting.h"
 
 namespace dpde::testing {
@@ -23,11 +23,12 @@ std::string falling(const std::string& slot, const std::string& formula, double 
     return slot == name ? formula : else_text;
   };
   return "operator turned(z) order 0 = atan(1/z)\n"
-         "model m { field u, v, p, r; param k = " + std::to_string(k) + "; mask wall\n u = " + in("held", "0.1") +
-         " inside wall\n dt(u) = -u + 0.3*v + " + in("rate", "0.1") +
+         "model m { field u, v, p, r; param k = " +
+         std::to_string(k) + "; mask wall\n u = " + in("held", "0.1") + " inside wall\n dt(u) = -u + 0.3*v + " +
+         in("rate", "0.1") +
          "\n dt(v) = lap(v) - v + 0.3*u\n dt(p) = -k\n dt(r) = -0.1*r\n}\n"
-         "scene s : m { grid x = 0 .. 4, cells 4\n boundary u: x = 0\n boundary v: x = " + in("boundary", "0.1") +
-         "\n boundary p: x = zero_gradient\n boundary r: x = zero_gradient\n" +
+         "scene s : m { grid x = 0 .. 4, cells 4\n boundary u: x = 0\n boundary v: x = " +
+         in("boundary", "0.1") + "\n boundary p: x = zero_gradient\n boundary r: x = zero_gradient\n" +
          " initial u = 0.2; initial v = 0.2; initial p = 1; initial r = 1\n wall = x < 1\n after step: u = u + " +
          in("event", "0") + "\n time 0 .. 1, step 1/200\n}\n" +
          "task t : s { unknown k; minimise mean(u^2) + mean(v^2); minimise 0.1*mean(" + in("loss", "u") +
@@ -58,9 +59,9 @@ std::optional<Run> open(const SourceFile& source, bool trusts_signs, driver::Bac
 
 struct Found {
   bool is_refused = false;
-  double gradient = NAN;   // forced
-  double secant = NAN;  // over some steps of the place where p is 0
-  bool is_wrong() const { return std::abs(gradient - secant) > 0.05*std::abs(secant) + 1e-4; }
+  double gradient = NAN;  // forced
+  double secant = NAN;    // over some steps of the place where p is 0
+  bool is_wrong() const { return std::abs(gradient - secant) > 0.05 * std::abs(secant) + 1e-4; }
 };
 
 Found gradient_of(const std::string& text) {
@@ -87,10 +88,9 @@ Found gradient_of(const std::string& text) {
 constexpr const char* slots_in_time[] = {"rate", "held", "boundary", "event", "loss"};
 
 /// Of these in the slot "rate" each, of one in each slot.
-constexpr const char* spellings[] = {"atan(1/p)",      "tanh(1/p^3)",       "1/(1 + exp(1/p))",
-                                     "atan(p/p^2)",    "atan(0.1*r/(p*r))", "turned(p)",
-                                     "turned(2*p)",    "atan(1/(p + 0*u))", "atan(1/(p*p*p))",
-                                     "atan(p^(-1))",   "mean(atan(1/p))",   "atan(1/(r*p - 0*r))"};
+constexpr const char* spellings[] = {"atan(1/p)",         "tanh(1/p^3)",  "1/(1 + exp(1/p))", "atan(p/p^2)",
+                                     "atan(0.1*r/(p*r))", "turned(p)",    "turned(2*p)",      "atan(1/(p + 0*u))",
+                                     "atan(1/(p*p*p))",   "atan(p^(-1))", "mean(atan(1/p))",  "atan(1/(r*p - 0*r))"};
 
 TEST(LostSigns, AreRefusedInEachSlot) {
   for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
@@ -117,8 +117,8 @@ TEST(LostSigns, AreRefusedInEachSpelling) {
 
 /// p loses its sign and the divisor does not; or both sides meet.
 TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
-  constexpr const char* formulas[] = {"atan(1/(1 + p))", "atan(1/(p^2 + 0.1))", "p*atan(1/p)", "atan(1/(r + 0.5*p))",
-                                      "tanh(1/r)",       "sin(p)/p"};
+  constexpr const char* formulas[] = {"atan(1/(1 + p))",     "atan(1/(p^2 + 0.1))", "p*atan(1/p)",
+                                      "atan(1/(r + 0.5*p))", "tanh(1/r)",           "sin(p)/p"};
   for (std::size_t i = 0; i < std::size(formulas); ++i) {
     if (!is_tried(i, 2)) continue;
     const Found found = gradient_of(falling("rate", formulas[i], 1.3));

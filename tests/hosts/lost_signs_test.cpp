@@ -51,8 +51,8 @@ TEST_F(SignsOfHosts, AreSaidWhereTheyAreLost) {
 
 TEST_F(SignsOfHosts, GoOnByForceWithAWarning) {
   std::vector<Message> warnings;
-  Simulation sim = compile_text(
-      falling, {.name = "t", .set = {{"k", "2"}}, .force = true, .certify = false, .warnings = &warnings});
+  Simulation sim =
+      compile_text(falling, {.name = "t", .set = {{"k", "2"}}, .force = true, .certify = false, .warnings = &warnings});
   sim.gradient();
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings.front().code, "W0609");

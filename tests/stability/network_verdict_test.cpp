@@ -48,6 +48,24 @@ TEST(NetworkVerdict, KnowsWhatANetworkDoesInAnEquation) {
   EXPECT_FALSE(too_long.ruins_run()) << "an estimate refuses nothing";
 }
 
+/// A network that solves begin with does nothing to what a step does: the verdict is that without it.
+TEST(NetworkVerdict, WhatSolvesBeginWithIsNoPartOfAStep) {
+  const auto verdict_from = [](const std::string& from) {
+    const auto session = open_scene(
+        "network N(u: scalar) -> scalar {\n  conv out, 3, initial = he\n}\nmodel m { field u; solve lap(q) - q = -u "
+        "for q" +
+        from +
+        "\n dt(u) = 2*q - 3*u + 0.1*lap(u) }\nscheme c { time = euler; solve = cg(1e-10) }\nscene s : m with c {\n"
+        "  grid x = 0 .. 8, cells 16, periodic\n  initial u = sin(pi*x/4)\n  time 0 .. 1, step 0.1\n}\n");
+    return verdict_of(*session);
+  };
+  const Verdict without = verdict_from(""), with = verdict_from(" from N(u), u");
+  ASSERT_EQ(without.limit.kind, StepLimit::Kind::limit);
+  EXPECT_EQ(with.limit.step, without.limit.step);
+  EXPECT_EQ(with.is_exact, without.is_exact);
+  EXPECT_FALSE(with.is_of_networks);
+}
+
 /// What the network does to a state by itself is no growth of the scheme.
 TEST(NetworkVerdict, ForgivesWhatACorrectionDoes) {
   const Verdict verdict = verdict_on("lap(u)", "  after step : u += N(u)\n", 0.5, 0.1);
