@@ -143,7 +143,7 @@ std::vector<double> sizes_of(const std::vector<UnknownScale>& scales, const Eige
   return sizes;
 }
 
-Scale scale_of(const std::vector<UnknownScale>& scales, const std::vector<double>& sizes, Eigen::Index count) {
+Scale scale_by(const std::vector<UnknownScale>& scales, const std::vector<double>& sizes, Eigen::Index count) {
   if (scales.empty()) return {};
   Scale scale = Scale::Ones(count);
   for (size_t i = 0; i < scales.size(); ++i) scale.segment(scales[i].first, scales[i].count).setConstant(sizes[i]);
@@ -303,10 +303,15 @@ double free_norm(const Bounds& bounds, const Eigen::VectorXd& x, const Eigen::Ve
 
 }  // namespace
 
-bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds) {
+Eigen::VectorXd scale_of(const std::vector<UnknownScale>& scales, const Eigen::VectorXd& gradient) {
+  return scale_by(scales, sizes_of(scales, gradient), gradient.size());
+}
+
+bool iterate(const Lbfgs& method, LbfgsState& state, const Eigen::VectorXd& scale, const Objective& objective,
+             const Bounds& bounds) {
   const IterationObserver nobody;
   Minimiser minimiser{objective, nobody, 1, 0, bounds, {}, {}, 0};
-  return move(method, minimiser, state, {});
+  return move(method, minimiser, state, scale);
 }
 
 ScaledResult minimise_scaled(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
@@ -318,7 +323,7 @@ ScaledResult minimise_scaled(const Lbfgs& method, const Objective& objective, Ei
   bounds.project(state.x);
   const bool finite = minimiser.start(state.x, state.loss, state.gradient);
   const std::vector<double> sizes = sizes_of(scales, state.gradient);
-  const Scale scale = scale_of(scales, sizes, state.x.size());
+  const Scale scale = scale_by(scales, sizes, state.x.size());
   for (bool is_rounding = false; minimiser.visit(state.x, state.loss, state.gradient, finite);) {
     if (is_rounding) {
       minimiser.stop(StopReason::no_progress);

@@ -95,6 +95,42 @@ TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
   EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
 }
 
+/// The same problem in numbers of size 1, and with one unknown of 1e-2 and one of 1e-6.
+std::string two_sizes(bool scaled) {
+  const std::string rates = scaled ? "param a = 2, b = 1; dt(u) = -a*u - u*v; dt(v) = 1 - b*v"
+                                   : "param a = 0.02, b = 1e-6; dt(u) = -100*a*u - u*v; dt(v) = 1 - 1e6*b*v";
+  return "model m { field u, v; " + rates + R"( }
+scheme r { time = rk4 }
+scene s : m with r { grid x = 0 .. 1, cells 3, periodic; initial u = 1 + x; initial v = 0; time 0 .. 2, step 1/16 }
+dataset d : s { runs 1; frames every 1/16; file "d.nc" }
+task learn : s {
+  data du = trajectories("d.nc", u); data dv = trajectories("d.nc", v)
+  unknown a from )" +
+         (scaled ? "0.5; unknown b from 3" : "0.005; unknown b from 3e-6") + R"(
+  minimise mean((u - du)^2) + mean((v - dv)^2) over 8 steps
+  using lbfgs(), epochs 25
+}
+)";
+}
+
+TEST_F(AllWindows, LbfgsTakesUnknownsByTheirSizes) {
+  std::vector<Json> found;
+  for (const bool scaled : {true, false}) {
+    write("t.dpde", two_sizes(scaled));
+    ASSERT_EQ(dpde("run t.dpde d --out . --json").status, 0);
+    found.push_back(dpde("optimize t.dpde learn --json --out o" + std::to_string(scaled)).json());
+    if (scaled) continue;
+    ASSERT_EQ(dpde("optimize t.dpde learn --epochs 3 --json --out part" + std::to_string(scaled)).status, 0);
+    const Json rest = dpde("optimize t.dpde learn --resume --json --out part" + std::to_string(scaled)).json();
+    EXPECT_EQ(rest["loss"], found.back()["loss"]) << "the sizes are those of the first start";
+  }
+  const Json &one = found[0]["loss"], &other = found[1]["loss"];
+  for (std::size_t k = 0; k < std::min({one.size(), other.size(), std::size_t{8}}); ++k)
+    EXPECT_NEAR(one[k].get<double>(), other[k].get<double>(), 1e-6 * one[0].get<double>()) << k;
+  EXPECT_NEAR(found[1]["unknowns"]["a"]["value"].get<double>(), 0.02, 1e-8);
+  EXPECT_NEAR(found[1]["unknowns"]["b"]["value"].get<double>(), 1e-6, 1e-12);
+}
+
 TEST_F(AllWindows, LbfgsStopsWhenAskedAndGoesOn) {
   write("t.dpde", network("lbfgs(), epochs 100000"));
   const Outcome stopped =

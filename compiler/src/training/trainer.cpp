@@ -9,6 +9,7 @@
 #include "codegen/network_table.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
+#include "dpde/runtime/unknown_scales.h"
 
 namespace dpde::training {
 
@@ -262,6 +263,13 @@ bool Trainer::end_epoch() {
   return true;
 }
 
+/// By where the training starts and its first gradient.
+Eigen::VectorXd Trainer::scale_at(const Eigen::VectorXd& gradient) const {
+  std::vector<UnknownScale> scales;
+  for (const UnknownPart& part : parts_) scales.push_back({part.offset, part.size});
+  return scale_of(scales_of(start_, std::move(scales), bounds_), gradient);
+}
+
 /// An iteration over all windows, in the order of the file: the loss is then a function, which a line search can
 /// follow.
 bool Trainer::iterate_over_all() {
@@ -274,13 +282,15 @@ bool Trainer::iterate_over_all() {
     return result.bad ? std::nan("") : result.loss;
   };
   LbfgsState next = state_.lbfgs;
+  Eigen::VectorXd scale = state_.scale;
   if (next.x.size() == 0) {
     next.x = state_.updates.x;
     next.gradient.resize(next.x.size());
     next.loss = loss_of_all(next.x, next.gradient);
+    scale = scale_at(next.gradient);
   }
   const double before = next.loss;
-  const bool is_lower = std::isfinite(before) && iterate(Lbfgs{}, next, loss_of_all, bounds_);
+  const bool is_lower = std::isfinite(before) && iterate(Lbfgs{}, next, scale, loss_of_all, bounds_);
   if (is_stopping()) {
     end_ = TrainingEnd::stopped;
     return false;
@@ -293,6 +303,7 @@ bool Trainer::iterate_over_all() {
   if (!is_lower) return false;
   state_.losses.push_back(before);
   state_.lbfgs = std::move(next);
+  state_.scale = std::move(scale);
   state_.updates.x = state_.lbfgs.x;
   ++state_.updates.made;
   state_.epoch_loss = state_.lbfgs.loss;

@@ -28,6 +28,7 @@ struct Epoch {
 struct TrainingState {
   UpdateState updates;
   LbfgsState lbfgs;          // of L-BFGS once it has begun
+  Eigen::VectorXd scale;     // of each unknown, as L-BFGS takes it; empty: none
   int epoch = 0, batch = 0;  // the next one
   double epoch_loss = 0;     // sum over the batches of this epoch so far
   Eigen::VectorXd best;      // values with the lowest loss of all epochs of the same windows
@@ -109,6 +110,7 @@ class Trainer {
   bool is_lbfgs() const { return scene_.task().optimiser->kind == model::Optimiser::Kind::lbfgs; }
   bool make_update(std::span<const Window> batch, std::size_t first);
   bool make_next_update();
+  Eigen::VectorXd scale_at(const Eigen::VectorXd& gradient) const;
   bool iterate_over_all();
   bool end_epoch();
   void diverge(std::span<const Window> batch, std::size_t bad, const Eigen::VectorXd& x);

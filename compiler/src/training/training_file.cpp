@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a training: "dpdetrn2", what it is of, everything it goes on from, then a checksum of all before it.
+// Checkpoints of a training: "dpdetrn3", what it is of, everything it goes on from, then a checksum of all before it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -15,7 +15,7 @@ namespace dpde::training {
 
 namespace {
 
-constexpr std::string_view training_magic = "dpdetrn2";
+constexpr std::string_view training_magic = "dpdetrn3";
 constexpr std::array<std::string_view, 14> names_of_options{"task",      "length of windows",
                                                             "optimiser", "rate",
                                                             "momentum",  "decay",
@@ -43,6 +43,7 @@ void write(driver::ByteWriter& out, const TrainingState& state) {
   out.values({state.lbfgs.loss});
   out.values(numbers_in(state.lbfgs.x));
   out.values(numbers_in(state.lbfgs.gradient));
+  out.values(numbers_in(state.scale));
   for (const LbfgsState::Pair& pair : state.lbfgs.pairs) {
     out.values(numbers_in(pair.step));
     out.values(numbers_in(pair.change));
@@ -56,13 +57,14 @@ void write(driver::ByteWriter& out, const TrainingState& state) {
 }
 
 /// False when what is there is none of so many unknowns.
-bool read(driver::ByteReader& in, LbfgsState& state, Eigen::Index size) {
+bool read(driver::ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eigen::Index size) {
   const std::int64_t pairs = in.number();
   const std::vector<double> loss = in.values();
   if (loss.size() != 1 || pairs < 0 || pairs > Lbfgs{}.memory) return false;
   state.loss = loss[0];
   state.x = vector_of(in.values());
   state.gradient = vector_of(in.values());
+  scale = vector_of(in.values());
   for (std::int64_t p = 0; p < pairs; ++p) {
     LbfgsState::Pair& pair = state.pairs.emplace_back();
     pair.step = vector_of(in.values());
@@ -71,7 +73,8 @@ bool read(driver::ByteReader& in, LbfgsState& state, Eigen::Index size) {
     if (rho.size() != 1 || pair.step.size() != size || pair.change.size() != size) return false;
     pair.rho = rho[0];
   }
-  return state.x.size() == state.gradient.size() && (state.x.size() == size || (state.x.size() == 0 && pairs == 0));
+  return state.x.size() == state.gradient.size() && (scale.size() == 0 || scale.size() == size) &&
+         (state.x.size() == size || (state.x.size() == 0 && pairs == 0));
 }
 
 /// False when what is there is no state of so many unknowns.
@@ -88,7 +91,7 @@ bool read(driver::ByteReader& in, TrainingState& state) {
   for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best})
     *x = vector_of(in.values());
   state.losses = in.values();
-  if (!read(in, state.lbfgs, size)) return false;
+  if (!read(in, state.lbfgs, state.scale, size)) return false;
   const std::vector<double> epochs = in.values();
   if (!in.is_done() || epochs.size() % 5 != 0) return false;
   for (std::size_t i = 0; i < epochs.size(); i += 5) {

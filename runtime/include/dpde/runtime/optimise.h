@@ -89,10 +89,6 @@ struct LbfgsState {
   double loss = 0;
   std::deque<Pair> pairs;
 };
-/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is
-/// then what it was.
-bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds = {});
-
 /// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The
 /// Hessian need not be positive.
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,

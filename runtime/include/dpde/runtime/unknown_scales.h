@@ -21,6 +21,13 @@ struct UnknownScale {
 std::vector<UnknownScale> scales_of(const Eigen::VectorXd& start, std::vector<UnknownScale> parts,
                                     const Bounds& bounds);
 
+/// Of each unknown, at a first gradient; empty where there are no scales.
+Eigen::VectorXd scale_of(const std::vector<UnknownScale>& scales, const Eigen::VectorXd& gradient);
+/// Makes one iteration from a state whose loss and gradient are those at x, with unknowns over `scale`. False when no
+/// step lowers the loss; x is then what it was.
+bool iterate(const Lbfgs& method, LbfgsState& state, const Eigen::VectorXd& scale, const Objective& objective,
+             const Bounds& bounds = {});
+
 struct ScaledResult {
   OptimiseResult result;
   std::vector<double> scales;  // that the method took, one a part; empty: none
