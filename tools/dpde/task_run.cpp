@@ -133,6 +133,7 @@ Json certificate_json(const TaskRun& run) {
     checked = {{"cells", whole.grid},
                {"steps", whole.steps},
                {"until_steady", whole.is_steady},
+               {"window", whole.window.empty() ? Json(nullptr) : Json(whole.window)},
                {"directions", whole.directions},
                {"unknown", whole.unknown},
                {"quotient_error", json_number(whole.error)},
@@ -155,8 +156,8 @@ void say_certificate(Job& job, const TaskRun& run) {
     parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
   if (whole.directions > 0) {
     const std::string of = whole.is_steady ? "the steady state" : fmt::format("{} steps", whole.steps);
-    parts.push_back(fmt::format("the gradient of {} on {} cells to {:.1e} (rounding {:.1e})", of, whole.grid,
-                                whole.error, whole.rounding));
+    parts.push_back(fmt::format("the gradient of {} on {} cells{} to {:.1e} (rounding {:.1e})", of, whole.grid,
+                                whole.window.empty() ? "" : " " + whole.window, whole.error, whole.rounding));
   }
   const char* const verdict = run.certificate->left_out.empty() ? "certified" : "certified in part";
   std::string text = parts.empty() ? "not certified" : fmt::format("{}: {}", verdict, fmt::join(parts, "; "));

@@ -16,6 +16,7 @@
 #include "preparing.h"
 #include "stability/verdict.h"
 #include "task_run.h"
+#include "train.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -99,6 +100,7 @@ std::string second_order_text(const analysis::Certificate& certificate) {
               : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
   if (second.has_kinks) text += " (the programs have kinks, so it is not judged)";
   if (second.quotients) text += "\n  " + quotients_of_hessian(*second.quotients);
+  if (certificate.tests_nothing()) return text + "\nHessian: nothing to certify\n";
   if (second.has_kinks && second.passed()) return text + "\n";
   return text + (second.passed() ? "\nHessian: certified\n" : "\nHessian: NOT certified\n");
 }
@@ -122,9 +124,24 @@ std::string verdict_of(const analysis::Certificate& certificate, const driver::C
                      names, analysis::causes_of_zero(compiled), lacks_jumps ? " and for jumps (W0609)" : "");
 }
 
+/// Of a task that learns from trajectories.
+std::string begin_text(const driver::FirstWindow& window) {
+  if (window.start) return ", " + driver::text_of(*window.start);
+  if (window.missing.empty()) return "";
+  return fmt::format(", from the scene's own start: no frame of data is at hand ({})", window.missing);
+}
+
+Json begin_json(const driver::FirstWindow& window) {
+  if (window.start) {
+    const driver::WindowStart& start = *window.start;
+    return {{"file", start.path}, {"run", start.run}, {"frame", start.frame}, {"t", json_number(start.t)}};
+  }
+  return window.missing.empty() ? Json(nullptr) : Json{{"file", nullptr}, {"reason", window.missing}};
+}
+
 void show(Job& job, const std::string& target, const analysis::Certificate& certificate,
           const driver::Compiled& compiled) {
-  std::string text = fmt::format("{}: tangent against adjoint\n", target);
+  std::string text = fmt::format("{}: tangent against adjoint{}\n", target, begin_text(certificate.window));
   for (const analysis::DotCase& one : certificate.cases) {
     text += fmt::format("  {:<16} {:<24} {}\n", one.grid, one.what, error_text(one));
   }
@@ -196,6 +213,7 @@ Json to_json(const analysis::Certificate& certificate) {
           {"start_is_finite", certificate.start_is_finite},
           {"start_kinks", kinks},
           {"untested", certificate.untested},
+          {"window", begin_json(certificate.window)},
           {"passed", certificate.passed()}};
 }
 
@@ -227,11 +245,12 @@ Json verify_one(Job& job) {
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
-  options->takes_jumps = true;  // the certificate tells
+  options->takes_jumps = true;                                      // the certificate tells
+  options->selection.keeps_params = learns_from_trajectories(job);  // each run of the data may have its own
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
-  const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),
-                                         stability::judge_of_steps(job.options().force)};
+  analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),
+                                   stability::judge_of_steps(job.options().force)};
   std::shared_ptr<driver::Compiled> single;
   if (compiled->is_single()) {
     single = std::make_shared<driver::Compiled>(std::move(*compiled));
@@ -261,6 +280,7 @@ Json verify_one(Job& job) {
   driver::warn_of_jumps_left_out(*shared, job.sink());
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
+  certify.window = certificate->window.start;
   const std::optional<analysis::ToleranceEffect> effect =
       analysis::effect_of_tolerance(job.source(), as_written, certify);
   report_tolerance(job, effect, as_written != shared, result);

@@ -23,8 +23,6 @@ namespace {
 
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
-constexpr double largest_asymmetry = 1e-10;
-constexpr double largest_second_slope_error = 0.1;
 
 using Random = std::mt19937_64;
 
@@ -155,7 +153,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
   const Eigen::VectorXd& v = point.direction;
   const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
   Eigen::VectorXd gradient(v.size());
-  inverse->value_and_gradient(point.x, gradient);
+  const double loss = inverse->value_and_gradient(point.x, gradient);
   // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of
   // them, some hundred roundings, which a run of many steps on one cell has.
   const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
@@ -169,7 +167,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
     Comparison& result =
         found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {}", what, run_text(*session)), w.dot(hv),
-                                      v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+                                      v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs())), loss});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
     result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
     const auto nudged = [&](double epsilon) {
@@ -197,10 +195,6 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
     reduced = true;
   }
   return reduced ? cells : std::vector<int>{};
-}
-
-bool has_slope_of_two(const std::optional<double>& slope) {
-  return slope && std::abs(*slope - 2) <= largest_slope_error;
 }
 
 std::vector<double> halved_steps(int count) {
@@ -374,72 +368,13 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const driv
   return true;
 }
 
-double largest_error_of(const std::vector<DotCase>& cases) {
-  double result = cases.empty() ? NAN : 0;
-  for (const DotCase& one : cases) {
-    if (one.is_rounding) continue;
-    if (std::isnan(one.relative_error)) return NAN;
-    result = std::max(result, one.relative_error);
-  }
-  return result;
-}
-
-}  // namespace
-
-double Certificate::worst() const { return largest_error_of(cases); }
-double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
-
-bool Certificate::is_all_rounding() const {
-  return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding);
-}
-
-bool Certificate::is_all_zero() const { return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_zero); }
-
-bool Certificate::tests_nothing() const {
-  return !cases.empty() &&
-         std::ranges::all_of(cases, [](const DotCase& one) { return one.is_zero || one.is_rounding; });
-}
-
-bool Certificate::passed() const {
-  const bool taylor =
-      only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
-  return start_is_finite && worst() <= largest_dot_error && taylor && !jump && lost_sign.empty() &&
-         (!second || !second->is_wrong()) && (!single || single->passed());
-}
-
-double SecondOrderCheck::worst() const { return largest_error_of(cases); }
-
-bool SecondOrderCheck::is_settled() const {
-  return has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
-}
-
-bool SecondOrderCheck::is_wrong() const {
-  return !(worst() <= largest_asymmetry) || (!is_settled() && quotients && quotients->is_elsewhere);
-}
-
-bool SecondOrderCheck::passed() const {
-  return !is_wrong() && (is_settled() || (quotients && quotients->proves(largest_quotient_error)));
-}
-
-double usual_scale(std::vector<double> scales) {
-  std::ranges::sort(scales);
-  return scales.empty() ? 0 : scales[scales.size() / 2];
-}
-
-double relative_difference(double a, double b, double scale) {
-  if (!std::isfinite(a) || !std::isfinite(b)) return NAN;
-  const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
-  return size > 0 ? std::abs(a - b) / size : 0;
-}
-
-namespace {
-
 /// The scene's grid with all steps and with one, then small grids.
 std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& compiled, const CertifyOptions& options) {
   const model::Problem& problem = *compiled.problem;
   driver::SessionOptions own;
   own.threads = options.threads;
   own.stop = options.stop;
+  own.window = options.window;
   own.cells = affordable_grid(problem);
   own.trusts_signs = true;  // points are made up
   driver::SessionOptions one_step = own;
@@ -474,9 +409,12 @@ bool compare_all(const SourceFile& source, const std::shared_ptr<const driver::C
 }  // namespace
 
 std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled,
-                                   const CertifyOptions& options, DiagnosticSink& sink) {
-  Random random(options.seed + 20240229);
+                                   const CertifyOptions& given, DiagnosticSink& sink) {
+  Random random(given.seed + 20240229);
   Certificate certificate;
+  certificate.window = driver::first_window(*compiled, source);
+  CertifyOptions options = given;
+  options.window = certificate.window.start;
   const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run"};
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink))
     return std::nullopt;
@@ -490,8 +428,10 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
 }
 
 bool certify_single_precision(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled,
-                              const CertifyOptions& options, Certificate& certificate, DiagnosticSink& sink) {
-  Random random(options.seed + 20240229);
+                              const CertifyOptions& given, Certificate& certificate, DiagnosticSink& sink) {
+  Random random(given.seed + 20240229);
+  CertifyOptions options = given;
+  options.window = certificate.window.start;
   SinglePrecisionCheck& check = certificate.single.emplace();
   const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision"};
   return compare_all(source, compiled, options, random, tolerance, check.cases, certificate.skipped, sink);

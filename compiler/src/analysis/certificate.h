@@ -21,6 +21,7 @@
 #include "analysis/kinks_at_start.h"
 #include "analysis/taylor.h"
 #include "driver/session.h"
+#include "driver/window_start.h"
 
 namespace dpde::analysis {
 
@@ -36,6 +37,9 @@ struct DotCase {
   bool is_zero = false;      // both are 0: nothing was compared
 };
 
+/// How far v.Hw and w.Hv may be apart.
+constexpr double largest_asymmetry = 1e-10;
+bool has_slope_of_two(const std::optional<double>& slope);
 /// Of a loss of size 1, or of the terms of a derivative: what rounding leaves where the derivative is 0.
 constexpr double rounding_of_loss = 1e-15, single_rounding_of_loss = 0x1p29 * rounding_of_loss;
 /// The terms of a derivative that is 0 on one grid, as that of a difference is on a periodic cell, may be rounding
@@ -49,6 +53,7 @@ struct SecondOrderCheck {
   std::optional<QuotientEvidence> quotients = {};  // of the gradient, where the slope does not tell
   double worst() const;                            // largest relative error, of what is not rounding
   bool is_settled() const;                         // the remainder tells, or is not asked
+  bool tests_nothing() const;                      // each case is 0, or so but for rounding
   /// Unsymmetric, or differences of the gradient agree on another number.
   bool is_wrong() const;
   bool passed() const;
@@ -83,6 +88,7 @@ struct Certificate {
   std::string lost_sign;              // what divides by what changes its sign where the task begins; "": nothing
   std::vector<KinkAtStart> kinks;     // where it begins, the loss has more than one slope
   std::vector<std::string> untested;  // unknowns by which no derivative was compared: it is 0, or below rounding
+  driver::FirstWindow window = {};    // of a task that learns from trajectories: where it begins
   /// Finite and with its divisors' signs at the start, every case at most 1e-11 or rounding, and a derivative by the
   /// rule of taylor.h.
   bool passed() const;
@@ -94,6 +100,7 @@ struct CertifyOptions {
   std::uint64_t seed = 0;
   const std::atomic<bool>* stop = nullptr;
   std::function<bool(driver::Session&, DiagnosticSink&)> judge = {};  // of scenes that make data: SessionOptions::judge
+  std::shared_ptr<const driver::WindowStart> window = nullptr;        // where the runs begin
 };
 
 /// `compiled` was made with `certify`, tangent and adjoint. nullopt when `sink` has errors afterwards.

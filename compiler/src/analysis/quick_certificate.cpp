@@ -16,6 +16,7 @@
 #include "analysis/solve_tolerance.h"
 #include "dpde/runtime/error.h"
 #include "driver/interpreter_backend.h"
+#include "driver/window_start.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "model/print_model.h"
@@ -89,16 +90,17 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
 }
 
 /// The code, its programs, and what is done with them.
-std::string key_of(const driver::Compiled& compiled) {
+std::string key_of(const driver::Compiled& compiled, const SourceFile& source) {
   const std::string problem = compiled.problem ? print(*compiled.problem) : "";
-  return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop);
+  return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop) +
+         driver::stamp_of_windows(compiled, source);
 }
 
 /// One value a line; the last line tells that nothing is missing.
 std::string text_of(const QuickCertificate& c) {
-  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid,
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid,
                                  c.run.grid, c.run.steps, c.run.directions, c.run.unknown, c.run.error, c.run.rounding,
-                                 c.run.is_steady ? "steady" : "steps", c.run.untested.size());
+                                 c.run.is_steady ? "steady" : "steps", c.run.window, c.run.untested.size());
   for (const std::string& name : c.run.untested) text += name + "\n";
   for (const std::string& line : c.left_out) text += line + "\n";
   return text + "end\n";
@@ -115,7 +117,7 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   std::vector<std::string> lines;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  constexpr std::size_t numbers = 11;
+  constexpr std::size_t numbers = 12;
   std::size_t untested = 0;
   if (lines.size() <= numbers || lines.back() != "end" || !read(lines[numbers - 1], untested) ||
       untested >= lines.size() - numbers)
@@ -127,6 +129,7 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   run.grid = lines[3];
   run.unknown = lines[6];
   run.is_steady = lines[9] == "steady";
+  run.window = lines[10];
   const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) &&
                         read(lines[5], run.directions) && read(lines[7], run.error) && read(lines[8], run.rounding);
   const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
@@ -368,7 +371,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
   }
   const Clock::time_point start = Clock::now();
   const double most = compiled->is_single() ? largest_single_error : largest_dot_error;
-  const std::string key = cache == nullptr ? "" : key_of(*compiled);
+  const std::string key = cache == nullptr ? "" : key_of(*compiled, source);
   const auto seconds = [&] { return seconds_since(start); };
   if (cache != nullptr && how == Certifying::when_cheap) {
     std::optional<QuickCertificate> kept = found_in(*cache, key, most);

@@ -17,6 +17,7 @@
 #include "analysis/solve_tolerance.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
+#include "driver/window_start.h"
 #include "network/symmetrise.h"
 
 namespace dpde::analysis {
@@ -325,7 +326,12 @@ bool RunChecker::check_directions(const std::string& what) {
 /// Of so many steps; none: until steady. False where it cannot be made, or there is no time for it.
 bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                  std::optional<int> steps, RunChecker::Clock::time_point start, double seconds, RunCheck& result) {
+  const driver::FirstWindow window = driver::first_window(*compiled, source);
+  if (!window.missing.empty())
+    result.left_out.push_back("windows of the data: no frame is at hand, runs begin as the scene does: " +
+                              window.missing);
   driver::SessionOptions options;
+  options.window = window.start;
   options.cells = cells_of_run(*compiled);
   options.steps = steps;
   options.made_up = true;
@@ -342,6 +348,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   result.steps = session->steps();
   result.is_steady = session->is_until_steady();
   result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
+  result.window = window.start ? driver::text_of(*window.start) : "";
   return RunChecker(*session, *inverse, start, seconds, stop, result).check();
 }
 

@@ -23,6 +23,7 @@ namespace dpde::analysis {
 struct RunCheck {
   std::string grid;  // "" where no run was made
   int steps = 0;
+  std::string window;      // where it begins, "" for the scene's own start
   bool is_steady = false;  // it goes on until the state is steady, and the gradient is that of the steady state
   int directions = 0;      // that prove the gradient
   std::string unknown;     // the one with the largest error, or "all unknowns"

@@ -85,6 +85,7 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
   session.trusts_signs = true;  // the certificate has looked
   session.threads = options.threads;
   session.stop = options.stop;
+  session.window = options.window;
   try {
     const std::optional<Found> own = gradient_of(source, compiled, session);
     if (!own || !own->solves) return std::nullopt;

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "driver/blow_up.h"
+#include "driver/window_start.h"
 #include "files/array_file.h"
 #include "files/trajectories.h"
 #include "files/weights.h"
@@ -385,17 +386,43 @@ std::vector<double> resample(const std::vector<double>& values, const std::vecto
   return result;
 }
 
+namespace {
+
+std::string field_of(const model::Datum& datum, std::size_t k) {
+  return k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k);
+}
+
+/// Of the window that the session begins with.
+DataStates frames_of_window(Session& session, const model::Datum& datum) {
+  const WindowStart& window = *session.options().window;
+  const std::vector<double>& frames = window.data.at(datum.name);
+  const auto count = static_cast<std::size_t>(session.steps() / window.every), size = window.cells;
+  DataStates result{datum.name, {}, {}};
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto first = frames.begin() + static_cast<std::ptrdiff_t>(k * size);
+    const std::vector<double> own(first, first + static_cast<std::ptrdiff_t>(size));
+    result.times.push_back(session.time_of(static_cast<int>(k + 1) * window.every));
+    result.fields.push_back(field_of(datum, k));
+    session.workspace()
+        .field(result.fields.back())
+        .copy_in(session.options().cells.empty() ? own : resample(own, session.problem().axes, session.axes()));
+  }
+  return result;
+}
+
+}  // namespace
+
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
   // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is
   // compared with.
+  if (datum.trajectories && session.options().window != nullptr) return frames_of_window(session, datum);
   const bool is_made_up =
       !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
   const std::vector<double> times =
       is_made_up ? std::vector<double>(1) : times_of(session.problem(), session.steps(), datum.when);
   DataStates result{datum.name, times.size() > 1 ? times : std::vector<double>{}, {}};
-  for (std::size_t k = 0; k < times.size(); ++k)
-    result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+  for (std::size_t k = 0; k < times.size(); ++k) result.fields.push_back(field_of(datum, k));
   const TakeState take = [&](std::size_t k, std::span<const double> values) {
     session.workspace().field(result.fields[k]).copy_in(values);
   };

@@ -112,7 +112,8 @@ const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
 
 dpde_instants SceneTable::Storage::instants(const model::When& when) {
   if (when.kind == model::When::Kind::over) return {-1, nullptr};
-  const std::vector<int> at = steps_of(when, *compiled->problem, run_steps);
+  std::vector<int> at = steps_of(when, *compiled->problem, run_steps);
+  if (options.every > 0) std::erase_if(at, [&](int step) { return step % options.every != 0; });
   const std::vector<int32_t>& list = steps.emplace_back(at.begin(), at.end());
   return {static_cast<int32_t>(list.size()), list.data()};
 }

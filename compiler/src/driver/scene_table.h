@@ -26,6 +26,7 @@ struct SceneTableOptions {
   bool begins_as_scene = false;
   std::optional<int> steps;  // in place of the scene's, whatever happens in them
   bool without_files = false;
+  int every = 0;          // > 0: of a window, whose losses look at every so many steps
   bool sets_all = false;  // parameters of which something is made, too: who runs it has seen that it stays the same
 };
 

@@ -16,6 +16,7 @@
 #include "driver/memory_plan.h"
 #include "driver/tuning.h"
 #include "driver/wall_values.h"
+#include "driver/window_start.h"
 #include "files/array_file.h"
 #include "model/metric.h"
 #include "model/placement.h"
@@ -41,6 +42,8 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   session->compiled_ = std::move(compiled);
   session->options_ = options;
   session->steps_ = options.steps.value_or(session->problem().steps);
+  if (options.window != nullptr)
+    session->options_.steps = session->steps_ = options.window->whole_frames(session->steps_);
   session->axes_ = session->problem().axes;
   for (std::size_t a = 0; a < std::min(options.cells.size(), session->axes_.size()); ++a)
     session->axes_[a].cells = options.cells[a];
@@ -74,13 +77,16 @@ EngineOptions Session::engine_options() {
 }
 
 bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
-  table_ = SceneTable::make(compiled_, source, {true, options_.steps, options_.made_up}, sink);
+  table_ = SceneTable::make(
+      compiled_, source,
+      {true, options_.steps, options_.made_up, options_.window == nullptr ? 0 : options_.window->every}, sink);
   if (!table_) return false;
   engine_ = std::make_unique<Engine>(table_->scene(), engine_options(), table_);
   for (const std::string& name : compiled_->code->names()) {  // of programs beside the scene's
     const dpde_program& program = *compiled_->code->find(name);
     for (int n = 0; n < program.network_count; ++n) workspace().add_weights(*program.networks[n], nullptr);
   }
+  if (options_.window != nullptr) load_window();
   const bool is_ready = load_coefficients(source, sink) && load_data(source, sink) && has_data_for_losses(sink) &&
                         load_states(source, sink) && coefficients_finite(sink) && starts_finite(sink);
   if (is_ready && !options_.made_up && options_.cells.empty()) warn_of_wall_values(*this, sink);
@@ -112,7 +118,19 @@ bool Session::load_data(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
+/// Its values on the session's grid.
+std::vector<double> Session::on_grid(const std::vector<double>& values) const {
+  return options_.cells.empty() ? values : resample(values, problem().axes, axes_);
+}
+
+void Session::load_window() {
+  engine_->begin_at(options_.window->t);
+  for (const auto& [name, value] : options_.window->params) engine_->set_param(name, value);
+}
+
+/// A window has what its losses look at.
 bool Session::has_data_for_losses(DiagnosticSink& sink) {
+  if (options_.window != nullptr) return true;
   for (std::size_t i = 0; problem().task && i < problem().task->losses.size(); ++i) {
     const model::Loss& loss = problem().task->losses[i];
     const dpde_program& program = *compiled_->program(compiled_->names.losses[i]);
@@ -130,14 +148,19 @@ bool Session::has_data_for_losses(DiagnosticSink& sink) {
 bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   for (const model::State& state : problem().states) {
     const int index = engine_->state_index(state.name);
-    if (state.initial.file.empty() || index < 0) continue;
+    if (index < 0) continue;
+    if (options_.window != nullptr && options_.window->states.contains(state.name)) {
+      engine_->set_initial(static_cast<std::size_t>(index), on_grid(options_.window->states.at(state.name)));
+      continue;
+    }
+    if (state.initial.file.empty()) continue;
     std::optional<std::vector<double>> values = made_up_values(workspace().cell_count());
     if (!options_.made_up) {
       const std::vector<model::Axis> axes = model::axes_at(problem().axes, state.placement);
       values =
           files::load_array(state.initial, problem().unit_of(state.name), source, axes, problem().scheme.real, sink);
       if (!values) return false;
-      if (!options_.cells.empty()) values = resample(*values, problem().axes, axes_);
+      values = on_grid(*values);
     }
     engine_->set_initial(static_cast<std::size_t>(index), *values);
   }

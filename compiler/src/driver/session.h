@@ -19,6 +19,7 @@
 namespace dpde::driver {
 
 class Session;
+struct WindowStart;
 
 struct SessionOptions {
   int threads = 1;
@@ -35,6 +36,8 @@ struct SessionOptions {
   std::optional<int> steps;   // in place of the scene's
   bool trusts_signs = false;  // EngineOptions::trusts_signs
   bool made_up = false;       // with `cells`: what files hold is made up too, and no file is read
+  /// It begins there, with the data of that window; steps are whole frames then.
+  std::shared_ptr<const WindowStart> window = nullptr;
 };
 
 /// States of one datum: one for all times, or one for each of `times`.
@@ -111,6 +114,8 @@ class Session {
   EngineOptions engine_options();
   bool load(const SourceFile& source, DiagnosticSink& sink);
   bool load_data(const SourceFile& source, DiagnosticSink& sink);
+  void load_window();
+  std::vector<double> on_grid(const std::vector<double>& values) const;
   bool has_data_for_losses(DiagnosticSink& sink);
   bool load_coefficients(const SourceFile& source, DiagnosticSink& sink);
   bool load_states(const SourceFile& source, DiagnosticSink& sink);
