@@ -107,7 +107,9 @@ void Engine::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> 
   for (const Unknown& unknown : unknowns_) {
     const std::string& variable = of_rates ? unknown.rate : unknown.name;
     const std::span<double> values = unknown.part_of(to);
-    if (variable.empty()) {
+    if (unknown.is_network() && of_rates) {
+      rollout.copy_rate_bar(unknown.name, values);  // rates of weights have no name
+    } else if (variable.empty()) {
       std::ranges::fill(values, 0.0);  // nothing varies by its rate
     } else if (unknown.is_field()) {
       rollout.copy_field_bar(variable, values);
@@ -143,9 +145,9 @@ void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const d
     for (const Unknown& unknown : unknowns_) {
       const std::span<double> part = unknown.part_of(to);
       const auto is_it = [&](const dpde_network* network) { return unknown.name == network->name; };
-      if (unknown.is_network() && !of_rates &&
-          std::any_of(adjoint->networks, adjoint->networks + adjoint->network_count, is_it)) {
-        const std::vector<double>& bars = workspace_->weights().find(unknown.name)->second.bars;
+      if (unknown.is_network() && std::any_of(adjoint->networks, adjoint->networks + adjoint->network_count, is_it)) {
+        const Workspace::Weights& own = workspace_->weights().find(unknown.name)->second;
+        const std::vector<double>& bars = of_rates ? own.rate_bars : own.bars;
         for (std::size_t i = 0; i < bars.size(); ++i) part[i] += bars[i];
       }
       if (unknown.kind != DPDE_UNKNOWN_PARAM) continue;

@@ -111,7 +111,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
   for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
-    plan_->networks.emplace_back(*program.networks[i], layout, team);
+    plan_->networks.emplace_back(*program.networks[i], layout, team, applications(program, i, DPDE_NETWORK_SECOND) > 0);
   for (int i = 0; i < program.prepare_count; ++i)
     plan_->prepare.emplace_back(program.prepare[i], layout, plan_->exchange());
   for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);

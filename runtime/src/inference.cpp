@@ -7,13 +7,15 @@ namespace dpde {
 
 Inference::Inference(const dpde_inference& source, const dpde_network& network)
     : network_(static_cast<std::size_t>(source.network)), mode_(source.mode), weights_(source.weights != 0) {
-  const bool is_adjoint = mode_ == DPDE_NETWORK_ADJOINT;
+  const bool is_adjoint = mode_ == DPDE_NETWORK_ADJOINT, is_second = mode_ == DPDE_NETWORK_SECOND;
   const auto list = [](const int32_t* fields, int32_t count) {
     return List{{fields, fields + count}, std::vector<void*>(static_cast<std::size_t>(count))};
   };
   inputs_ = list(source.inputs, network.inputs);
-  if (mode_ != DPDE_NETWORK_VALUE) rates_ = list(source.rates, is_adjoint ? network.outputs : network.inputs);
-  results_ = list(source.results, is_adjoint ? network.inputs : network.outputs);
+  const int32_t inputs = network.inputs, outputs = network.outputs;
+  if (mode_ != DPDE_NETWORK_VALUE)
+    rates_ = list(source.rates, is_second ? inputs + outputs : is_adjoint ? outputs : inputs);
+  results_ = list(source.results, is_second ? 2 * inputs : is_adjoint ? inputs : outputs);
 }
 
 void* const* Inference::List::bound(void* const* to) {
@@ -28,7 +30,17 @@ void Inference::run(Network& network, void* const* fields, const dpde_weights& w
   switch (mode_) {
     case DPDE_NETWORK_VALUE: return network.value(inputs, results);
     case DPDE_NETWORK_TANGENT: return network.tangent(inputs, rates, weights_ ? weights.rates : nullptr, results);
-    default: return network.adjoint(inputs, rates, results, weights_ ? weights.bars : nullptr);
+    case DPDE_NETWORK_ADJOINT: return network.adjoint(inputs, rates, results, weights_ ? weights.bars : nullptr);
+    default: {
+      const std::size_t count = inputs_.fields.size();
+      NetworkSecond second{inputs, rates, rates + count, results, results + count};
+      if (weights_) {
+        second.weight_rates = weights.rates;
+        second.weight_bars = weights.bars;
+        second.weight_rate_bars = weights.rate_bars;
+      }
+      return network.second(second);
+    }
   }
 }
 

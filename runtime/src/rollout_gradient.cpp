@@ -35,7 +35,10 @@ const GradientResult& Rollout::Impl::gradient() {
   set_step(backward->program, std::max(last_loss - 1, 0));
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
-  for (WeightBars& of_network : weight_bars) std::ranges::fill(of_network.values, 0.0);
+  for (WeightBars& of_network : weight_bars) {
+    std::ranges::fill(of_network.values, 0.0);
+    std::ranges::fill(of_network.rates, 0.0);
+  }
   for (std::vector<double>& bars_of_control : result.control_bars) std::ranges::fill(bars_of_control, 0.0);
   for (size_t i = 0; i < result.field_bars.size(); ++i) {
     fill_all(bar_layout, field_bar_pool.base(static_cast<int64_t>(i)), 0.0);
@@ -142,6 +145,12 @@ void Rollout::Impl::copy_param_bar(std::string_view param, std::span<double> to)
   } else {
     std::ranges::copy(of_control, to.begin());
   }
+}
+
+void Rollout::Impl::copy_rate_bar(std::string_view network, std::span<double> to) const {
+  std::ranges::fill(to, 0.0);
+  const auto bars = std::ranges::find(weight_bars, network, &WeightBars::network);
+  if (bars != weight_bars.end()) std::ranges::copy(bars->rates, to.begin());
 }
 
 void Rollout::Impl::forward_done() { result.forward_seconds = seconds_since(start); }

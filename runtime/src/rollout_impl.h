@@ -130,10 +130,10 @@ struct LossEvent {
   size_t term, entry;
 };
 
-/// The gradient by the weights of a network that is learned.
+/// The gradient by the weights of a network that is learned, and by their rates.
 struct WeightBars {
   std::string network;
-  std::vector<double> values;
+  std::vector<double> values, rates;
 };
 
 struct Rollout::Impl {
@@ -297,6 +297,7 @@ struct Rollout::Impl {
   FieldView bar_of(std::string_view field) const;
   void copy_field_bar(std::string_view field, std::span<double> to) const;
   void copy_param_bar(std::string_view param, std::span<double> to) const;
+  void copy_rate_bar(std::string_view network, std::span<double> to) const;
 
   RolloutSetup setup;
   const Purpose purpose;

@@ -125,10 +125,12 @@ void Rollout::Impl::bind_weights(BoundProgram& bound, bool adds) {
       not_bound(program, "network", network.name);
     auto bars = std::ranges::find(weight_bars, network.name, &WeightBars::network);
     if (given->learned && bars == weight_bars.end()) {
-      bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});
+      const std::vector<double> zero(static_cast<size_t>(network.weight_count));
+      bars = weight_bars.insert(bars, {network.name, zero, zero});
     }
-    double* const to = given->learned && adds ? bars->values.data() : nullptr;
-    bound.executor.bind_weights(i, {given->values, given->rates, to, given->host});
+    const bool is_added_to = given->learned && adds;
+    bound.executor.bind_weights(i, {given->values, given->rates, is_added_to ? bars->values.data() : nullptr,
+                                    is_added_to ? bars->rates.data() : nullptr, given->host});
   }
 }
 
@@ -460,6 +462,7 @@ const std::vector<std::string>& Rollout::param_bar_names() const { return impl_-
 FieldView Rollout::bar_of(std::string_view field) const { return impl_->bar_of(field); }
 void Rollout::copy_field_bar(std::string_view field, std::span<double> to) const { impl_->copy_field_bar(field, to); }
 void Rollout::copy_param_bar(std::string_view param, std::span<double> to) const { impl_->copy_param_bar(param, to); }
+void Rollout::copy_rate_bar(std::string_view network, std::span<double> to) const { impl_->copy_rate_bar(network, to); }
 void Rollout::watch_gradient(GradientCallback call, int every) {
   impl_->watch = std::move(call);
   impl_->watch_every = std::max(every, 1);

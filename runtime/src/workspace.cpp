@@ -141,8 +141,8 @@ void Workspace::add_weights(const dpde_network& network, const double* given) {
   const auto count = static_cast<std::size_t>(network.weight_count);
   const std::vector<double> zero(count);
   weights_.try_emplace(
-      network.name,
-      Weights{given ? std::vector<double>(given, given + count) : initial_weights(network, network.seed), zero, zero});
+      network.name, Weights{given ? std::vector<double>(given, given + count) : initial_weights(network, network.seed),
+                            zero, zero, zero});
 }
 
 namespace {
@@ -178,6 +178,7 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
   for (int n = 0; n < program.network_count; ++n) {
     Weights& weights = weights_.find(std::string_view(program.networks[n]->name))->second;
     std::ranges::fill(weights.bars, 0.0);
+    std::ranges::fill(weights.rate_bars, 0.0);
     executor->bind_weights(n, weights.bound());
   }
   executor->update_weights();

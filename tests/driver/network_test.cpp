@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives through networks and steps together: tangent against adjoint and Taylor slopes, by weights, parameters
-// and states.
+// Derivatives through networks and steps together, second ones too: tangent against adjoint and Taylor slopes, by
+// weights, parameters and states.
 #include "driver_support.h"
 
 namespace dpde {
@@ -31,7 +31,7 @@ scene r : m with s {
   after step: u += corrector(u, nu)
 }
 task t : r { learn corrector; unknown nu; unknown initial u; minimise mean((u - 0.5)^2) over time })",
-                   false);
+                   true);
 }
 
 /// Outputs are read at neighbours and midway between cells, arguments hold derivatives.
@@ -48,7 +48,7 @@ scene r : m with s {
   time 0 .. 0.1, step 0.02
 }
 task t : r { learn law; unknown initial u; minimise mean(u^2) })",
-                   false);
+                   true);
 }
 
 /// The copies of a symmetric network, and velocities relative to their mean.
@@ -70,7 +70,7 @@ scene r : m with c {
   after step: u += 0.1*push(u, 2*s)
 }
 task t : r { learn push; unknown initial u; minimise mean(dot(u, u)) + mean(push(u, s).x*u.y) })",
-                   false);
+                   true);
 }
 
 /// What is known before the first step: coordinates and parameters go in. The step has the network, too.
@@ -87,7 +87,7 @@ scene r : m with c {
   time 0 .. 0.06, step 0.02
 }
 task t : r { learn start; unknown a; minimise mean(u^2) + mean((v - 0.1)^2) })",
-                   false);
+                   true);
 }
 
 /// A network of the coordinates alone, and the initial state of another field is sought.
@@ -105,7 +105,7 @@ scene r : m with c {
   time 0 .. 0.02, step 0.004
 }
 task t : r { learn law; unknown initial u; minimise mean(u^2) })",
-                   false);
+                   true);
 }
 
 /// Velocities on faces; the network is at the centres.
@@ -127,7 +127,7 @@ scene r : m with s {
   time 0 .. 0.1, step 0.02
 }
 task t : r { learn push; unknown initial p; minimise mean(p^2) + mean(u.x^2) over time })",
-                   false);
+                   true);
 }
 
 /// A controller: what it sees are means, what it does is the same everywhere until the next decision.
@@ -144,7 +144,7 @@ scene r : m with s {
   every 0.2: knob = controller(mean(if(x < 0.5, u, 0)), mean(if(x < 0.5, 0, u)))
 }
 task t : r { learn controller; minimise mean(u^2 + 0.1*knob^2) over time })",
-                   false);
+                   true);
 }
 
 TEST(Networks, InThreeDimensionsWithALossOfTheirOwn) {
@@ -165,7 +165,7 @@ scene r : m with s {
   time 0 .. 0.1, step 0.1
 }
 task t : r { learn pressure; unknown initial v; minimise mean((div(v) - lap(pressure(div(v))))^2) at t = 0 })",
-                   false);
+                   true);
 }
 
 }  // namespace

@@ -22,7 +22,9 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   const Program* program = module.find_program(name);
   require(program != nullptr, "adjoint of a program that is not in the module");
   const Varied varied = find_varied(module, *program, wrt);
-  if (!check_differentiable(module, *program, varied, sink) || !check_folds(module, *program, varied, sink)) return {};
+  if (!check_differentiable(module, *program, varied, Way::reverse, sink) ||
+      !check_folds(module, *program, varied, sink))
+    return {};
 
   DerivedNames names(module, "_bar");
   Derivative result{{}, names.fresh_program(name + "_adjoint"), {}, true};

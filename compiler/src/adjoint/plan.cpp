@@ -149,11 +149,22 @@ bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSi
   return good;
 }
 
-bool check_network(const NetworkCall& network_call, const Varied& varied, DiagnosticSink& sink) {
-  if (network_call.mode == NetworkCall::Mode::value || !varies(network_call, varied)) return true;
-  sink.report("no-useful-derivative", {}, {"a derivative of the network " + network_call.network, "here"},
-              "networks have first derivatives only: use an optimiser that needs no second ones, as adam or lbfgs");
-  return false;
+/// The adjoint of a tangent is there; of networks that the host computes there are no rates. Weights and their rates go
+/// together: a call knows only that its weights vary.
+bool check_network(const Module& module, const NetworkCall& call, const Varied& varied, Way way, DiagnosticSink& sink) {
+  const auto refuse = [&](const char* hint) {
+    sink.report("no-useful-derivative", {}, {"a derivative of the network " + call.network, "here"}, hint);
+    return false;
+  };
+  const bool is_learned = varied.params.contains(call.network);
+  if (call.mode == NetworkCall::Mode::value || (!call.weights && !varies(call, varied))) return true;
+  if (call.mode != NetworkCall::Mode::tangent || way != Way::reverse)
+    return !varies(call, varied) || refuse("networks have first and second derivatives, and none of these");
+  if (module.find_network(call.network)->is_host())
+    return refuse("the host has none: use an optimiser that needs no second ones, as adam or lbfgs");
+  if (call.weights != is_learned)
+    return refuse("the adjoint of a tangent is by the network's weights where the tangent is, and else not");
+  return true;
 }
 
 }  // namespace
@@ -225,7 +236,7 @@ Varied find_varied(const Module& module, const Program& program, const Activity&
 
 namespace {
 
-bool check_statements(const Module& module, const std::vector<Statement>& statements, const Varied& varied,
+bool check_statements(const Module& module, const std::vector<Statement>& statements, const Varied& varied, Way way,
                       DiagnosticSink& sink) {
   bool good = true;
   for (const Statement& statement : statements) {
@@ -233,19 +244,20 @@ bool check_statements(const Module& module, const std::vector<Statement>& statem
         statement,  //
         [&](const Fill& fill) { return check_sides(fill, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
-        [&](const NetworkCall& network_call) { return check_network(network_call, varied, sink); },
+        [&](const NetworkCall& network_call) { return check_network(module, network_call, varied, way, sink); },
         [](const Transform&) { return true; },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
-        [&](const Solve& solve) { return check_statements(module, solve.body, varied, sink); },
-        [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, sink); });
+        [&](const Solve& solve) { return check_statements(module, solve.body, varied, way, sink); },
+        [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, way, sink); });
   }
   return good;
 }
 
 }  // namespace
 
-bool check_differentiable(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
-  return check_statements(module, program.body, varied, sink);
+bool check_differentiable(const Module& module, const Program& program, const Varied& varied, Way way,
+                          DiagnosticSink& sink) {
+  return check_statements(module, program.body, varied, way, sink);
 }
 
 bool check_folds(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {

@@ -47,9 +47,10 @@ class DerivedNames {
 /// The two fields of a swap vary together, so that the derivative of a step can be looped over like the step.
 Varied find_varied(const stencil::Module& module, const stencil::Program& program, const Activity& wrt);
 
+enum class Way { forward, reverse };
 /// Reports what has no derivative: floor of something varied, a boundary that varies by a param, `+=` to a field read
 /// in the same kernel. True when nothing was found.
-bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
+bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied, Way way,
                           DiagnosticSink& sink);
 /// False, and an error, for the adjoint of a scatter whose target is folded onto walls that vary: not worked out (halo
 /// cells that a departure point reaches beyond a varying wall would have to be sought there).

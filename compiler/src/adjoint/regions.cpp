@@ -65,7 +65,9 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
           read.insert(fold.field);
         },
         [&](const Reduce& reduce) { read.insert(reduce.field); },
-        [&](const NetworkCall& network_call) { read.insert(network_call.inputs.begin(), network_call.inputs.end()); },
+        [&](const NetworkCall& network_call) {
+          for (const std::string& field : fields_read(network_call)) read.insert(field);
+        },
         [&](const Transform& transform) {
           for (const Transform::Term& term : transform.terms) read.insert(term.field);
         },

@@ -220,7 +220,9 @@ void Reversal::reverse_reduce(const Reduce& reduce, int index) {
 }
 
 void Reversal::reverse_network(const NetworkCall& call, int index) {
-  NetworkCall reversed{call.network, NetworkCall::Mode::adjoint,           call.inputs, {},
+  const bool is_tangent = call.mode == NetworkCall::Mode::tangent;
+  NetworkCall reversed{call.network, is_tangent ? NetworkCall::Mode::second : NetworkCall::Mode::adjoint,
+                       call.inputs,  call.rates,
                        {},           varied_.params.contains(call.network)};
   bool has_seed = false;
   for (const std::string& result : call.results) {
@@ -230,12 +232,14 @@ void Reversal::reverse_network(const NetworkCall& call, int index) {
   }
   if (!has_seed) return;
   Contributions to_add;
-  for (const std::string& input : call.inputs) {
-    reversed.results.push_back("");
-    if (varied_.fields.contains(input)) reversed.results.back() = bar_to_write(input, call.network, to_add);
+  for (const std::vector<std::string>* read : {&call.inputs, &call.rates}) {
+    for (const std::string& field : *read) {
+      reversed.results.push_back("");
+      if (varied_.fields.contains(field)) reversed.results.back() = bar_to_write(field, call.network, to_add);
+    }
   }
   if (!reversed.weights && fields_written(reversed).empty()) return;
-  for (const std::string& input : call.inputs) needed[input] = index;
+  for (const std::string& field : fields_read(call)) needed[field] = index;
   body.push_back(reversed);
   add_inside(to_add);
 }

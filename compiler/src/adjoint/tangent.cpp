@@ -431,7 +431,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   const Program* program = module.find_program(name);
   require(program != nullptr, "tangent of a program that is not in the module");
   const Varied varied = find_varied(module, *program, wrt);
-  if (!check_differentiable(module, *program, varied, sink)) return Derivative{};
+  if (!check_differentiable(module, *program, varied, Way::forward, sink)) return Derivative{};
 
   DerivedNames names(module, "_dot");
   Derivative result;

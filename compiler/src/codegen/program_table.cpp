@@ -222,6 +222,20 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Swe
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 
+namespace {
+
+int32_t mode_of(loop::NetworkCall::Mode mode) {
+  switch (mode) {
+    case loop::NetworkCall::Mode::value: return DPDE_NETWORK_VALUE;
+    case loop::NetworkCall::Mode::tangent: return DPDE_NETWORK_TANGENT;
+    case loop::NetworkCall::Mode::adjoint: return DPDE_NETWORK_ADJOINT;
+    case loop::NetworkCall::Mode::second: return DPDE_NETWORK_SECOND;
+  }
+  unreachable("mode of a network");
+}
+
+}  // namespace
+
 dpde_inference ProgramTables::Table::inference(const loop::NetworkCall& network_call, const Strings& shared) {
   const auto list = [&](const std::vector<std::string>& names) {
     std::vector<int32_t>& indices = lists.emplace_back();
@@ -232,15 +246,12 @@ dpde_inference ProgramTables::Table::inference(const loop::NetworkCall& network_
   const dpde_network* network = std::find_if(shared.networks.begin(), shared.networks.end(), is_it)->get();
   auto place = std::find(networks.begin(), networks.end(), network);
   if (place == networks.end()) place = networks.insert(place, network);
-  dpde_inference result{static_cast<int32_t>(place - networks.begin()),
-                        DPDE_NETWORK_VALUE,
+  return dpde_inference{static_cast<int32_t>(place - networks.begin()),
+                        mode_of(network_call.mode),
                         list(network_call.inputs),
                         list(network_call.rates),
                         list(network_call.results),
                         network_call.weights};
-  if (network_call.mode == loop::NetworkCall::Mode::tangent) result.mode = DPDE_NETWORK_TANGENT;
-  if (network_call.mode == loop::NetworkCall::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
-  return result;
 }
 
 static_assert(vanishing_power == vanishes_for_shortest);

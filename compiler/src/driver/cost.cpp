@@ -63,10 +63,21 @@ Cost cost_of_row(const loop::Row& row, Precision real) {
   return cost;
 }
 
-/// Of the convolutions: one pass forward, and of a derivative two more (the adjoint's by inputs and by weights).
+int convolutions_of(loop::NetworkCall::Mode mode) {
+  switch (mode) {
+    case loop::NetworkCall::Mode::value: return 1;
+    case loop::NetworkCall::Mode::tangent:
+    case loop::NetworkCall::Mode::adjoint: return 3;
+    case loop::NetworkCall::Mode::second: return 9;
+  }
+  return 0;
+}
+
+/// Convolutions: one forward; two more for the rates, by inputs and by weights, and for the adjoint; to reverse rates
+/// three of each, beside those of the rates.
 Cost cost_of_network(const loop::Module& module, const loop::NetworkCall& network_call) {
   const auto network = std::ranges::find(module.networks, network_call.network, &network::Network::name);
-  const int passes = network_call.mode == loop::NetworkCall::Mode::value ? 1 : 3;
+  const int passes = convolutions_of(network_call.mode);
   const std::size_t fields = network::fields_read(network_call).size() + network::fields_written(network_call).size();
   return {static_cast<double>(bytes_of(module.real)) * static_cast<double>(fields),
           2.0 * passes * network::multiplications_a_cell(*network)};

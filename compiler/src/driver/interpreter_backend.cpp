@@ -66,8 +66,9 @@ void set_weights(const Context& context, const dpde_weights* weights, stencil::S
 void add_weight_bars(const Context& context, const stencil::State& state, const dpde_weights* weights) {
   for (const network::Network* network : networks_of(context)) {
     const dpde_weights& to = *weights++;
-    const std::vector<double>& bars = state.weights.at(network->name).bars;
-    for (std::size_t i = 0; to.bars && i < bars.size(); ++i) to.bars[i] += bars[i];
+    const stencil::Weights& own = state.weights.at(network->name);
+    for (std::size_t i = 0; to.bars && i < own.bars.size(); ++i) to.bars[i] += own.bars[i];
+    for (std::size_t i = 0; to.rate_bars && i < own.rate_bars.size(); ++i) to.rate_bars[i] += own.rate_bars[i];
   }
 }
 

@@ -18,6 +18,7 @@
 #include "driver/losses.h"
 #include "driver/over_time.h"
 #include "driver/param_values.h"
+#include "driver/surroundings.h"
 #include "driver/switches.h"
 #include "driver/tuning.h"
 #include "driver/values_of_programs.h"
@@ -195,12 +196,17 @@ std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   return names;
 }
 
-/// The directions of `wrt`, and those beside what they belong to.
-adjoint::Activity directions_of(const adjoint::Activity& wrt, const adjoint::Derivative& tangent, bool with_values) {
+/// The directions of `wrt`, and those beside what they belong to: with rates of weights, which have no name, the
+/// weights.
+adjoint::Activity directions_of(const Compiled& compiled, const adjoint::Activity& wrt,
+                                const adjoint::Derivative& tangent, bool with_values) {
   adjoint::Activity result;
   if (with_values) result = wrt;
   for (const std::string& field : wrt.fields) result.fields.insert(*tangent.field(field));
-  for (const std::string& param : wrt.params) result.params.insert(*tangent.param(param));
+  for (const std::string& param : wrt.params) {
+    result.params.insert(*tangent.param(param));
+    if (compiled.stencil.find_network(param) != nullptr) result.params.insert(param);
+  }
   return result;
 }
 
@@ -223,28 +229,18 @@ void differentiate_twice(Compiled& compiled, const std::string& name, const adjo
   const auto add = [&](const adjoint::Derivative& derivative) {
     merge(derivatives, with_own_kernels(derivative.module, derivatives));
   };
-  derived.second = adjoint_of_derivative(compiled, *derived.tangent, directions_of(wrt, *derived.tangent, true));
+  derived.second =
+      adjoint_of_derivative(compiled, *derived.tangent, directions_of(compiled, wrt, *derived.tangent, true));
   if (derived.second) add(*derived.second);
   if (!contains(compiled.names.losses, name)) return;
   DiagnosticSink sink;
   derived.squares = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
   if (!derived.squares || sink.has_errors()) return;
   derived.squares_adjoint =
-      adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, *derived.squares, false));
+      adjoint_of_derivative(compiled, *derived.squares, directions_of(compiled, wrt, *derived.squares, false));
   if (!derived.squares_adjoint) return;
   add(*derived.squares);
   add(*derived.squares_adjoint);
-}
-
-adjoint::Surroundings surroundings_of(const Compiled& compiled) {
-  adjoint::Surroundings result;
-  if (!compiled.problem) return result;
-  const model::Problem& problem = *compiled.problem;
-  for (const model::Axis& axis : problem.axes) result.axes.push_back({axis.cells, axis.low, axis.spacing()});
-  for (const model::Parameter& parameter : problem.params) result.params[parameter.name] = parameter.value;
-  result.params["dt"] = problem.step;
-  result.params["t"] = problem.t_begin + problem.steps / 2 * problem.step;
-  return result;
 }
 
 void differentiate(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {

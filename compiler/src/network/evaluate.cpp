@@ -87,6 +87,21 @@ double slope(const Layer& layer, double v) {
   unreachable("activation");
 }
 
+/// The derivative of the slope; those with kinks are bent nowhere else.
+double bend(const Layer& layer, double v) {
+  const double s = 1 / (1 + std::exp(-v)), t = std::tanh(v);
+  switch (layer.activation) {
+    case Activation::relu:
+    case Activation::leaky_relu: return 0;
+    case Activation::gelu: return (2 - v * v) * std::exp(-v * v / 2) / std::sqrt(2 * 3.14159265358979323846);
+    case Activation::tanh: return -2 * t * (1 - t * t);
+    case Activation::sigmoid: return s * (1 - s) * (1 - 2 * s);
+    case Activation::softplus: return s * (1 - s);
+    case Activation::silu: return s * (1 - s) * (2 + v * (1 - 2 * s));
+  }
+  unreachable("activation");
+}
+
 /// A network on one grid: the values of all layers, and the terms of each.
 class Evaluation {
  public:
@@ -110,7 +125,8 @@ class Evaluation {
 
   const std::vector<Tensor>& values() const { return values_; }
 
-  Tensor tangent(const Tensor& rates, const std::vector<double>& weight_rates) const {
+  /// Of all values.
+  std::vector<Tensor> tangents(const Tensor& rates, const std::vector<double>& weight_rates) const {
     std::vector<Tensor> all{rates};
     for (std::size_t i = 0; i < network_.layers.size(); ++i) {
       Tensor result = values_[i + 1];
@@ -122,7 +138,7 @@ class Evaluation {
       });
       all.push_back(std::move(result));
     }
-    return all.back();
+    return all;
   }
 
   Tensor adjoint(const Tensor& seed, std::vector<double>& weight_bars) const {
@@ -142,7 +158,45 @@ class Evaluation {
     return bars.front();
   }
 
+  /// The adjoint with x + e*x_dot in place of each value and e*e = 0: the part without e belongs to the rates, that
+  /// with e to the values.
+  SecondBars second(const Tensor& input_rates, const Tensor& seed, const std::vector<double>& given_rates) const {
+    const std::vector<Tensor> rates = tangents(input_rates, given_rates);
+    std::vector<double> weight_rates = given_rates;
+    weight_rates.resize(weights_.size());
+    SecondBars result{{}, {}, std::vector<double>(weights_.size()), std::vector<double>(weights_.size())};
+    std::vector<Tensor> bars = values_;
+    for (Tensor& bar : bars) bar.values.assign(bar.values.size(), 0.0);
+    std::vector<Tensor> rate_bars = bars;
+    rate_bars.back().values = seed.values;
+    for (std::size_t i = network_.layers.size(); i-- > 0;) {
+      derivative_terms(static_cast<int>(i), [&](const Term& t) {
+        const double bar = bars[i + 1].values[t.to], rate_bar = rate_bars[i + 1].values[t.to];
+        const double w = weight(t, weights_), w_dot = t.weight == none ? 0 : weight(t, weight_rates);
+        if (t.from != none) {
+          const auto value = static_cast<std::size_t>(t.value), from = static_cast<std::size_t>(t.from);
+          rate_bars[value].values[from] += t.factor * w * rate_bar;
+          bars[value].values[from] += t.factor * (w * bar + w_dot * rate_bar) + factor_rate(i, t, rates) * rate_bar;
+        }
+        if (t.weight == none) return;
+        const auto number = static_cast<std::size_t>(t.weight);
+        result.weight_rates[number] += t.factor * value(t, values_) * rate_bar;
+        const double v_dot = t.from == none ? 0 : value(t, rates);
+        result.weights[number] += t.factor * (value(t, values_) * bar + v_dot * rate_bar);
+      });
+    }
+    result.inputs = std::move(bars.front());
+    result.input_rates = std::move(rate_bars.front());
+    return result;
+  }
+
  private:
+  /// Of the factors of terms those of activations alone vary.
+  double factor_rate(std::size_t index, const Term& t, const std::vector<Tensor>& rates) const {
+    const Layer& layer = network_.layers[index];
+    return layer.kind == LayerKind::activate ? bend(layer, value(t, values_)) * value(t, rates) : 0;
+  }
+
   static double weight(const Term& t, const std::vector<double>& weights) {
     return t.weight == none ? 1.0 : weights[static_cast<std::size_t>(t.weight)];
   }
@@ -314,12 +368,17 @@ Tensor value(const Network& network, const Tensor& inputs, const std::vector<dou
 }
 
 Tensor tangent(const Network& network, const Tensor& inputs, const Tensor& rates, const Weights& weights) {
-  return Evaluation(network, inputs, weights.values).tangent(rates, weights.rates);
+  return Evaluation(network, inputs, weights.values).tangents(rates, weights.rates).back();
 }
 
 Tensor adjoint(const Network& network, const Tensor& inputs, const Tensor& seed, const std::vector<double>& weights,
                std::vector<double>& weight_bars) {
   return Evaluation(network, inputs, weights).adjoint(seed, weight_bars);
+}
+
+SecondBars second(const Network& network, const Tensor& inputs, const Tensor& rates, const Tensor& seed,
+                  const Weights& weights) {
+  return Evaluation(network, inputs, weights.values).second(rates, seed, weights.rates);
 }
 
 }  // namespace dpde::network

@@ -29,4 +29,13 @@ Tensor tangent(const Network& network, const Tensor& inputs, const Tensor& rates
 Tensor adjoint(const Network& network, const Tensor& inputs, const Tensor& seed, const std::vector<double>& weights,
                std::vector<double>& weight_bars);
 
+/// Adjoints of inputs and weights, and of the rates of both.
+struct SecondBars {
+  Tensor inputs, input_rates;
+  std::vector<double> weights, weight_rates;
+};
+/// The adjoint of tangent(): its transpose times `seed`, of the outputs' rates.
+SecondBars second(const Network& network, const Tensor& inputs, const Tensor& rates, const Tensor& seed,
+                  const Weights& weights);
+
 }  // namespace dpde::network

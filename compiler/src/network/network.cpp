@@ -83,6 +83,46 @@ std::vector<std::string> fields_written(const NetworkCall& network_call) {
   return fields;
 }
 
+std::size_t rate_count(const Network& network, NetworkCall::Mode mode) {
+  const auto inputs = static_cast<std::size_t>(network.inputs), outputs = static_cast<std::size_t>(network.outputs);
+  switch (mode) {
+    case NetworkCall::Mode::value: return 0;
+    case NetworkCall::Mode::tangent: return inputs;
+    case NetworkCall::Mode::adjoint: return outputs;
+    case NetworkCall::Mode::second: return inputs + outputs;
+  }
+  return 0;
+}
+
+std::size_t result_count(const Network& network, NetworkCall::Mode mode) {
+  const auto inputs = static_cast<std::size_t>(network.inputs), outputs = static_cast<std::size_t>(network.outputs);
+  switch (mode) {
+    case NetworkCall::Mode::value:
+    case NetworkCall::Mode::tangent: return outputs;
+    case NetworkCall::Mode::adjoint: return inputs;
+    case NetworkCall::Mode::second: return 2 * inputs;
+  }
+  return 0;
+}
+
+bool adds_to_weights(NetworkCall::Mode mode) {
+  return mode == NetworkCall::Mode::adjoint || mode == NetworkCall::Mode::second;
+}
+
+namespace {
+
+const char* word_of(NetworkCall::Mode mode) {
+  switch (mode) {
+    case NetworkCall::Mode::value: return "apply";
+    case NetworkCall::Mode::tangent: return "tangent";
+    case NetworkCall::Mode::adjoint: return "adjoint";
+    case NetworkCall::Mode::second: return "second";
+  }
+  return "";
+}
+
+}  // namespace
+
 std::string text_of(const NetworkCall& network_call) {
   const auto list = [](const std::vector<std::string>& fields) {
     std::vector<std::string> words;
@@ -90,10 +130,9 @@ std::string text_of(const NetworkCall& network_call) {
     return fmt::format("{}", fmt::join(words, ", "));
   };
   const bool is_value = network_call.mode == NetworkCall::Mode::value;
-  const char* word = is_value ? "apply" : network_call.mode == NetworkCall::Mode::tangent ? "tangent" : "adjoint";
   const std::string rates = is_value ? "" : fmt::format(" by {}", list(network_call.rates));
-  return fmt::format("{} {}({}){} to {}{}", word, network_call.network, list(network_call.inputs), rates,
-                     list(network_call.results), network_call.weights ? " weights" : "");
+  return fmt::format("{} {}({}){} to {}{}", word_of(network_call.mode), network_call.network, list(network_call.inputs),
+                     rates, list(network_call.results), network_call.weights ? " weights" : "");
 }
 
 std::string_view name_of(Activation activation) {

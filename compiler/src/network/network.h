@@ -59,15 +59,20 @@ struct Network {
 /// A network or its derivative, done to fields: a statement of programs (stencil/stencil.h says what it means). ""
 /// stands for a rate that is 0 and for a result that nobody wants.
 struct NetworkCall {
-  enum class Mode { value, tangent, adjoint };
+  enum class Mode { value, tangent, adjoint, second };  // second: the adjoint of the tangent
   std::string network;
   Mode mode = Mode::value;
   std::vector<std::string> inputs;   // one a channel
-  std::vector<std::string> rates;    // of the inputs; of the adjoint: seeds of the outputs
-  std::vector<std::string> results;  // the outputs, their rates, or the adjoints of the inputs
+  std::vector<std::string> rates;    // of the inputs; of the adjoint: seeds of the outputs; of second: both
+  std::vector<std::string> results;  // outputs, their rates, or adjoints of the inputs; of second: then of their rates
   bool weights = false;
   bool operator==(const NetworkCall&) const = default;
 };
+/// How many rates and results there are in a mode.
+std::size_t rate_count(const Network& network, NetworkCall::Mode mode);
+std::size_t result_count(const Network& network, NetworkCall::Mode mode);
+/// Whether it adds to what the weights get, where they are taken along.
+bool adds_to_weights(NetworkCall::Mode mode);
 /// The fields that are read and written, in order, without those that are not there.
 std::vector<std::string> fields_read(const NetworkCall& network_call);
 std::vector<std::string> fields_written(const NetworkCall& network_call);

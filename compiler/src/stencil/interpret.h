@@ -26,9 +26,10 @@ using Cell = std::array<int, max_rank>;
 /// Calls f for every cell of the box [low, high), x fastest.
 void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f);
 
-/// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars` begins with 0.
+/// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars`, and to those of the
+/// rates, begins with 0.
 struct Weights {
-  std::vector<double> values, rates, bars;
+  std::vector<double> values, rates, bars, rate_bars;
   /// What a network of the host's computes, as dpde_host_network has it (dpde/network_abi.h); arrays as in
   /// network::Tensor.
   std::function<void(const double* inputs, const double* weights, double* outputs)> host_value;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "model/network_from_ast.h"
+#include "support/assert.h"
 
 namespace dpde::stencil {
 
@@ -23,6 +24,16 @@ std::vector<std::string> names_of(const std::vector<ast::Identifier>& fields) {
   std::vector<std::string> names;
   for (const ast::Identifier& field : fields) names.push_back(field.name == "_" ? "" : field.name);
   return names;
+}
+
+NetworkCall::Mode mode_of(ast::ApplyItem::Mode mode) {
+  switch (mode) {
+    case ast::ApplyItem::Mode::value: return NetworkCall::Mode::value;
+    case ast::ApplyItem::Mode::tangent: return NetworkCall::Mode::tangent;
+    case ast::ApplyItem::Mode::adjoint: return NetworkCall::Mode::adjoint;
+    case ast::ApplyItem::Mode::second: return NetworkCall::Mode::second;
+  }
+  unreachable("mode of a network");
 }
 
 void report_missing(const ast::File& file, const ast::Identifier& name, const Module& module, DiagnosticSink& sink) {
@@ -69,11 +80,8 @@ std::optional<NetworkCall> read_network_call(const ast::File& file, const ast::A
     report_missing(file, source.network, module, sink);
     return std::nullopt;
   }
-  NetworkCall network_call{source.network.name, NetworkCall::Mode::value, names_of(source.inputs),
-                           names_of(source.by), names_of(source.to),      source.weights};
-  if (source.mode == ast::ApplyItem::Mode::tangent) network_call.mode = NetworkCall::Mode::tangent;
-  if (source.mode == ast::ApplyItem::Mode::adjoint) network_call.mode = NetworkCall::Mode::adjoint;
-  return network_call;
+  return NetworkCall{source.network.name, mode_of(source.mode), names_of(source.inputs),
+                     names_of(source.by), names_of(source.to),  source.weights};
 }
 
 std::vector<std::string> fields_of(const ast::ApplyItem& apply) {

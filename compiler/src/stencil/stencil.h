@@ -50,7 +50,9 @@
 //    them is the network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs.
 //    adjoint N(a, b) by c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is
 //    not wanted. With `weights` the tangent takes the rates of the weights along, and the adjoint adds to their
-//    gradient. Networks have no second derivatives. Their weights are given from outside.
+//    gradient. second N(a, b) by a_dot, b_dot, c_bar, d_bar to a_bar, b_bar, a_dot_bar, b_dot_bar: the adjoint of
+//    that tangent, where c_bar and d_bar are seeds of c_dot and d_dot; with `weights` as both. It has no derivative.
+//    Weights of networks are given from outside.
 //  - transform u by m to v: each wave exp(i k.x) of u in the interior is multiplied by m, a number of its own. ikx, iky
 //    and ikz in m stand for i times the wave numbers; m is a polynomial of them, or phiN(p)*q or inverseN(p)*q with
 //    two polynomials: phi0(z) = exp(z), phiN(z) = (phiM(z) - 1/M!)/z with M = N-1; inverseN(z) = z^-N, and 0 where z is

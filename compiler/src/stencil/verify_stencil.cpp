@@ -327,13 +327,11 @@ class ProgramCheck {
   void check_network_call(const NetworkCall& network_call) {
     const network::Network* network = module_.find_network(network_call.network);
     if (!network) return violation("applies {}, which does not exist", network_call.network);
-    const bool is_adjoint = network_call.mode == NetworkCall::Mode::adjoint;
-    const auto inputs = static_cast<std::size_t>(network->inputs), outputs = static_cast<std::size_t>(network->outputs);
-    const std::size_t rates = network_call.mode == NetworkCall::Mode::value ? 0 : is_adjoint ? outputs : inputs;
-    if (network_call.inputs.size() != inputs || network_call.rates.size() != rates ||
-        network_call.results.size() != (is_adjoint ? inputs : outputs)) {
+    if (network_call.inputs.size() != static_cast<std::size_t>(network->inputs) ||
+        network_call.rates.size() != network::rate_count(*network, network_call.mode) ||
+        network_call.results.size() != network::result_count(*network, network_call.mode)) {
       violation("applies {}, which has {} inputs and {} outputs, to other numbers of fields", network_call.network,
-                inputs, outputs);
+                network->inputs, network->outputs);
     }
     if (network->rank() != static_cast<int>(program_.axes.size()))
       violation("applies {}, which has {} axes", network_call.network, network->rank());

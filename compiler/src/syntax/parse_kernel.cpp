@@ -295,6 +295,7 @@ BlockRule repeat_rule() {
            {"apply", parse_apply<ApplyItem::Mode::value>},
            {"tangent", parse_apply<ApplyItem::Mode::tangent>},
            {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},
+           {"second", parse_apply<ApplyItem::Mode::second>},
            {"repeat", parse_repeated},
            {"solve", parse_solve<true>},
            {"newton", parse_solve<false>},
@@ -312,7 +313,7 @@ BlockRule operator_rule() {
   rule.name = "solve";
   std::erase_if(rule.items, [](const ItemRule& item) {
     return item.word == "save" || item.word == "load" || item.word == "swap" || item.word == "apply" ||
-           item.word == "tangent" || item.word == "adjoint";
+           item.word == "tangent" || item.word == "adjoint" || item.word == "second";
   });
   return rule;
 }

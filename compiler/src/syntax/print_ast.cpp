@@ -154,10 +154,19 @@ std::string print_event(const EventItem& i) {
   return text;
 }
 
+const char* word_of(ApplyItem::Mode mode) {
+  switch (mode) {
+    case ApplyItem::Mode::value: return "apply";
+    case ApplyItem::Mode::tangent: return "tangent";
+    case ApplyItem::Mode::adjoint: return "adjoint";
+    case ApplyItem::Mode::second: return "second";
+  }
+  return "";
+}
+
 std::string print_apply(const ApplyItem& item) {
   using Mode = ApplyItem::Mode;
-  const char* word = item.mode == Mode::value ? "apply" : item.mode == Mode::tangent ? "tangent" : "adjoint";
-  std::string text = fmt::format("{} {}({})", word, item.network.name, print_names(item.inputs));
+  std::string text = fmt::format("{} {}({})", word_of(item.mode), item.network.name, print_names(item.inputs));
   if (item.mode != Mode::value) text += " by " + print_names(item.by);
   return text + " to " + print_names(item.to) + (item.weights ? " weights" : "");
 }

@@ -107,8 +107,9 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 /// apply corrector(a, b) to c, d
 /// tangent corrector(a, b) by a_dot, b_dot to c_dot, d_dot weights
 /// adjoint corrector(a, b) by c_bar, d_bar to a_bar, b_bar weights
+/// second corrector(a, b) by a_dot, b_dot, c_bar, d_bar to a_bar, b_bar, a_dot_bar, b_dot_bar weights
 struct ApplyItem {
-  enum class Mode { value, tangent, adjoint };
+  enum class Mode { value, tangent, adjoint, second };
   Identifier network;
   Mode mode = Mode::value;
   std::vector<Identifier> inputs;

@@ -151,23 +151,26 @@ typedef struct dpde_reduce {
   int32_t over[DPDE_MAX_RANK]; /* 1: along this axis */
 } dpde_reduce;
 
-enum { DPDE_NETWORK_VALUE = 0, DPDE_NETWORK_TANGENT = 1, DPDE_NETWORK_ADJOINT = 2 };
+enum { DPDE_NETWORK_VALUE = 0, DPDE_NETWORK_TANGENT = 1, DPDE_NETWORK_ADJOINT = 2, DPDE_NETWORK_SECOND = 3 };
 /* A network or its derivative, done to fields: indices into dpde_program.fields; -1 for a rate that is 0 and for a
  * result that is not wanted. Tangent: rates of the inputs to rates of the outputs. Adjoint: rates are the seeds of the
- * outputs, results the adjoints of the inputs. Interior cells only are read and written. */
+ * outputs, results the adjoints of the inputs. Second, the adjoint of a tangent: rates are those of the inputs, then
+ * the seeds of the outputs' rates; results the adjoints of the inputs, then those of their rates. Interior cells only
+ * are read and written. */
 typedef struct dpde_inference {
   int32_t network; /* index into dpde_program.networks */
   int32_t mode;
   const int32_t* inputs;
   const int32_t* rates;
   const int32_t* results;
-  int32_t weights; /* 1: the tangent takes the rates of the weights along, the adjoint adds to their gradient */
+  int32_t weights; /* 1: tangent and second take the rates of the weights along, adjoint and second add to their bars */
 } dpde_inference;
 /* Of one network, in its order. */
 typedef struct dpde_weights {
   const double* values;
   const double* rates;           /* null: 0 */
   double* bars;                  /* added to; may be null where no adjoint by the weights is run */
+  double* rate_bars;             /* likewise of the rates, by second */
   const dpde_host_network* host; /* of networks that the host computes */
 } dpde_weights;
 

@@ -63,8 +63,8 @@ int64_t Engine<Real>::products() const {
 }
 
 template <class Real>
-Real* Engine<Real>::take(int64_t count, bool place) {
-  Real* const result = place ? reinterpret_cast<Real*>(memory_.get() + used_) : nullptr;
+Real* Engine<Real>::take(char* memory, int64_t count) {
+  Real* const result = memory != nullptr ? reinterpret_cast<Real*>(memory + used_) : nullptr;
   used_ += (count * static_cast<int64_t>(sizeof(Real)) + line_bytes - 1) / line_bytes * line_bytes;
   return result;
 }
@@ -72,40 +72,42 @@ Real* Engine<Real>::take(int64_t count, bool place) {
 /// Twice: to know how much, then to give it out.
 template <class Real>
 void Engine<Real>::lay_out(bool place) {
+  char* const memory = place ? memory_.get() : nullptr;
   used_ = 0;
   const auto is_live = [&](size_t v) { return v == 0 || plan_.steps[v - 1].live; };
   for (size_t v = 0; v < plan_.values.size(); ++v) {
     const Value& value = plan_.values[v];
     if (!is_live(v) || !value.kept) continue;
     places_[v] = used_ / static_cast<int64_t>(sizeof(Real)) + value.shape.origin;
-    take(value.shape.size, place);
+    take(memory, value.shape.size);
   }
   value_bytes_ = used_;
   for (size_t v = 0; v < plan_.values.size(); ++v) {
     const Value& value = plan_.values[v];
     if (!is_live(v)) continue;
-    if (value.root == static_cast<int32_t>(v)) roots_[v] = take(std::max(value.shape.size, value.adjoint.size), place);
+    if (value.root == static_cast<int32_t>(v)) roots_[v] = take(memory, std::max(value.shape.size, value.adjoint.size));
   }
   int64_t phases = 0;
   for (size_t k = 0; k < plan_.steps.size(); ++k) {
     const Convolution& convolution = plan_.steps[k].convolution;
     const auto size = [](const Product& product) { return static_cast<int64_t>(product.weights.size()); };
     Packed& packed = packed_[k];
-    packed.forward = take(size(convolution.forward), place);
-    packed.rates = take(size(convolution.forward), place);
-    packed.bias = take(plan_.steps[k].layer.channels, place);
-    packed.bias_rates = take(plan_.steps[k].layer.channels, place);
+    packed.forward = take(memory, size(convolution.forward));
+    packed.rates = take(memory, size(convolution.forward));
+    packed.bias = take(memory, plan_.steps[k].layer.channels);
+    packed.bias_rates = take(memory, plan_.steps[k].layer.channels);
     packed.reverse.resize(convolution.reverse.size());
     for (size_t phase = 0; phase < packed.reverse.size(); ++phase)
-      packed.reverse[phase] = take(size(convolution.reverse[phase]), place);
+      packed.reverse[phase] = take(memory, size(convolution.reverse[phase]));
     if (convolution.phased) phases = std::max(phases, convolution.phases.size);
   }
-  phases_ = take(phases, place);
-  phases_bar_ = take(phases, place);
+  phases_ = take(memory, phases);
+  phases_bar_ = take(memory, phases);
 }
 
 template <class Real>
 View<Real> Engine<Real>::rate_view(size_t value) const {
+  if (has_own_rates_) return {own_rates_[value] + plan_.values[value].shape.origin, &plan_.values[value].shape};
   const auto root = static_cast<size_t>(plan_.values[value].root);
   const Shape& shape = plan_.values[root].shape;
   return {roots_[root] + shape.origin, &shape};

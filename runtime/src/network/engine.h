@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "convolve.h"
+#include "dpde/runtime/network.h"
 #include "dpde/runtime/tapes.h"
 #include "plan.h"
 #include "view.h"
@@ -37,7 +38,10 @@ class Engine {
                void* const* output_rates);
   void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars,
                double* weight_bars);
-  int64_t bytes() const { return bytes_; }
+  /// Takes the memory that second() works in.
+  void prepare_second();
+  void second(const Ports& ports, const NetworkSecond& call);
+  int64_t bytes() const { return bytes_ + second_bytes_; }
 
  private:
   /// Weights of one convolution in memory.
@@ -51,7 +55,7 @@ class Engine {
 
   // Memory: engine.cpp
   void lay_out(bool place);
-  Real* take(int64_t count, bool place);
+  Real* take(char* memory, int64_t count);
   View<Real> value_view(size_t value) const {
     return {reinterpret_cast<Real*>(now_) + places_[value], &plan_.values[value].shape};
   }
@@ -82,14 +86,26 @@ class Engine {
   void find_needs(void* const* input_bars, bool weights);
   void adjoint_step(size_t k, double* weight_bars);
   void adjoint_convolution(size_t k, double* weight_bars);
-  void adjoint_of_input(size_t k);
-  void adjoint_of_phases(size_t k);
+  void begin_reverse();
+  void clear_margins(const View<Real>& seeds);
+  /// From the seeds of step k to the adjoints of its input, by these reversed weights.
+  void adjoint_of_input(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
+  void adjoint_of_read(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
+  void adjoint_of_phases(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
   void add_bias_gradient(const Step& step, const View<Real>& seeds, double* weight_bars);
   void adjoint_activation(size_t k);
   void adjoint_sum(size_t k);
   void adjoint_pool(size_t k);
   bool begin_adjoint(size_t value);
   View<Real> added_to(size_t value);
+
+  // Reverse of rates: engine_second.cpp
+  void lay_out_second(bool place);
+  void find_rates(const Ports& ports, const NetworkSecond& call);
+  void exchange_banks();
+  void second_step(size_t k, const NetworkSecond& call);
+  void second_convolution(size_t k, const NetworkSecond& call);
+  void second_activation(size_t k);
 
   Plan plan_;
   Team team_;
@@ -99,11 +115,17 @@ class Engine {
   std::vector<Packed> packed_;          // for each step
   std::vector<char> margin_read_;       // for each value: its margin is read
   std::vector<char> needed_, written_;  // for each value in a reverse run: its adjoint is wanted, holds something
+  // Of second(): the rates of each value by themselves, where those are asked for; the rates of adjoints, which
+  // exchange_banks() puts in the place of adjoints; reversed weights of the rates of weights.
+  bool has_own_rates_ = false;
+  std::vector<Real*> own_rates_, other_roots_;
+  std::vector<char> other_written_;
+  std::vector<std::vector<Real*>> reverse_rates_;
   std::vector<double> weights_;
   bool reverse_packed_ = false;
   Real *phases_ = nullptr, *phases_bar_ = nullptr;
-  std::unique_ptr<char, Free> memory_;
-  int64_t bytes_ = 0, used_ = 0, value_bytes_ = 0;
+  std::unique_ptr<char, Free> memory_, second_memory_;
+  int64_t bytes_ = 0, second_bytes_ = 0, used_ = 0, value_bytes_ = 0;
   char* now_ = nullptr;  // values of the present run: at the beginning of memory_, or a tape
   Tapes *written_to_ = nullptr, *read_from_ = nullptr;
 };

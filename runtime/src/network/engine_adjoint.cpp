@@ -19,15 +19,7 @@ void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const*
   } else {
     run(true);
   }
-  if (!reverse_packed_) {
-    for (size_t k = 0; k < plan_.steps.size(); ++k) {
-      const Convolution& convolution = plan_.steps[k].convolution;
-      for (size_t phase = 0; phase < convolution.reverse.size(); ++phase) {
-        pack(convolution.reverse[phase], weights_.data(), packed_[k].reverse[phase]);
-      }
-    }
-    reverse_packed_ = true;
-  }
+  begin_reverse();
   find_needs(input_bars, weight_bars != nullptr);
   const size_t last = plan_.values.size() - 1;
   load(ports, seeds, adjoint_view(last));
@@ -39,6 +31,18 @@ void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const*
   if (input_bars == nullptr || !needed_[0]) return;
   if (!written_[0]) clear_cells(team_, adjoint_view(0));
   store(ports, adjoint_view(0), input_bars);
+}
+
+/// The weights as reverse runs read them.
+template <class Real>
+void Engine<Real>::begin_reverse() {
+  if (reverse_packed_) return;
+  for (size_t k = 0; k < plan_.steps.size(); ++k) {
+    const Convolution& convolution = plan_.steps[k].convolution;
+    for (size_t phase = 0; phase < convolution.reverse.size(); ++phase)
+      pack(convolution.reverse[phase], weights_.data(), packed_[k].reverse[phase]);
+  }
+  reverse_packed_ = true;
 }
 
 /// Adjoints that lead to a weight or to an input whose adjoint is wanted.
@@ -89,18 +93,29 @@ template <class Real>
 void Engine<Real>::adjoint_convolution(size_t k, double* weight_bars) {
   const Step& step = plan_.steps[k];
   const View<Real> seeds = adjoint_view(k + 1);
-  const int64_t margins = seeds.shape->plane * seeds.shape->channels / 4;
-  parallel(team_, seeds.shape->channels, margins,
-           [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
+  clear_margins(seeds);
   const auto input = static_cast<size_t>(step.layer.input);
   if (weight_bars != nullptr) {
     const View<Real> source = read_by(step, value_view(input));
     add_weight_gradient(team_, step.convolution.forward, source, seeds, weight_bars + step.layer.weights);
     if (step.layer.bias >= 0) add_bias_gradient(step, seeds, weight_bars);
   }
-  if (!needed_[input]) return;
-  if (step.convolution.phased) return adjoint_of_phases(k);
-  adjoint_of_input(k);
+  adjoint_of_input(k, seeds, packed_[k].reverse);
+}
+
+template <class Real>
+void Engine<Real>::clear_margins(const View<Real>& seeds) {
+  const int64_t margins = seeds.shape->plane * seeds.shape->channels / 4;
+  parallel(team_, seeds.shape->channels, margins,
+           [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
+}
+
+template <class Real>
+void Engine<Real>::adjoint_of_input(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights) {
+  const Step& step = plan_.steps[k];
+  if (!needed_[static_cast<size_t>(step.layer.input)]) return;
+  if (step.convolution.phased) return adjoint_of_phases(k, seeds, weights);
+  adjoint_of_read(k, seeds, weights);
 }
 
 template <class Real>
@@ -117,10 +132,10 @@ void Engine<Real>::add_bias_gradient(const Step& step, const View<Real>& seeds, 
 /// With periodic axes seeds repeat beyond the ends; with others they end there, and what was read from a margin is
 /// given to the cells that the margin repeats.
 template <class Real>
-void Engine<Real>::adjoint_of_input(size_t k) {
+void Engine<Real>::adjoint_of_read(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights) {
   const Step& step = plan_.steps[k];
   const auto input = static_cast<size_t>(step.layer.input);
-  const View<Real> seeds = adjoint_view(k + 1), bars = adjoint_view(input);
+  const View<Real> bars = adjoint_view(input);
   const auto each_channel = [&](const View<Real>& view, const auto& f) {
     parallel(team_, view.shape->channels,
              (view.shape->plane - view.shape->rows() * view.shape->cells[0]) * view.shape->channels / 4, f);
@@ -139,13 +154,13 @@ void Engine<Real>::adjoint_of_input(size_t k) {
   if (begin_adjoint(input)) ends.base = bars;
   if (ends.base.data && is_larger)
     each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
-  convolve(team_, step.convolution.reverse[0], packed_[k].reverse[0], seeds, {bars}, range, ends);
+  convolve(team_, step.convolution.reverse[0], weights[0], seeds, {bars}, range, ends);
   if (is_larger)
     each_channel(bars, [&](int64_t channel) { fold_margin(*bars.shape, plan_.padding, reach, bars.plane(channel)); });
 }
 
 template <class Real>
-void Engine<Real>::adjoint_of_phases(size_t k) {
+void Engine<Real>::adjoint_of_phases(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights) {
   const Convolution& convolution = plan_.steps[k].convolution;
   const View<Real> phases{phases_bar_ + convolution.phases.origin, &convolution.phases};
   Range range = whole(plan_.values[k + 1]);
@@ -155,8 +170,8 @@ void Engine<Real>::adjoint_of_phases(size_t k) {
   }
   for (int64_t phase = 0; phase < convolution.phase_count; ++phase) {
     const auto number = static_cast<size_t>(phase);
-    convolve(team_, convolution.reverse[number], packed_[k].reverse[number], adjoint_view(k + 1),
-             {phases, phase, convolution.phase_count}, range, {});
+    convolve(team_, convolution.reverse[number], weights[number], seeds, {phases, phase, convolution.phase_count},
+             range, {});
   }
   add_phases_adjoint(team_, convolution, phases, added_to(static_cast<size_t>(plan_.steps[k].layer.input)));
 }

@@ -43,7 +43,7 @@ void Engine<Real>::rate_step(size_t k, const double* weight_rates) {
     case DPDE_MAX_POOL: max_pool(team_, layer.stride, value_view(input), rates, result); break;
     case DPDE_FIX_SUM: fix_sum(team_, Real(0), rates, result, false); break;
     case DPDE_ADD:
-      if (step.merged >= 0) {
+      if (step.merged >= 0 && !has_own_rates_) {
         const View<Real> other = rate_view(static_cast<size_t>(layer.input == step.merged ? layer.other : layer.input));
         for_each_row_of(team_, *other.shape, 1, [&](int64_t channel, int64_t row) {
           kernels_.scale(1, other.row(channel, row), result.row(channel, row), true, other.shape->cells[0]);

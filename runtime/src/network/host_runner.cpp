@@ -39,11 +39,9 @@ class HostRunner final : public Runner {
     store(outputs_, outputs);
   }
 
-  void tangent(void* const*, void* const*, const double*, void* const*) override {
-    throw Error(
-        ErrorKind::input,
-        fmt::format("network {} is the host's own and has no rates: no second derivatives go through it", name_));
-  }
+  void tangent(void* const*, void* const*, const double*, void* const*) override { has_no_rates(); }
+  void prepare_second() override { has_no_rates(); }
+  void second(const NetworkSecond&) override { has_no_rates(); }
 
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
     load(inputs, inputs_);
@@ -60,6 +58,11 @@ class HostRunner final : public Runner {
   }
 
  private:
+  [[noreturn]] void has_no_rates() const {
+    throw Error(
+        ErrorKind::input,
+        fmt::format("network {} is the host's own and has no rates: no second derivatives go through it", name_));
+  }
   const dpde_host_network& host() const {
     if (host_ == nullptr)
       throw Error(

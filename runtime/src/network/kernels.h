@@ -64,6 +64,10 @@ struct Kernels {
                           int64_t count);
   void (*rate_of_result)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add,
                          int64_t count);
+  /// results += f''(values) * rates * seeds; of the kinds that have_rate_of_result also with the results of f.
+  void (*bend)(int32_t kind, const Real* values, const Real* rates, const Real* seeds, Real* results, int64_t count);
+  void (*bend_of_result)(int32_t kind, const Real* values, const Real* rates, const Real* seeds, Real* results,
+                         int64_t count);
   void (*scale)(Real factor, const Real* values, Real* results, bool add, int64_t count);
   Real (*sum)(const Real* values, int64_t count);
 };

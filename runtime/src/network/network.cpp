@@ -20,9 +20,10 @@ class Network::Impl {
   std::shared_ptr<Tapes> tapes_;
 };
 
-Network::Network(const dpde_network& network, const dpde_layout& layout, const Team& team) {
+Network::Network(const dpde_network& network, const dpde_layout& layout, const Team& team, bool twice) {
   try {
     impl_ = std::make_unique<Impl>(nn::make_runner(network, layout, team));
+    if (twice) impl_->runner().prepare_second();
   } catch (const std::bad_alloc&) {
     throw Error(ErrorKind::machine, "there is no memory for the network");
   }
@@ -43,6 +44,7 @@ void Network::tangent(void* const* inputs, void* const* input_rates, const doubl
 void Network::adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) {
   impl_->runner().adjoint(inputs, seeds, input_bars, weight_bars);
 }
+void Network::second(const NetworkSecond& call) { impl_->runner().second(call); }
 std::int64_t Network::bytes() const { return impl_->runner().bytes(); }
 
 std::int64_t Network::tape_bytes() const { return impl_->runner().tape_bytes(); }

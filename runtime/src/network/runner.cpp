@@ -27,6 +27,8 @@ class WholeGrid final : public Runner {
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
     engine_.adjoint(ports_, inputs, seeds, input_bars, weight_bars);
   }
+  void prepare_second() override { engine_.prepare_second(); }
+  void second(const NetworkSecond& call) override { engine_.second(ports_, call); }
   int64_t bytes() const override { return engine_.bytes(); }
   int64_t tape_bytes() const override { return engine_.tape_bytes(); }
   int64_t products() const override { return engine_.products(); }
@@ -80,18 +82,37 @@ class Blocks final : public Runner {
     for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t share) {
       engine.adjoint(ports, inputs, seeds, input_bars, weight_bars ? bars_.data() + share * weight_count_ : nullptr);
     });
-    if (weight_bars == nullptr) return;
-    for (int64_t share = 0; share < shares_; ++share) {
-      for (int64_t i = 0; i < weight_count_; ++i)
-        weight_bars[i] += bars_[static_cast<size_t>(share * weight_count_ + i)];
-    }
+    add_shares(bars_, weight_bars);
+  }
+  void prepare_second() override {
+    for (const auto& engine : engines_) engine->prepare_second();
+    rate_bars_.resize(bars_.size());
+  }
+  void second(const NetworkSecond& call) override {
+    std::fill(bars_.begin(), bars_.end(), 0.0);
+    std::fill(rate_bars_.begin(), rate_bars_.end(), 0.0);
+    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t share) {
+      NetworkSecond part = call;
+      if (call.weight_bars != nullptr) part.weight_bars = bars_.data() + share * weight_count_;
+      if (call.weight_rate_bars != nullptr) part.weight_rate_bars = rate_bars_.data() + share * weight_count_;
+      engine.second(ports, part);
+    });
+    add_shares(bars_, call.weight_bars);
+    add_shares(rate_bars_, call.weight_rate_bars);
   }
   int64_t bytes() const override {
-    return static_cast<int64_t>(bars_.size() * sizeof(double)) +
+    return static_cast<int64_t>((bars_.size() + rate_bars_.size()) * sizeof(double)) +
            static_cast<int64_t>(engines_.size()) * engines_.front()->bytes();
   }
 
  private:
+  void add_shares(const std::vector<double>& bars, double* to) const {
+    if (to == nullptr) return;
+    for (int64_t share = 0; share < shares_; ++share) {
+      for (int64_t i = 0; i < weight_count_; ++i) to[i] += bars[static_cast<size_t>(share * weight_count_ + i)];
+    }
+  }
+
   template <class F>
   void for_each_block(const F& f) {
     team_.run(shares_, [&](int64_t share, int thread) {
@@ -106,7 +127,7 @@ class Blocks final : public Runner {
 
   dpde_layout layout_;
   std::vector<std::unique_ptr<Engine<Real>>> engines_;
-  std::vector<double> bars_;
+  std::vector<double> bars_, rate_bars_;
   int64_t blocks_ = 0, shares_ = 0, weight_count_ = 0;
   Team team_;
 };

@@ -6,6 +6,7 @@
 
 #include "dpde/network_abi.h"
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/network.h"
 #include "dpde/runtime/tapes.h"
 #include "dpde/runtime/team.h"
 
@@ -22,6 +23,9 @@ class Runner {
   virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
                        void* const* output_rates) = 0;
   virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
+  /// Takes the memory of second(), which comes after it.
+  virtual void prepare_second() = 0;
+  virtual void second(const NetworkSecond& call) = 0;
   virtual int64_t bytes() const = 0;
   // See Network.
   virtual int64_t tape_bytes() const { return 0; }

@@ -103,6 +103,35 @@ struct Code {
     }
   }
 
+  /// f''; those with kinks are bent nowhere else.
+  [[gnu::always_inline]] static V bend(int32_t kind, V v) {
+    const V one = M::all(1), two = M::all(2);
+    switch (kind) {
+      case DPDE_RELU:
+      case DPDE_LEAKY_RELU: return V{};
+      case DPDE_GELU: return (two - v * v) * M::normal(v).density;
+      case DPDE_SOFTPLUS: {
+        const V e = M::exp(-v), s = one / (one + e);
+        return s * (e * s);
+      }
+      case DPDE_SILU: {
+        const V e = M::exp(-v), s = one / (one + e), rest = e * s;
+        return s * rest * (two + v * (rest - s));
+      }
+      case DPDE_TANH: return bend_of_result(kind, M::tanh(v));
+      default: return bend_of_result(kind, M::sigmoid(v));
+    }
+  }
+  [[gnu::always_inline]] static V bend_of_result(int32_t kind, V r) {
+    const V one = M::all(1);
+    switch (kind) {
+      case DPDE_RELU:
+      case DPDE_LEAKY_RELU: return V{};
+      case DPDE_TANH: return (r + r) * (r * r - one);
+      default: return r * (one - r) * (one - (r + r));
+    }
+  }
+
   /// Where the vectors of a tile lie, the steps apart.
   struct Place {
     const Real* input;
@@ -391,6 +420,21 @@ struct Code {
       }
     });
   }
+  static void add_bend(int32_t kind, const Real* values, const Real* rates, const Real* seeds, Real* results,
+                       int64_t count) {
+    with_kind(kind, [=](auto known) {
+      for (int64_t i = 0; i < count; i += lanes)
+        store(results + i, load(results + i) + bend(known.value, load(values + i)) * load(rates + i) * load(seeds + i));
+    });
+  }
+  static void add_bend_of_result(int32_t kind, const Real* values, const Real* rates, const Real* seeds, Real* results,
+                                 int64_t count) {
+    with_kind(kind, [=](auto known) {
+      for (int64_t i = 0; i < count; i += lanes)
+        store(results + i,
+              load(results + i) + bend_of_result(known.value, load(values + i)) * load(rates + i) * load(seeds + i));
+    });
+  }
   static void scale(Real factor, const Real* values, Real* results, bool add, int64_t count) {
     for (int64_t i = 0; i < count; i += lanes) {
       const V value = load(values + i) * factor;
@@ -407,8 +451,8 @@ struct Code {
 template <class Real, int Bytes, int Registers>
 Kernels<Real> kernels_of() {
   using C = Code<Real, Bytes, Registers>;
-  return {C::widest,          C::convolve,       C::weight_gradient, C::activate,
-          C::activation_rate, C::rate_of_result, C::scale,           C::sum};
+  return {C::widest,         C::convolve, C::weight_gradient,    C::activate, C::activation_rate,
+          C::rate_of_result, C::add_bend, C::add_bend_of_result, C::scale,    C::sum};
 }
 
 }  // namespace

@@ -155,10 +155,13 @@ std::string Tables::network(const dpde_network* source) {
 std::string Tables::inference(const dpde_inference& i, const dpde_program& program) {
   const auto& [network, mode, inputs, rates, results, weights] = i;
   const dpde_network& n = *program.networks[network];
-  const bool is_adjoint = mode == DPDE_NETWORK_ADJOINT;
+  const bool is_adjoint = mode == DPDE_NETWORK_ADJOINT, is_second = mode == DPDE_NETWORK_SECOND;
   const std::string read = indices(inputs, n.inputs);
-  const std::string rated = indices(rates, mode == DPDE_NETWORK_VALUE ? 0 : is_adjoint ? n.outputs : n.inputs);
-  const std::string made = indices(results, is_adjoint ? n.inputs : n.outputs);
+  const std::string rated = indices(rates, mode == DPDE_NETWORK_VALUE ? 0
+                                           : is_second                ? n.inputs + n.outputs
+                                           : is_adjoint               ? n.outputs
+                                                                      : n.inputs);
+  const std::string made = indices(results, is_second ? 2 * n.inputs : is_adjoint ? n.inputs : n.outputs);
   return fmt::format("{{{}, {}, {}, {}, {}, {}}}", network, mode, read, rated, made, weights);
 }
 

@@ -147,7 +147,7 @@ class Liveness {
 
   bool pass_network_call(const NetworkCall& network_call) {
     dead_results_.clear();
-    bool has_effect = network_call.weights && network_call.mode == NetworkCall::Mode::adjoint;
+    bool has_effect = network_call.weights && network::adds_to_weights(network_call.mode);
     for (const std::string& result : fields_written(network_call)) {
       has_effect = has_effect || is_live(result);
       if (!is_live(result)) dead_results_.insert(result);
@@ -160,7 +160,7 @@ class Liveness {
 
   Statement without_dead_results(NetworkCall network_call) const {
     for (std::string& result : network_call.results) {
-      if (network_call.mode == NetworkCall::Mode::adjoint && dead_results_.contains(result)) result.clear();
+      if (network::adds_to_weights(network_call.mode) && dead_results_.contains(result)) result.clear();
     }
     return network_call;
   }

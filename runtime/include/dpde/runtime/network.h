@@ -21,13 +21,26 @@ namespace dpde {
 /// its place among the weights, on nothing else.
 std::vector<double> initial_weights(const dpde_network& network, std::uint64_t seed);
 
+/// From and to where Network::second() goes.
+struct NetworkSecond {
+  void* const* inputs = nullptr;
+  void* const* input_rates = nullptr;
+  void* const* seeds = nullptr;       // adjoints of the outputs' rates
+  void* const* input_bars = nullptr;  // to these
+  void* const* input_rate_bars = nullptr;
+  const double* weight_rates = nullptr;
+  double* weight_bars = nullptr;       // added to
+  double* weight_rate_bars = nullptr;  // likewise
+};
+
 /// One network on one grid with all memory it works in: what runs allocates nothing. Results do not depend on the
 /// number of threads. To be used by one thread at a time.
 class Network {
  public:
   /// Weights are 0 until they are set. The network may go away.
   /// @throws Error(input) when the network is broken or does not fit the grid, Error(machine) when there is no memory.
-  Network(const dpde_network& network, const dpde_layout& layout, const Team& team = 1);
+  /// `twice`: second() is asked for, too.
+  Network(const dpde_network& network, const dpde_layout& layout, const Team& team = 1, bool twice = false);
   ~Network();
   Network(Network&&) noexcept;
   Network& operator=(Network&&) noexcept;
@@ -49,6 +62,10 @@ class Network {
   /// null ones among them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs
   /// forward by itself where no tape tells.
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
+
+  /// The adjoint of tangent(): from the adjoints of the outputs' rates those of inputs, weights and the rates of both.
+  /// What is null is 0, or not wanted. The adjoints of the outputs themselves go through adjoint().
+  void second(const NetworkSecond& call);
 
   /// Of memory.
   std::int64_t bytes() const;

@@ -367,6 +367,8 @@ class Rollout {
   /// Of a parameter, of a control for each interval, or of the weights of a network; zeros where the loss does not
   /// depend on it.
   void copy_param_bar(std::string_view param, std::span<double> to) const;
+  /// Of the rates of a network's weights.
+  void copy_rate_bar(std::string_view network, std::span<double> to) const;
   /// Parameters whose gradient the adjoint programs compute.
   const std::vector<std::string>& param_bar_names() const;
   /// As in the setup.

@@ -25,11 +25,11 @@ class Workspace {
     int every = 1;  // steps
     std::vector<double> values;
   };
-  /// Of a network: its weights, their rates, and what the last run of an adjoint added to their gradient.
+  /// Of a network: its weights, their rates, and what the last run of an adjoint added to the gradients of both.
   struct Weights {
-    std::vector<double> values, rates, bars;
+    std::vector<double> values, rates, bars, rate_bars;
     const dpde_host_network* host = nullptr;  // of a network that the host computes
-    dpde_weights bound() { return {values.data(), rates.data(), bars.data(), host}; }
+    dpde_weights bound() { return {values.data(), rates.data(), bars.data(), rate_bars.data(), host}; }
   };
   struct Axis {
     std::string name;
