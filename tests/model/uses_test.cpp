@@ -224,7 +224,9 @@ TEST(Uses, SolutionsAreKeptWhereStepsFindThem) {
     const bool has_others = kind == UseKind::constraint;  // its own potential is kept too
     EXPECT_EQ(codes(outcome), is_of_step || has_others ? "" : "W0506") << slot;
     for (const Solve* solve : solves_of(*outcome.problem)) {
-      if (solve->name == "phi") EXPECT_EQ(solve->guess, is_of_step ? "phi_last" : "") << slot;
+      const std::vector<std::string> kept_last =
+          is_of_step ? std::vector<std::string>{"phi_last"} : std::vector<std::string>{};
+      if (solve->name == "phi") EXPECT_EQ(solve->guesses, kept_last) << slot;
     }
   }
 }
