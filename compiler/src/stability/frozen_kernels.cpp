@@ -6,7 +6,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
-#include "support/contains.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -170,6 +170,100 @@ class FrozenKernels::Reader {
   std::unordered_map<const stencil::Node*, Id> ids_;
 };
 
+/// Which fields depend on dt, and whether all that does is rational in it.
+class FrozenKernels::StepDependence {
+ public:
+  explicit StepDependence(const FrozenKernels& kernels)
+      : kernels_(kernels), dt_(kernels.param("dt")), fields_(kernels.fields().size()) {}
+
+  bool is_rational() {
+    for (bool has_changed = true; has_changed && is_rational_;) {
+      has_changed = false;
+      for (const auto& [name, kernel] : kernels_.kernels_) has_changed = look_at(kernel) || has_changed;
+    }
+    return is_rational_;
+  }
+
+ private:
+  /// Whether a field is found to depend on it.
+  bool look_at(const Kernel& kernel) {
+    locals_.clear();
+    for (const Id let : kernel.lets) locals_.push_back(depends(let));
+    bool has_changed = false;
+    for (const Store& store : kernel.stores) {
+      const auto field = static_cast<std::size_t>(store.field);
+      if (!depends(store.value) || fields_[field]) continue;
+      fields_[field] = has_changed = true;
+    }
+    return has_changed;
+  }
+
+  /// Where it is no rational function.
+  bool depends_otherwise(const std::vector<Id>& on) {
+    if (std::ranges::any_of(on, [&](Id id) { return depends(id); })) is_rational_ = false;
+    return false;
+  }
+
+  bool depends(Id id) {
+    return match(
+        kernels_.node(id).kind, [](const Literal&) { return false; }, [&](const Param& p) { return p.param == dt_; },
+        [&](const Local& l) { return static_cast<bool>(locals_[static_cast<std::size_t>(l.local)]); },
+        [&](const Access& a) { return static_cast<bool>(fields_[static_cast<std::size_t>(a.field)]); },
+        [&](const Interp& i) {
+          depends_otherwise(i.displacement);
+          return static_cast<bool>(fields_[static_cast<std::size_t>(i.field)]);
+        },
+        [](const Inside&) { return false; }, [&](const Neg& n) { return depends(n.operand); },
+        [&](const Binary& b) { return of_binary(b); }, [&](const Call& c) { return depends_otherwise(c.arguments); },
+        [&](const Select& s) {
+          if (!s.asks_for_first_steps) depends_otherwise({s.condition});
+          const bool by_yes = depends(s.yes);
+          return depends(s.no) || by_yes;
+        });
+  }
+
+  bool of_binary(const Binary& b) {
+    switch (b.op) {
+      case BinaryOp::add:
+      case BinaryOp::subtract:
+      case BinaryOp::multiply:
+      case BinaryOp::divide: {
+        const bool by_left = depends(b.left);
+        return depends(b.right) || by_left;
+      }
+      case BinaryOp::power:
+      case BinaryOp::less:
+      case BinaryOp::less_equal:
+      case BinaryOp::greater:
+      case BinaryOp::greater_equal:
+      case BinaryOp::equal:
+      case BinaryOp::not_equal:
+      case BinaryOp::logical_and:
+      case BinaryOp::logical_or: return depends_otherwise({b.left, b.right});
+    }
+    unreachable("binary operator");
+  }
+
+  const FrozenKernels& kernels_;
+  const Id dt_;
+  std::vector<bool> fields_, locals_;
+  bool is_rational_ = true;
+};
+
+namespace {
+
+bool is_of_kernels_alone(const std::vector<stencil::Statement>& body) {
+  return std::ranges::all_of(body, [](const stencil::Statement& statement) {
+    return match(
+        statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
+        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
+        [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return true; },
+        [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
+  });
+}
+
+}  // namespace
+
 void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
   for (const stencil::Statement& statement : body) {
     match(
@@ -202,6 +296,7 @@ FrozenKernels::FrozenKernels(const stencil::Module& module, const std::set<std::
     kernels_[kernel.name] = Reader(*this, unperturbed).read(kernel, varied);
   for (const stencil::Swap& swap : program.swaps) add_field(swap.state), add_field(swap.next);
   add_fields_of(program.body);
+  is_rational_in_step_ = is_of_kernels_alone(program.body) && StepDependence(*this).is_rational();
 }
 
 }  // namespace dpde::stability

@@ -81,11 +81,15 @@ class FrozenKernels {
   const std::vector<std::string>& params() const { return params_; }
   const Kernel& kernel(const std::string& name) const { return kernels_.at(name); }
   Id field(const std::string& name) const { return field_ids_.at(name); }
+  /// Whether what the program makes of perturbations is a rational function of dt, by its text: kernels alone make it,
+  /// and dt is in no condition and no function, not by way of a field either.
+  bool is_rational_in_step() const { return is_rational_in_step_; }
   /// -1: nothing reads it.
   Id param(const std::string& name) const;
 
  private:
   class Reader;
+  class StepDependence;
   Id add_field(const std::string& name);
   Id add_param(const std::string& name);
   void add_fields_of(const std::vector<stencil::Statement>& body);
@@ -95,6 +99,7 @@ class FrozenKernels {
   std::vector<std::string> params_;
   std::map<std::string, Id> field_ids_, param_ids_;
   std::map<std::string, Kernel> kernels_;
+  bool is_rational_in_step_ = false;
 };
 
 }  // namespace dpde::stability

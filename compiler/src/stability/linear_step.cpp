@@ -86,6 +86,8 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   return why.empty() ? std::optional(std::move(result)) : std::nullopt;
 }
 
+bool LinearStep::is_rational_in_step() const { return kernels_->is_rational_in_step(); }
+
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
   FrozenStages stages;
   return response(point, dt, stages);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -178,12 +179,23 @@ bool FrozenAnalysis::take_rates_of(const Equations& equations) {
   }
   rates_.reset();
   step_of_rates_ = {};
+  of_rates_.clear();
   own_eigenvalues_.clear();
   return false;
 }
 
 bool FrozenAnalysis::is_made_of_rates(const Amplification& g, double step) const {
-  return step_of_rates_.is_known() && step_of_rates_.makes(g, *rates_, places_, step);
+  if (!step_of_rates_.is_known() || !step_of_rates_.makes(g, *rates_, places_, step)) return false;
+  of_rates_.insert(step);
+  return true;
+}
+
+/// Of steps of all lengths. An explicit step with frozen coefficients is a polynomial of dt, which its stages raise by
+/// one each, seven at most: two that agree at eight lengths are one. Formulas may have dt in them, too, but not so that
+/// a step is like its neighbours and unlike others.
+bool FrozenAnalysis::is_known_to_be_of_rates() const {
+  constexpr std::size_t enough = 8;
+  return of_rates_.size() >= enough && linear_->is_rational_in_step();
 }
 
 bool FrozenAnalysis::is_of_rates(double step) const {
@@ -191,12 +203,15 @@ bool FrozenAnalysis::is_of_rates(double step) const {
   return g && is_made_of_rates(*g, step);
 }
 
-/// Of each wave in this step, of which g is.
-FrozenAnalysis::Factors FrozenAnalysis::factors_of(Amplification& g, double step) const {
-  if (is_made_of_rates(g, step))
-    return [this, step](const Angles& a) { return step_of_rates_.factors(step * own_eigenvalues(a)); };
-  g.expect_many_waves();
-  return [&g](const Angles& a) { return g.eigenvalues(a); };
+std::optional<FrozenAnalysis::Factors> FrozenAnalysis::factors_of(double step) const {
+  const auto by_rates = [this, step](const Angles& a) { return step_of_rates_.factors(step * own_eigenvalues(a)); };
+  if (is_known_to_be_of_rates()) return by_rates;
+  const std::optional<Amplification> g = at(step);
+  if (!g) return std::nullopt;
+  if (is_made_of_rates(*g, step)) return by_rates;
+  const auto by_step = std::make_shared<Amplification>(*g);
+  by_step->expect_many_waves();
+  return [by_step](const Angles& a) { return by_step->eigenvalues(a); };
 }
 
 /// Of resolved waves as the differences have them; of others no more than both these and the equations say, which
@@ -343,11 +358,10 @@ Largest FrozenAnalysis::excess(double step) const {
 }
 
 Largest FrozenAnalysis::find_excess(double step) const {
-  std::optional<Amplification> g = at(step);
-  if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
-  const Factors factors_at = factors_of(*g, step);
+  const std::optional<Factors> factors_at = factors_of(step);
+  if (!factors_at) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
   return over_waves([&](const Angles& a) {
-    const Eigen::VectorXcd factors = factors_at(a);
+    const Eigen::VectorXcd factors = (*factors_at)(a);
     const double growth = std::log(factors.cwiseAbs().maxCoeff());
     const double beyond = growth - allowed_rate(a) * step - allowed_to_events(a);
     return std::isnan(growth) ? infinite : std::max(beyond, growth_of_decaying(factors, a));
@@ -357,8 +371,8 @@ Largest FrozenAnalysis::find_excess(double step) const {
 bool FrozenAnalysis::is_stable(double step) const { return !(excess(step).value > growth_tolerance(*linear_)); }
 
 Eigen::VectorXcd FrozenAnalysis::factors(const Angles& wave, double step) const {
-  std::optional<Amplification> g = at(step);
-  return g ? factors_of(*g, step)(wave) : Eigen::VectorXcd();
+  const std::optional<Factors> factors_at = factors_of(step);
+  return factors_at ? (*factors_at)(wave) : Eigen::VectorXcd();
 }
 
 double FrozenAnalysis::growth_of(const Angles& wave, double step) const {

@@ -18,6 +18,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "stability/allowed_growth.h"
@@ -103,8 +104,10 @@ class FrozenAnalysis {
   bool differentiate(double step);
   bool take_rates_of(const Equations& equations);
   bool is_made_of_rates(const Amplification& g, double step) const;
+  bool is_known_to_be_of_rates() const;
   using Factors = std::function<Eigen::VectorXcd(const Angles&)>;
-  Factors factors_of(Amplification& g, double step) const;
+  /// nullopt where the step goes too far to be followed.
+  std::optional<Factors> factors_of(double step) const;
   StepLimit bisect(double stable, double unstable, double precision) const;
   StepLimit descend(double unstable, double precision) const;
   StepLimit limit_of_any_step() const;
@@ -120,8 +123,9 @@ class FrozenAnalysis {
   std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
-  StepOfRates step_of_rates_;                                   // what most steps are of the rates, where that is known
-  std::vector<StepOfRates::Place> places_ = {};                 // rows of the step in it
+  StepOfRates step_of_rates_;                    // what most steps are of the rates, where that is known
+  std::vector<StepOfRates::Place> places_ = {};  // rows of the step in it
+  mutable std::set<double> of_rates_;            // steps that were found to be so, until it is known of all
   mutable std::map<Angles, Eigen::VectorXcd> own_eigenvalues_;  // of these: a cache
   mutable std::map<double, Largest> excess_;                    // by steps: searches come back to them, a cache
   std::optional<Amplification> events_;                         // G of a step of length 0
