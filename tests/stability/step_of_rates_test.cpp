@@ -238,10 +238,46 @@ TEST(StepOfRates, IsNoneOfSplitStepsAndSubcycles) {
 }
 
 std::string three_fields(const std::string& equations, const std::string& scheme, int rank, const std::string& more) {
+  const std::string time = scheme.find("time") == std::string::npos ? "time = rk4; " : "";
   std::string text =
-      "model m { field u, v, w; " + equations + " }\nscheme q { time = rk4; " + scheme + " }\nscene s : m with q {\n";
+      "model m { field u, v, w; " + equations + " }\nscheme q { " + time + scheme + " }\nscene s : m with q {\n";
   for (int axis = 0; axis < rank; ++axis) text += fmt::format("  grid {} = 0 .. 64, cells 64, periodic\n", "xyz"[axis]);
   return text + "  initial u = 1; initial v = 1; initial w = 1\n" + more + "  time 0 .. 1, step 0.1\n}\n";
+}
+
+/// By the text of a step it is known whether what holds of steps of some lengths holds of all: not where dt is in a
+/// function. Stages of states are frozen, whatever stands around them.
+TEST(StepOfRates, IsRationalInTheStepWhereDtIsInNoFunction) {
+  const std::string rest = "; dt(v) = lap(v) - u; dt(w) = lap(w) - v";
+  const std::tuple<std::string, std::string, bool> scenes[] = {
+      {"dt(u) = lap(u) + u*v + sin(w)", "", true},
+      {"dt(u) = lap(u) - max(u, v) - advect(v, u)", "advect = upwind(1); time = ssp_rk3", true},
+      {"dt(u) = lap(u) + u*v", "time = ab3", true},
+      {"dt(u) = (2 + cos(t))*lap(u)", "time = euler", true},
+      {"dt(u) = (2 + cos(t))*lap(u)", "", false},
+      {"dt(u) = lap(u)/max(0.1, t)", "time = rk2", false},
+      {"dt(u) = lap(u) - mean(v)", "", false}};
+  for (const auto& [equation, scheme, expected] : scenes) {
+    const System system = system_of(three_fields(equation + rest, scheme, 1, ""));
+    FrozenStages stages;
+    ASSERT_TRUE(system.linear.response(system.point, 0.1, stages));
+    EXPECT_EQ(system.linear.is_rational_in_step(stages), expected) << equation << scheme;
+  }
+}
+
+/// The second stage of a long step has another factor than that of a short one: that eight short ones are of rates says
+/// nothing of it.
+TEST(StepOfRates, IsAskedOfEachStepWhereTimeIsInAFunction) {
+  System system = system_of(three_fields("dt(u) = (1 + max(0, t - 0.2))*lap(u); dt(v) = lap(v) - u; dt(w) = lap(w) - v",
+                                         "time = rk2", 1, ""));
+  system.point.params["t"] = 0;
+  const FrozenAnalysis analysis = system.by_rates();
+  for (int i = 1; i <= 12; ++i) analysis.excess(0.01 * i);
+  EXPECT_TRUE(analysis.is_of_rates(0.1));
+  EXPECT_FALSE(analysis.is_of_rates(0.45));
+  const Amplification g(*system.linear.response(system.point, 0.45), 1);
+  const Largest largest = analysis.excess(0.45);
+  EXPECT_NEAR(largest.value, std::log(g.spectral_radius(largest.angles)), 1e-9);
 }
 
 /// What ties fields for some waves alone: none stands for all. With v in halves the step is no polynomial of rates

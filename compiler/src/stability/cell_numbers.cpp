@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "model/build.h"
+#include "model/uses.h"
 #include "stability/consistent_start.h"
 #include "stability/equations.h"
 #include "stability/frozen_points.h"
@@ -47,6 +48,15 @@ model::Problem with_central_advection(model::Problem problem) {
   }
   problem.scheme.dealias = false;
   return problem;
+}
+
+/// Whether these are others than the problem has.
+bool has_other_differences(const model::Problem& problem) {
+  const model::Scheme& scheme = problem.scheme;
+  if (scheme.dealias || scheme.derivative_order == model::spectral || scheme.laplacian_order == model::spectral)
+    return true;
+  const auto is_advect = [](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); };
+  return model::any_formula(problem, [&](const model::Use& use) { return model::any_part(use.formula, is_advect); });
 }
 
 /// Whether the speed is another one where the field has another value.
@@ -170,7 +180,7 @@ bool looks_downwind(const Response& own, const Response& central, std::size_t ro
 
 std::vector<Downwind> downwind_differences(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
-  if (problem.scheme.follows_flow() || !problem.program.empty()) return {};
+  if (problem.scheme.follows_flow() || !problem.program.empty() || !has_other_differences(problem)) return {};
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem)), own = linear_step(problem);
   if (!central || !own || central->states() != own->states()) return {};
   std::vector<Downwind> found;
@@ -197,7 +207,9 @@ std::vector<CellNumber> cell_numbers(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem));
   if (!central) return {};
-  const std::optional<LinearStep> own = problem.scheme.follows_flow() ? std::nullopt : linear_step(problem);
+  const std::optional<LinearStep> own = problem.scheme.follows_flow()     ? std::nullopt
+                                        : !has_other_differences(problem) ? central
+                                                                          : linear_step(problem);
   return LargestNumbers(session, *central, own).run();
 }
 

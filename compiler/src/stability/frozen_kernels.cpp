@@ -185,8 +185,9 @@ class FrozenKernels::StepDependence {
   }
 
  private:
-  /// Whether a field is found to depend on it.
+  /// Whether a field is found to depend on it. Stages of states are taken with dt = 0.
   bool look_at(const Kernel& kernel) {
+    if (kernel.makes_states) return false;
     locals_.clear();
     for (const Id let : kernel.lets) locals_.push_back(depends(let));
     bool has_changed = false;

@@ -82,7 +82,7 @@ class FrozenKernels {
   const Kernel& kernel(const std::string& name) const { return kernels_.at(name); }
   Id field(const std::string& name) const { return field_ids_.at(name); }
   /// Whether what the program makes of perturbations is a rational function of dt, by its text: kernels alone make it,
-  /// and dt is in no condition and no function, not by way of a field either.
+  /// and dt is in no condition and no function, not by way of a field either. Where all stages of states are known.
   bool is_rational_in_step() const { return is_rational_in_step_; }
   /// -1: nothing reads it.
   Id param(const std::string& name) const;

@@ -86,7 +86,10 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   return why.empty() ? std::optional(std::move(result)) : std::nullopt;
 }
 
-bool LinearStep::is_rational_in_step() const { return kernels_->is_rational_in_step(); }
+bool LinearStep::is_rational_in_step(const FrozenStages& stages) const {
+  return kernels_->is_rational_in_step() &&
+         std::ranges::all_of(stages, [](const auto& stage) { return stage.has_value(); });
+}
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
   FrozenStages stages;

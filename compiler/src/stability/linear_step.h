@@ -80,8 +80,8 @@ class LinearStep {
   bool reduces() const { return reduces_; }
   /// It solves equations: the response of one point reaches all others.
   bool solves() const { return solves_; }
-  /// By its text a rational function of dt: see frozen_kernels.h.
-  bool is_rational_in_step() const;
+  /// By its text a rational function of dt, where all `stages` of a response are known: see frozen_kernels.h.
+  bool is_rational_in_step(const FrozenStages& stages) const;
   /// A network is in it: the program can be run, and has no response.
   bool has_networks() const { return has_networks_; }
 

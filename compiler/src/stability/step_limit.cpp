@@ -195,7 +195,7 @@ bool FrozenAnalysis::is_made_of_rates(const Amplification& g, double step) const
 /// a step is like its neighbours and unlike others.
 bool FrozenAnalysis::is_known_to_be_of_rates() const {
   constexpr std::size_t enough = 8;
-  return of_rates_.size() >= enough && linear_->is_rational_in_step();
+  return of_rates_.size() >= enough && linear_->is_rational_in_step(stages_);
 }
 
 bool FrozenAnalysis::is_of_rates(double step) const {

@@ -87,32 +87,41 @@ Eigen::VectorXcd StepOfRates::factors(const Eigen::VectorXcd& rates) const {
   return result;
 }
 
-StepOfRates::Sum StepOfRates::expected(const Eigen::MatrixXcd& z, const std::vector<Place>& places, double step) const {
-  std::size_t powers = 1;
+std::size_t StepOfRates::degree() const {
+  std::size_t powers = 2;
   for (const auto& row : matrix_) {
     for (const Polynomial& entry : row) powers = std::max(powers, entry.size());
   }
-  const auto size = static_cast<Eigen::Index>(places.size());
-  Sum sum{Eigen::MatrixXcd::Zero(size, size), Eigen::MatrixXd::Zero(size, size)};
+  return powers - 1;
+}
+
+/// Of what each memory has a vector of states: its powers of z are those of all.
+StepOfRates::Image StepOfRates::image(const Eigen::MatrixXcd& z, const std::vector<Place>& places, double step,
+                                      const Eigen::VectorXd& perturbation) const {
+  const auto count = static_cast<Eigen::Index>(matrix_.size());
+  Eigen::MatrixXcd power = Eigen::MatrixXcd::Zero(z.rows(), count);
   const auto of_memory = [&](std::size_t memory) { return keeps_rates_ && memory > 0 ? step : 1; };
-  Eigen::MatrixXcd power = Eigen::MatrixXcd::Identity(z.rows(), z.cols());
-  Eigen::MatrixXd power_of_sizes = power.real();
+  for (std::size_t i = 0; i < places.size(); ++i)
+    power(static_cast<Eigen::Index>(places[i].row), static_cast<Eigen::Index>(places[i].memory)) =
+        perturbation[static_cast<Eigen::Index>(i)] * of_memory(places[i].memory);
+  Eigen::MatrixXd power_of_sizes = power.cwiseAbs();
   const Eigen::MatrixXd sizes = z.cwiseAbs();
-  for (std::size_t k = 0; k < powers; ++k) {
-    for (Eigen::Index i = 0; i < size; ++i) {
-      for (Eigen::Index j = 0; j < size; ++j) {
-        const Place &to = places[static_cast<std::size_t>(i)], &from = places[static_cast<std::size_t>(j)];
-        const Polynomial& entry = matrix_[to.memory][from.memory];
-        const double weight = k < entry.size() ? entry[k] * of_memory(from.memory) / of_memory(to.memory) : 0;
-        const auto row = static_cast<Eigen::Index>(to.row), column = static_cast<Eigen::Index>(from.row);
-        sum.value(i, j) += weight * power(row, column);
-        sum.size(i, j) += std::abs(weight) * power_of_sizes(row, column);
+  Image result{Eigen::VectorXcd::Zero(perturbation.size()), Eigen::VectorXd::Zero(perturbation.size())};
+  for (std::size_t k = 0; k <= degree(); ++k) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const std::vector<Polynomial>& entries = matrix_[places[i].memory];
+      const auto row = static_cast<Eigen::Index>(places[i].row), to = static_cast<Eigen::Index>(i);
+      for (Eigen::Index from = 0; from < count; ++from) {
+        const Polynomial& entry = entries[static_cast<std::size_t>(from)];
+        const double weight = k < entry.size() ? entry[k] / of_memory(places[i].memory) : 0;
+        result.value[to] += weight * power(row, from);
+        result.size[to] += std::abs(weight) * power_of_sizes(row, from);
       }
     }
     power = (z * power).eval();
     power_of_sizes = (sizes * power_of_sizes).eval();
   }
-  return sum;
+  return result;
 }
 
 bool StepOfRates::makes(const Amplification& g, const Amplification& rates, const std::vector<Place>& places,
@@ -128,17 +137,14 @@ bool StepOfRates::makes(const Amplification& g, const Amplification& rates, cons
                        places.size() == matrix_.size() * static_cast<std::size_t>(rates.size()) &&
                        std::ranges::all_of(places, [&](const Place& p) { return p.memory < matrix_.size(); });
   if (!is_known() || !has_all || !g.is_sum_of_exponentials() || !rates.is_sum_of_exponentials()) return false;
-  const auto [sum, sum_of_sizes] = expected(step * rates.at(any_wave), places, step);
-  const Eigen::VectorXd scales = scales_of(sum_of_sizes);
-  const Eigen::MatrixXd units = scales.cwiseInverse() * scales.transpose();
-  const double error = (g.at(any_wave) - sum).cwiseProduct(units).norm(),
-               size = sum_of_sizes.cwiseProduct(units).norm();
-  std::size_t degree = 1;
-  for (const auto& row : matrix_) {
-    for (const Polynomial& entry : row) degree = std::max(degree, entry.size());
-  }
-  const auto units_of_error = roundings * static_cast<double>(rates.size()) * static_cast<double>(degree - 1);
-  return error <= units_of_error * std::numeric_limits<double>::epsilon() * size;
+  const Eigen::MatrixXcd of_step = g.at(any_wave);
+  const Eigen::VectorXd units = scales_of(of_step.cwiseAbs());
+  const Eigen::VectorXd any = Eigen::VectorXd::NullaryExpr(
+      g.size(), [&](Eigen::Index i) { return units[i] * (1 + 0.5 * std::sin(static_cast<double>(i * i + 1))); });
+  const auto [value, size] = image(step * rates.at(any_wave), places, step, any);
+  const double error = (of_step * any - value).cwiseQuotient(units).norm(), sizes = size.cwiseQuotient(units).norm();
+  const auto units_of_error = roundings * static_cast<double>(rates.size()) * static_cast<double>(degree());
+  return error <= units_of_error * std::numeric_limits<double>::epsilon() * sizes;
 }
 
 }  // namespace dpde::stability

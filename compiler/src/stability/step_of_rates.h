@@ -31,20 +31,22 @@ class StepOfRates {
   struct Place {
     std::size_t row = 0, memory = 0;
   };
-  /// Whether `g` is that step. By one wave that is like no other: where both sides are sums of exponentials of its
-  /// angles they agree there by chance only if they do everywhere. To rounding, in units in which all states are alike.
-  /// False where either is no such sum, as no wave stands for all others then: a mean is there only for waves that do
-  /// not vary along its axes, a dealiased term only for long ones, a slope of a Fourier series not for those of two
-  /// cells, and a solve gives nothing to those that its operator takes to 0.
+  /// Whether `g` is that step. By one wave and one perturbation that are like no other: where both sides are sums of
+  /// exponentials of its angles they agree there by chance only if they do everywhere. To rounding, in units in which
+  /// all states are alike. False where either is no such sum, as no wave stands for all others then: a mean is there
+  /// only for waves that do not vary along its axes, a dealiased term only for long ones, a slope of a Fourier series
+  /// not for those of two cells, and a solve gives nothing to those that its operator takes to 0.
   bool makes(const Amplification& g, const Amplification& rates, const std::vector<Place>& places, double step) const;
 
  private:
-  /// And the sum of the sizes of its terms.
-  struct Sum {
-    Eigen::MatrixXcd value;
-    Eigen::MatrixXd size;
+  /// What the step makes of a perturbation, and the sum of the sizes of its terms.
+  struct Image {
+    Eigen::VectorXcd value;
+    Eigen::VectorXd size;
   };
-  Sum expected(const Eigen::MatrixXcd& z, const std::vector<Place>& places, double step) const;
+  Image image(const Eigen::MatrixXcd& z, const std::vector<Place>& places, double step,
+              const Eigen::VectorXd& perturbation) const;
+  std::size_t degree() const;
 
   std::vector<std::vector<Polynomial>> matrix_;
   bool keeps_rates_ = false;                // what it remembers are these, not dt times them
