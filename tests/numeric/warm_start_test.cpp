@@ -140,6 +140,27 @@ TEST(WarmStart, BeginsWithFormulas) {
   EXPECT_EQ(most(" from cos(2*pi*x), 0, w"), 4) << "what is of no use costs nothing";
 }
 
+/// What a singular operator takes to 0 but for rounding is no start, however large it is.
+TEST(WarmStart, NullSpacesAreNoStarts) {
+  const auto iterations = [](const std::string& method, const std::string& from) {
+    const Begun run =
+        begun("model m { field w; solve lap(psi) = -w for psi" + from +
+              "; dt(w) = 1e-12*psi }\nscheme c { solve = " + method +
+              "(1e-8) }\nscene s : m with c { grid x = 0 .. 1, cells 24, periodic; grid y = 0 .. 1, cells 20\n"
+              "  boundary psi: y = zero_gradient; initial w = sin(2*pi*x) + x*y; time 0 .. 0.02, step 0.01 }\n");
+    return run.states.empty() ? 0 : run.most;
+  };
+  for (const std::string method : {"cg", "multigrid", "bicgstab", "gmres"}) {
+    const int cold = iterations(method, "");
+    EXPECT_GT(cold, 0) << method;
+    for (const std::string from : {" from 1", " from 1 + 1e-9*w", " from 1e6 + w", " from 1, 1e9, w"}) {
+      const int warm = iterations(method, from);
+      EXPECT_GT(warm, 0) << method << from;
+      EXPECT_LE(warm, cold + 1) << method << from;
+    }
+  }
+}
+
 /// No derivative goes through a start, wherever the solve stands: gradients are those of solves that begin with 0.
 TEST(WarmStart, StartsHaveNoPartInDerivatives) {
   const std::string network =

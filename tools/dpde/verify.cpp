@@ -260,9 +260,9 @@ Json verify_one(Job& job) {
   }
   auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
   const auto as_written = shared;
-  if (const std::optional<driver::CompileOptions> tighter = analysis::with_tighter_solves(*shared)) {
+  if (analysis::has_loose_solves(*shared)) {
     DiagnosticSink silent;  // all was said before
-    compiled = driver::compile(job.source(), *tighter, silent);
+    compiled = driver::compile(job.source(), analysis::with_solves_done(*shared), silent);
     if (compiled) shared = std::make_shared<driver::Compiled>(std::move(*compiled));
   }
   std::optional<analysis::Certificate> certificate = shared->problem

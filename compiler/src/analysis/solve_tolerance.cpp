@@ -65,15 +65,10 @@ driver::CompileOptions with_solves_done(const driver::Compiled& compiled) {
   return options;
 }
 
-std::optional<driver::CompileOptions> with_tighter_solves(const driver::Compiled& compiled) {
-  if (!compiled.problem) return std::nullopt;
-  SolveBy by = compiled.problem->scheme.solve;
-  if (by.warns || by.tolerance <= SolveBy{}.tolerance) return std::nullopt;
-  by.tolerance = SolveBy{}.tolerance;
-  by.most_iterations = std::max(by.most_iterations, enough_iterations);
-  driver::CompileOptions options = compiled.options;
-  options.selection.overrides["solve"] = model::print(by);
-  return options;
+bool has_loose_solves(const driver::Compiled& compiled) {
+  if (!compiled.problem) return false;
+  const SolveBy& by = compiled.problem->scheme.solve;
+  return !by.warns && by.tolerance > SolveBy{}.tolerance;
 }
 
 std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,

@@ -32,8 +32,8 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
 /// The same compilation with solves that go on to 1e-12, and are errors where they do not come there; of a problem.
 /// What the text of a hand-written program says of its solves stays.
 driver::CompileOptions with_solves_done(const driver::Compiled& compiled);
-/// The same compilation with solves to 1e-12 by the same method, where the scheme has a tolerance above that, which
-/// tangent and adjoint would differ by. Solves that `warn` stops early stay: certificates say what they leave.
-std::optional<driver::CompileOptions> with_tighter_solves(const driver::Compiled& compiled);
+/// Whether the scheme has a tolerance above that, by which tangent and adjoint would differ. Solves that `warn` stops
+/// early are none of these: certificates say what they leave.
+bool has_loose_solves(const driver::Compiled& compiled);
 
 }  // namespace dpde::analysis

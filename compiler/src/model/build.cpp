@@ -125,6 +125,11 @@ Expr apply(Apply application, Origin origin) { return make(std::move(application
 Expr network_call(NetworkCall inference, Origin origin) { return make(std::move(inference), origin); }
 
 Expr solve(Solve solved, Origin origin) { return make(std::move(solved), origin); }
+Expr without_starts(const Solve& solved, Origin origin) {
+  Solve copy = solved;
+  copy.starts.clear();
+  return solve(std::move(copy), origin);
+}
 
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 

@@ -47,11 +47,7 @@ class Reader {
           add(call.network, smooth);
           read_parts(e, smooth);
         },
-        [&](const Solve& s) {
-          Solve without = s;  // what a solve begins with does nothing to its solution
-          without.starts.clear();
-          read_parts(solve(std::move(without), e->origin), smooth);
-        });
+        [&](const Solve& s) { read_parts(without_starts(s, e->origin), smooth); });
   }
 
  private:

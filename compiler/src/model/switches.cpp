@@ -236,7 +236,7 @@ Piecewise::Id Converter::convert_new(const Expr& e, const Offset& offset) {
       [&](const Solve& s) {
         Scope inside = scope_;
         inside[s.name] = {moves(s.right) || moves(s.operation)};
-        return opaque(e, offset, inside);
+        return opaque(without_starts(s, e->origin), offset, inside);
       });
 }
 

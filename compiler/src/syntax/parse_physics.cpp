@@ -95,17 +95,15 @@ std::vector<Expr> parse_starts(Cursor& cursor) {
 
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
-  SolvedItem item{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor)};
-  item.starts = parse_starts(cursor);
-  return item;
+  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor),
+                    parse_starts(cursor)};
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
   Related related = parse_related(cursor, "gives", "the field that the constraint gives",
                                   "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
-  ConstraintItem item{std::move(related.left), std::move(related.right), std::move(related.name)};
-  item.starts = parse_starts(cursor);
-  return item;
+  return ConstraintItem{std::move(related.left), std::move(related.right), std::move(related.name),
+                        parse_starts(cursor)};
 }
 
 /// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).

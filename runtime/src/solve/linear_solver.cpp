@@ -93,6 +93,7 @@ std::string_view name_of(SolverMethod method) {
 
 struct LinearSolver::Impl {
   Impl(const StencilMatrix& given, SolveOptions wanted) : options(wanted), null_space(given, wanted.rounding) {
+    if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
     const StencilMatrix matrix = null_space.balanced(given);
     rows = rows_of(matrix);
     diagonal = rows.diagonal();
@@ -134,9 +135,9 @@ struct LinearSolver::Impl {
   NullSpace null_space;
   Rows rows;
   Eigen::VectorXd diagonal, image;
-  Eigen::MatrixXd images, factor;  // of guesses: the orthonormal images, and what makes these of them
-  double largest_row = 0;          // norm
-  std::string no_multigrid;        // why
+  Eigen::MatrixXd columns, images, factor;  // guesses, their orthonormal images, and what makes these of them
+  double largest_row = 0;                   // norm
+  std::string no_multigrid;                 // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   std::optional<DirectSolver> direct;
@@ -381,16 +382,17 @@ void LinearSolver::begin(std::span<const double> b, std::span<const double> gues
   const auto cells = static_cast<Eigen::Index>(x.size()), count = static_cast<Eigen::Index>(guesses.size()) / cells;
   images.resize(cells, count);
   factor.setZero(count, count + 1);  // behind R: Q'*b
-  const Eigen::Map<const Eigen::MatrixXd> columns(guesses.data(), cells, count);
+  Eigen::MatrixXd& columns = impl_->columns = Eigen::Map<const Eigen::MatrixXd>(guesses.data(), cells, count);
   for (Eigen::Index i = 0; i < count; ++i) {
+    impl_->null_space.remove({columns.col(i).data(), x.size()});  // which has no image but by rounding
     images.col(i).noalias() = impl_->rows * columns.col(i);
-    const double size = images.col(i).norm();
+    const double size = images.col(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
     for (Eigen::Index k = 0; k < i; ++k) {
       factor(k, i) = images.col(k).dot(images.col(i));
       images.col(i) -= factor(k, i) * images.col(k);
     }
     const double left = images.col(i).norm();
-    const bool is_new = std::isfinite(left) && left > std::sqrt(impl_->options.rounding) * size;
+    const bool is_new = std::isfinite(left) && left > std::max(std::sqrt(impl_->options.rounding) * size, by_rounding);
     factor(i, i) = is_new ? left : 0;
     images.col(i) *= is_new ? 1 / left : 0;
     factor(i, count) = images.col(i).dot(vector_of(b));

@@ -27,8 +27,8 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   draft.lets[name] = {Typed::Type::number, {field(name, {item.unknown.range})}};
   Expressions expressions(draft, Purpose::equation, name);
   const auto left = expressions.number(item.left), right = expressions.number(item.right);
-  draft.lets.erase(name);
   const auto starts = starts_of(draft, item.starts, name);
+  draft.lets.erase(name);
   if (!left || !right || !starts) return;
   const Expr difference = binary(BinaryOp::subtract, *left, *right);
   Origin nonlinear;

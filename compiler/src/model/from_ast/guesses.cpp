@@ -72,6 +72,12 @@ std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::
   for (const ast::Expr& start : starts) {
     const auto value = expressions.number(start);
     if (!value) return std::nullopt;
+    const bool is_known = draft.problem.find_state(name) != nullptr;  // of a constraint: what it was
+    if (!is_known && reads(*value, name)) {
+      draft.sink.report("solve-does-not-fit", start.range(), {name, "it begins with itself, which is not known yet"},
+                        "take guess = last in the scheme, which begins with the last solution");
+      return std::nullopt;
+    }
     found.push_back(*value);
   }
   return found;
