@@ -138,6 +138,51 @@ TEST(NetworkSecondOrder, OfEachKindOfUnknown) {
   }
 }
 
+/// What stands around a network, and where.
+struct NetworkPlace {
+  const char *name, *equation, *more = "", *scheme = "time = rk2", *initial = "u = sin(2*pi*x)";
+  const char *loss = "mean((u - 0.5)^2)", *time = "0 .. 0.06, step 0.02";
+};
+const NetworkPlace network_places[] = {
+    {"an equation", "0.02*lap(u) + law(u, k)"},
+    {"a product of calls", "0.02*lap(u) + law(u, u) + law(u, k)*law(k, u)"},
+    {"an argument", "law(law(u, k), u)"},
+    {"inside a derivative", "dx(law(u, dx(u)) + k*u)"},
+    {"a mean", "0.02*lap(u) + mean(law(u, k)^2)"},
+    {"a branch", "0.02*lap(u) + max(law(u, k), 0.1*u)"},
+    {"an event", "0.02*lap(u)", "after step: u += 0.1*law(u, k)"},
+    {"an event of some steps", "0.02*lap(u)", "every 0.04: u += 0.1*law(u, k)"},
+    {"implicit steps", "0.02*lap(u) + 0.1*law(u, k)", "", "time = backward_euler"},
+    {"mixed steps", "0.02*lap(u) + law(u, k)", "", "time = ars222"},
+    {"split steps", "0.02*lap(u) + law(u, k)", "", "time = rk2; split = strang(diffusion, sources)"},
+    {"a scheme with a memory", "0.02*lap(u) + law(u, k)", "", "time = ab2"},
+    {"exponential steps", "0.02*lap(u) + law(u, k)", "", "time = etdrk2; lap = spectral"},
+    {"steps under a tolerance", "0.02*lap(u) + law(u, k)", "", "time = bs32", "u = sin(2*pi*x)", "mean((u - 0.5)^2)",
+     "0 .. 0.06, step 0.02, tolerance 1e-6"},
+    {"a steady state", "lap(u) - u + law(u, k) + 1", "", "time = rk2", "u = sin(2*pi*x)", "mean((u - 0.5)^2)",
+     "0 .. 40, step 0.002, until steady 1e-10"},
+    {"an initial state", "0.02*lap(u)", "", "time = rk2", "u = law(x, k)"},
+    {"a loss", "0.02*lap(u) + k*u", "", "time = rk2", "u = sin(2*pi*x)", "mean((law(u, k) - 0.5)^2)"},
+    {"a loss that is no sum of squares", "0.02*lap(u) + law(u, k)", "", "time = rk2", "u = sin(2*pi*x)", "mean(u^4)"},
+};
+
+/// Symmetric on all grids, and what the loss does to third order.
+TEST(NetworkSecondOrder, IsCertifiedInEachPlace) {
+  std::size_t number = 0;
+  for (const NetworkPlace& place : network_places) {
+    if (!is_tried(number++, 5)) continue;
+    SCOPED_TRACE(place.name);
+    expect_certified(
+        std::string("network law(u, k) { initial he, seed 2; padding replicate; conv 3, 3; tanh; conv out, 3 }\n"
+                    "model m { field u; param k = 0.3; dt(u) = ") +
+            place.equation + " }\nscheme s { networks = f64; " + place.scheme +
+            " }\nscene r : m with s {\n  grid x = 0 .. 1, cells 7, periodic\n  initial " + place.initial + "\n  time " +
+            place.time + "\n  " + place.more + "\n}\ntask t : r { learn law; unknown k; minimise " + place.loss +
+            " }\n",
+        true);
+  }
+}
+
 TEST(NetworkSecondOrder, OfAnyNumberOfStoredStates) {
   const SourceFile source("t.dpde", network_text(network_layers[1], of_all));
   driver::CompileOptions compile;
