@@ -84,7 +84,8 @@ Eigen::VectorXd some_weights(Eigen::Index size) {
 const std::string of_all = "learn law; unknown k; unknown initial u; minimise mean((u - 0.5)^2) + mean(law(u, 1)^2)";
 
 TEST(NetworkSecondOrder, IsHowGradientsChange) {
-  for (const NetworkLayers& row : network_layers) {
+  for (std::size_t number = 0; const NetworkLayers& row : network_layers) {
+    if (!is_tried(number++, 2)) continue;
     const NetworkTask task(network_text(row, of_all), driver::Backend::jit);
     ASSERT_NE(task.inverse, nullptr) << row.name;
     const Eigen::VectorXd v = some_weights(task.inverse->size()), found = task.product(Curvature::full, v);
@@ -97,7 +98,8 @@ TEST(NetworkSecondOrder, IsHowGradientsChange) {
 
 /// Residuals of 0 leave nothing of the curvature that Gauss and Newton leave out.
 TEST(NetworkSecondOrder, OfGaussAndNewtonIsTheHessianWhereNothingIsLeft) {
-  for (const NetworkLayers& row : network_layers) {
+  for (std::size_t number = 0; const NetworkLayers& row : network_layers) {
+    if (!is_tried(number++, 4)) continue;
     const NetworkTask task(
         network_text(row,
                      "data d = u from scene r over time; learn law; unknown k; minimise mean((u - d)^2) over time"),
@@ -110,12 +112,13 @@ TEST(NetworkSecondOrder, OfGaussAndNewtonIsTheHessianWhereNothingIsLeft) {
 }
 
 TEST(NetworkSecondOrder, IsTheSameInEachBackEnd) {
-  std::size_t number = 0;
-  for (const NetworkLayers& row : network_layers) {
+  for (std::size_t number = 0; const NetworkLayers& row : network_layers) {
+    const std::size_t own = number++;
+    if (!is_tried(own, 5)) continue;
     const NetworkTask jit(network_text(row, of_all), driver::Backend::jit);
     const Eigen::VectorXd v = some_weights(jit.inverse->size());
     std::vector<driver::Backend> others{driver::Backend::interpreter};
-    if (is_tried(number++, 20)) others.push_back(driver::Backend::cpp);
+    if (is_tried(own, 20)) others.push_back(driver::Backend::cpp);
     for (const driver::Backend backend : others) {
       const NetworkTask other(network_text(row, of_all), backend);
       for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
