@@ -16,14 +16,6 @@ namespace dpde::stability {
 
 using namespace stencil;
 
-/// What solves begin with has no part in what a step does: networks that make it are none of the step's.
-static void begin_with_zero(std::vector<Statement>& body) {
-  for (Statement& statement : body) {
-    if (auto* repeat = std::get_if<Repeat>(&statement)) begin_with_zero(repeat->body);
-    if (auto* solve = std::get_if<Solve>(&statement)) solve->guesses.clear();
-  }
-}
-
 std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why,
                                            bool of_constraints, const StateGroup& group) {
   const Program* program = module.find_program(step);
@@ -64,8 +56,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   adjoint::Activity all;  // what the step changes is known at its start alone, whoever is perturbed
   for (const Swap& swap : program->swaps) all.fields.insert(swap.state);
   result.varied_.merge(adjoint::find_varied(module, *program, all).fields);
-  begin_with_zero(derived.body);
-  result.module_ = remove_dead_code(tangent.module);
+  result.module_ = remove_dead_code(without_guesses(tangent.module));
   Module uncoupled = without_coupled_means(result.module_, result.rates_);
   if (!(uncoupled == result.module_))
     result.coupled_ = std::exchange(result.module_, remove_dead_code(std::move(uncoupled)));

@@ -21,7 +21,20 @@ bool holds_interp(const Expr& e) {
   return found;
 }
 
+void forget_guesses(std::vector<Statement>& body) {
+  for (Statement& statement : body) {
+    match(
+        statement, [](Fill&) {}, [](Fold&) {}, [](Reduce&) {}, [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {},
+        [](Solve& solve) { solve.guesses.clear(); }, [](Repeat& repeat) { forget_guesses(repeat.body); });
+  }
+}
+
 }  // namespace
+
+Module without_guesses(Module module) {
+  for (Program& program : module.programs) forget_guesses(program.body);
+  return module;
+}
 
 void survey(const Module& module, const std::vector<Statement>& body, Survey& result) {
   for (const Statement& statement : body) {

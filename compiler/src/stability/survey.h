@@ -14,5 +14,7 @@ struct Survey {
   bool follows_flow = false, reduces = false, solves = false, has_networks = false;
 };
 void survey(const stencil::Module& module, const std::vector<stencil::Statement>& body, Survey& result);
+/// The same with solves that begin with 0: what they begin with has no part in what a step does.
+stencil::Module without_guesses(stencil::Module module);
 
 }  // namespace dpde::stability
