@@ -5,6 +5,7 @@
 
 #include "command_support.h"
 #include "support/netcdf_file.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -223,6 +224,30 @@ TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
     ASSERT_EQ(single.status, 0) << loss << single.err;
     const auto norm = [](const Outcome& outcome) { return outcome.json()["gradient"]["u"]["norm"].get<double>(); };
     EXPECT_NEAR(norm(single), norm(exact), 1e-4 * norm(exact)) << loss;
+  }
+}
+
+/// Squares of divisors, and products of two, that are no floats while all that a person wrote is one.
+TEST_F(PrecisionCommand, DivisorsOfDerivativesAreMet) {
+  const std::vector<std::string> losses = {
+      "mean((c/u - 1)^2)",   "mean((c*u^(-1) - 1)^2)",  "mean((u/(c + u) - 1)^2)", "mean((v/(u + c))^2)",
+      "mean(log(u/c)^2)",    "mean((sqrt(u/c) - 2)^2)", "mean(((c/u)^3 - 2)^2)",   "mean((c/u)^0.5)",
+      "mean(v/u*u/(u + v))", "mean(c/(u + v) + v/u/2)", "mean(tanh(c/u))",         "mean(v/u*v/u)"};
+  for (const std::string size : {"1e20", "1e-25"}) {
+    for (std::size_t i = 0; i < losses.size(); ++i) {
+      if (!is_tried(i, 4)) continue;
+      write("s.dpde", "model m { field u, v; param c = " + size +
+                          "; dt(u) = 0.1*lap(u) + 0.1*u; dt(v) = 0*v }\nscheme q { real = f32 }\n"
+                          "scene s : m with q {\n  grid x = 0 .. 1, cells 16, periodic\n  initial u = c\n"
+                          "  initial v = 1.5*c; time 0 .. 0.01, step 0.001 }\n"
+                          "task t : s { unknown initial u from c*(1 + 0.2*sin(2*pi*x)); minimise " +
+                          losses[i] + " }\n");
+      const Outcome single = dpde("gradient s.dpde t --json"), exact = dpde("gradient s.dpde t --json --set real=f64");
+      ASSERT_EQ(single.status, 0) << losses[i] << single.err;
+      const auto norm = [](const Outcome& outcome) { return outcome.json()["gradient"]["u"]["norm"].get<double>(); };
+      EXPECT_GT(norm(exact), 0) << losses[i];
+      EXPECT_NEAR(norm(single), norm(exact), 1e-4 * norm(exact)) << size << ": " << losses[i];
+    }
   }
 }
 

@@ -16,15 +16,18 @@ Expr partial_of_power(const Binary& p, int index, const Expr& x) {
     return select(binary(BinaryOp::equal, p.left, 0.0), 0.0, x * (power(p.left, p.right) * call(Fn::log, {p.left})));
   }
   if (is_literal(p.right, 2)) return x * (2.0 * p.left);
+  const auto* exponent = std::get_if<Literal>(&p.right->kind);
+  if (exponent != nullptr && exponent->value < 0) return x / p.left * (p.right * power(p.left, p.right));  // a divisor
   return x * (p.right * power(p.left, p.right - 1.0));  // d(a^b)/da = b a^(b-1)
 }
 
+/// The square of a divisor need not be a float where what is divided by it is.
 Expr partial_of_binary(const Binary& b, int index, const Expr& x) {
   switch (b.op) {
     case BinaryOp::add: return x;
     case BinaryOp::subtract: return index == 0 ? x : -x;
     case BinaryOp::multiply: return index == 0 ? x * b.right : x * b.left;
-    case BinaryOp::divide: return index == 0 ? x / b.right : -(x * b.left / power(b.right, 2.0));
+    case BinaryOp::divide: return index == 0 ? x / b.right : -(x / b.right * (b.left / b.right));
     case BinaryOp::power: return partial_of_power(b, index, x);
     case BinaryOp::less:
     case BinaryOp::less_equal:

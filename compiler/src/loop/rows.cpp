@@ -60,6 +60,8 @@ class Converter {
   Term convert_factors(const stencil::Expr& e);
   Term convert_as_written(const stencil::Expr& e);
   void add_factors(Factors& factors, const stencil::Expr& e, bool inverse);
+  Term convert_in_order(const stencil::Expr& e);
+  Expr divided(Expr e, const stencil::Expr& by);
   Term convert_power(const stencil::Binary& b);
   Term convert_call(const stencil::Call& c);
   Term convert_select(const stencil::Select& s);
@@ -207,7 +209,34 @@ Term Converter::convert_factors(const stencil::Expr& e) {
   Factors factors;
   add_factors(factors, e, false);
   if (factors.is_uniform()) return {true, factors.definition()};
-  return {false, factors.varying(uniforms_)};
+  return factors.hangs_on_order(uniforms_) ? convert_in_order(e) : Term{false, factors.varying(uniforms_)};
+}
+
+/// Products and quotients as they stand: a person and the rules of derivatives write what is near floats.
+Term Converter::convert_in_order(const stencil::Expr& e) {
+  if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
+    const Term operand = convert(neg->operand);
+    return {operand.uniform, negate(operand.expr)};
+  }
+  const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
+  if (is_reciprocal_power(b))
+    return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
+  const Expr first = use(convert(b.left));
+  if (b.op == BinaryOp::multiply) return {false, product({first, use(convert(b.right))})};
+  return {false, divided(first, b.right)};
+}
+
+/// By one factor of a divisor after the other.
+Expr Converter::divided(Expr e, const stencil::Expr& by) {
+  const stencil::Binary* b = std::get_if<stencil::Binary>(&by->kind);
+  if (b != nullptr && b->op == BinaryOp::multiply) return divided(divided(std::move(e), b->left), b->right);
+  const double exponent = b != nullptr && b->op == BinaryOp::power ? number(b->right).value_or(0) : 0;
+  const bool is_small = exponent == 2 || exponent == 3 || exponent == 4;
+  const Term divisor = convert(is_small ? b->left : by);
+  if (divisor.uniform) return product({e, use(reciprocal(is_small ? convert(by) : divisor))});
+  const Expr one = is_small ? shared(divisor.expr, "") : divisor.expr;
+  for (int i = 0; i < (is_small ? static_cast<int>(exponent) : 1); ++i) e = make(Binary{BinaryOp::divide, e, one});
+  return e;
 }
 
 void Converter::add_factors(Factors& factors, const stencil::Expr& e, bool inverse) {

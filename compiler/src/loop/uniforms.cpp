@@ -145,6 +145,12 @@ std::vector<Expr> Factors::take_powers(const UniformTable& uniforms) {
   return powers;
 }
 
+bool Factors::hangs_on_order(const UniformTable& uniforms) const {
+  if (uniforms.real() != Precision::f32 || below_.empty() || (above_.size() < 2 && below_.size() < 2)) return false;
+  Factors copy = *this;
+  return copy.take_powers(uniforms).empty();
+}
+
 Expr Factors::varying(UniformTable& uniforms) {
   const std::vector<Expr> powers = uniforms.real() == Precision::f32 ? take_powers(uniforms) : std::vector<Expr>();
   if (!powers.empty()) return negative_ ? loop::negate(between(powers, uniforms)) : between(powers, uniforms);

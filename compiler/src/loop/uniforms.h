@@ -62,6 +62,9 @@ class Factors {
   void add_varying(const Expr& e, bool inverse) { (inverse ? below_ : above_).push_back(e); }
 
   bool is_uniform() const { return above_.empty() && below_.empty(); }
+  /// Whether products of some of the factors may be no floats though all that a person wrote is one, as the square of a
+  /// divisor in a derivative.
+  bool hangs_on_order(const UniformTable& uniforms) const;
   /// All factors, when they are uniform: a definition of Params and Literals.
   Expr definition() const;
   /// uniform * above / below, in a row. What of the uniform is too large or small for a float stands between them.
