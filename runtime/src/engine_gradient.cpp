@@ -48,7 +48,7 @@ void refuse_least_squares(const Rollout& rollout) {
 }  // namespace
 
 double Engine::gradient(std::span<double> to) {
-  if (const std::optional<Unsolved> lost = options_.trusts_signs ? std::nullopt : lost_sign()) throw Unsolved(*lost);
+  if (const std::optional<Unsolved> jump = options_.trusts_signs ? std::nullopt : jump_in_run()) throw Unsolved(*jump);
   Rollout& rollout = objective();
   begin(rollout);
   last_gradient_ = &rollout.gradient();

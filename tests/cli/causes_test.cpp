@@ -210,12 +210,23 @@ TEST_F(Causes, ChecksOfTasksThatJumpSayAllElse) {
         "model m { field u; param k = 1; dt(u) = -k*if(u > 0.5, 1, 0.2) }\n"
         "scene s : m { initial u = 1; time 0 .. 1, step 0.1 }\n"
         "task t : s { unknown k; minimise u }\n");
-  const Outcome check = dpde("check jump.dpde t --json");
-  EXPECT_EQ(check.status, 2);
-  EXPECT_EQ(check.codes(), std::vector<std::string>{"E0609"});
-  const Json json = check.json();
-  for (const char* key : {"order", "stability", "cost", "memory_bytes", "gradient_memory_bytes"})
-    EXPECT_TRUE(json.contains(key)) << key;
+  const auto expect_all_else = [&](const Outcome& check) {
+    const Json json = check.json();
+    for (const char* key : {"order", "stability", "cost", "memory_bytes", "gradient_memory_bytes"})
+      EXPECT_TRUE(json.contains(key)) << key;
+  };
+  const Outcome later = dpde("check jump.dpde t --json");  // where u is 1 it does not switch: a run looks
+  EXPECT_EQ(later.status, 0);
+  EXPECT_EQ(later.codes(), std::vector<std::string>{"W0609"});
+  expect_all_else(later);
+  write("floor.dpde",
+        "model m { field u; param k = 1; dt(u) = -k*fraction(2*u) }\n"
+        "scene s : m { initial u = 1.2; time 0 .. 1, step 0.1 }\n"
+        "task t : s { unknown k; minimise u }\n");
+  const Outcome now = dpde("check floor.dpde t --json");
+  EXPECT_EQ(now.status, 2);
+  EXPECT_EQ(now.codes(), std::vector<std::string>{"E0609"});
+  expect_all_else(now);
 }
 
 TEST_F(Causes, JumpsInFluxesLeaveSpectralDerivativesOrderOne) {

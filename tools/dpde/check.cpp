@@ -402,7 +402,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   compile_options->backend.reset();
   compile_options->verify = true;
   compile_options->adjoint = true;
-  compile_options->takes_jumps = compile_options->trusts_signs = true;  // they are told beside all else
+  compile_options->takes_jumps = true;  // they are told beside all else
   const Preparing preparing(job, "stopped before the check was complete");
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
@@ -416,6 +416,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   for (const std::string& chart : model::chart_names(compiled->ast))
     model::chart_from_ast(compiled->ast, chart, job.sink());
   driver::report_jumps_left_out(*compiled, job.sink());
+  driver::warn_of_watched(*compiled, job.sink());
   return result;
 }
 

@@ -77,7 +77,7 @@ std::string reason_of(const analysis::Certificate& certificate) {
                            ? "all derivatives are 0 but for rounding"
                            : fmt::format("largest dot-product error {:.2e}", certificate.worst());
   if (certificate.jump) reason = jump_text(*certificate.jump) + "; " + reason;
-  if (!certificate.lost_sign.empty()) reason = certificate.lost_sign + ", where it jumps; " + reason;
+  if (!certificate.jump_at_start.empty()) reason = certificate.jump_at_start + ", where it jumps; " + reason;
   if (!certificate.start_is_finite) reason = "at the start itself the loss or its gradient is not finite; " + reason;
   if (certificate.second && certificate.second->is_wrong()) {
     reason += fmt::format(", Hessian unsymmetric by {:.2e}", certificate.second->worst());

@@ -296,7 +296,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   const Point& point = certificate.point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   certificate.start_is_finite = is_finite_at_start(*inverse);
-  certificate.lost_sign = lost_sign_at_start(*session, *inverse);
+  certificate.jump_at_start = jump_at_start(*session, *inverse);
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   certificate.steady = inverse->last().steady;

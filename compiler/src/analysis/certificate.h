@@ -85,7 +85,7 @@ struct Certificate {
   std::optional<SteadyAdjoint> steady = {};    // of runs until steady
   bool start_is_finite =
       true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
-  std::string lost_sign;              // what divides by what changes its sign where the task begins; "": nothing
+  std::string jump_at_start;          // what jumps in the run with which the task begins; "": nothing
   std::vector<KinkAtStart> kinks;     // where it begins, the loss has more than one slope
   std::vector<std::string> untested;  // unknowns by which no derivative was compared: it is 0, or below rounding
   driver::FirstWindow window = {};    // of a task that learns from trajectories: where it begins

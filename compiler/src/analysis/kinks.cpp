@@ -94,6 +94,8 @@ bool has_kinks(const driver::Compiled& compiled) {
   });
 }
 
-bool has_jumps(const driver::Compiled& compiled) { return !compiled.jumps_left_out.empty(); }
+bool has_jumps(const driver::Compiled& compiled) {
+  return !compiled.jumps_left_out.empty() || !compiled.watched.empty();
+}
 
 }  // namespace dpde::analysis

@@ -61,10 +61,10 @@ bool is_finite_at_start(driver::Inverse& inverse) {
   return std::isfinite(inverse.value_and_gradient(inverse.start(), gradient)) && gradient.allFinite();
 }
 
-std::string lost_sign_at_start(driver::Session& session, driver::Inverse& inverse) {
+std::string jump_at_start(driver::Session& session, driver::Inverse& inverse) {
   inverse.assign(inverse.start());
-  const std::optional<Unsolved> lost = session.engine().lost_sign();
-  return lost ? lost->what() : "";
+  const std::optional<Unsolved> jump = session.engine().jump_in_run();
+  return jump ? jump->what() : "";
 }
 
 }  // namespace dpde::analysis

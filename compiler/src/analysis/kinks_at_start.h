@@ -27,7 +27,7 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
 /// Whether the loss and its gradient are.
 bool is_finite_at_start(driver::Inverse& inverse);
 
-/// What divides by what changes its sign in the run, and in which step; "" where nothing does.
-std::string lost_sign_at_start(driver::Session& session, driver::Inverse& inverse);
+/// What jumps in the run, and in which step; "" where nothing does.
+std::string jump_at_start(driver::Session& session, driver::Inverse& inverse);
 
 }  // namespace dpde::analysis

@@ -355,7 +355,7 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   if (options.tangent || options.adjoint) check_switches(compiled, options, sink);
   if (sink.has_errors()) return false;
   if (options.adjoint) {
-    const stencil::Module signs = run_passes(follow_divisors(compiled, options));
+    const stencil::Module signs = run_passes(watch_jumps(compiled, options));
     merge(compiled.stencil, with_own_kernels(signs, compiled.stencil));
   }
   const auto verified = [&] { return stencil::verify(compiled.stencil); };

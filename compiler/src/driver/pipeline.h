@@ -50,7 +50,7 @@ struct CompileOptions {
   bool manufactured = false;                  // of a scene: with a solution that is made up, model/manufactured.h
   bool by_everything = false;                 // derivatives by all coefficients and parameters, sought or not
   bool takes_jumps = false;                   // what jumps where it switches is differentiated without the jump
-  bool trusts_signs = false;                  // nothing looks whether divisors keep their signs: Compiled::divisors
+  bool trusts_signs = false;                  // no gradient looks at Compiled::watched
   bool verify = false;                        // check every level's invariants after each stage
   StageObserver after;                        // may be empty
   std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew
@@ -63,11 +63,11 @@ struct Derived {
   std::optional<adjoint::Derivative> squares, squares_adjoint;  // of a loss that is a sum of squares, by the directions
 };
 
-/// What is divided by, kept in a field by the program names.divisors.
-struct Divisor {
-  std::string field, text;
-  Origin origin;  // of the quotient
-  bool begins_with_one_sign = false;
+/// What is divided by, or where a choice is, kept in a field by the program names.watched: see dpde_watched.
+struct Watched {
+  std::string field, text, help;
+  Origin origin;  // of the quotient or the choice
+  bool is_switch = false, begins_with_one_sign = false;
 };
 
 struct Compiled {
@@ -79,7 +79,7 @@ struct Compiled {
   std::map<std::string, Derived> derived;   // by primal program
   adjoint::Activity activity;               // what derivatives are taken with respect to (states of the scene, params)
   std::vector<model::Jump> jumps_left_out;  // of derivatives, as options.takes_jumps has it
-  std::vector<Divisor> divisors;            // whose signs gradients look at; none with options.trusts_signs
+  std::vector<Watched> watched;             // what gradients look at; nothing with options.trusts_signs
   std::vector<Origin> unwatched;            // quotients whose sign no gradient looks at, though it hangs on it
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend

@@ -98,7 +98,7 @@ struct SceneTable::Storage {
   std::vector<dpde_unknown> unknowns;
   std::vector<dpde_put_in> put_in;
   std::vector<dpde_unit> units;
-  std::vector<dpde_divisor> divisors;
+  std::vector<dpde_watched> watched;
   dpde_scene scene{};
 };
 
@@ -254,11 +254,12 @@ void SceneTable::Storage::add_parts() {
 void SceneTable::Storage::add_facts() {
   for (const auto& [name, in] : compiled->problem->put_in) put_in.push_back({text(name), text(in)});
   for (const auto& [name, unit] : compiled->problem->units) units.push_back({text(name), text(unit)});
-  for (const Divisor& divisor : compiled->divisors)
-    divisors.push_back({text(divisor.field), text(divisor.text), divisor.begins_with_one_sign ? 1 : 0});
-  scene.divisors = compiled->program(compiled->names.divisors);
-  scene.divisor_count = static_cast<int32_t>(divisors.size());
-  scene.divisor = divisors.data();
+  for (const Watched& one : compiled->watched)
+    watched.push_back(
+        {text(one.field), text(one.text), text(one.help), one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0});
+  scene.watched = compiled->program(compiled->names.watched);
+  scene.watched_count = static_cast<int32_t>(watched.size());
+  scene.watched_values = watched.data();
   scene.put_in_count = static_cast<int32_t>(put_in.size());
   scene.put_in = put_in.data();
   scene.unit_count = static_cast<int32_t>(units.size());

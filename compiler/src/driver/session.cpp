@@ -367,7 +367,7 @@ void report_unsolved(const Unsolved& error, DiagnosticSink& sink, SourceRange ra
     case UnsolvedFacts::What::newton: sink.report("newton-failed", range, {what}, hint); break;
     case UnsolvedFacts::What::substeps: sink.report("substeps-failed", range, {what}, hint); break;
     case UnsolvedFacts::What::steady: sink.report("run-failed", range, {what}, hint); break;
-    case UnsolvedFacts::What::sign: sink.report("branches-do-not-meet", range, {what}, hint); break;
+    case UnsolvedFacts::What::jump: sink.report("branches-do-not-meet", range, {what}, hint); break;
   }
 }
 

@@ -58,8 +58,8 @@ const stencil::Solve* find_solve(const Compiled& compiled, const std::string& un
 }  // namespace
 
 SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown) {
-  const auto divisor = std::ranges::find(compiled.divisors, unknown, &Divisor::field);
-  if (divisor != compiled.divisors.end()) return divisor->origin.range;
+  const auto watched = std::ranges::find(compiled.watched, unknown, &Watched::field);
+  if (watched != compiled.watched.end()) return watched->origin.range;
   const stencil::Solve* solve = unknown.empty() ? nullptr : find_solve(compiled, unknown);
   return solve == nullptr ? SourceRange{} : solve->written.range;
 }

@@ -19,7 +19,7 @@ struct SolveReport {
   bool is_guess_asked_for = false;  // by guess = last
   bool is_adjoint = false;
 };
-/// Where the solve for a field was written, or what divides by it; unknown where there is none.
+/// Where the solve for a field was written, or a quotient or choice that is watched; unknown where there is none.
 SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown);
 /// Of steps that were made; equations that were not solved are left out.
 std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes);

@@ -57,16 +57,18 @@ std::string why_of(const model::Jump& jump) {
                              : jump.what + " jumps as " + moved + " moves";
 }
 
+constexpr const char* forced = "; --force goes on without the jump";
+constexpr const char* smooth_at_pole =
+    "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z)";
+
 /// What to write instead.
 std::string smooth_for(const model::Jump& jump) {
-  if (jump.is_at_pole)
-    return "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z)";
+  if (jump.is_at_pole) return smooth_at_pole;
   return "let the branches have one value where it switches, or write a smooth switch, as "
          "a + (b - a)*(0.5 + 0.5*tanh((s - s0)/w)) for if(s < s0, a, b)";
 }
 
 void report(const model::Jump& jump, DiagnosticSink& sink) {
-  const std::string forced = "; --force goes on without the jump";
   if (jump.what == name_of(Fn::floor)) return report_floor(jump.origin.range, forced, sink);
   sink.report("branches-do-not-meet", jump.origin.range, {why_of(jump)}, smooth_for(jump) + forced);
 }
@@ -166,6 +168,12 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
   return std::ranges::all_of(jump.movers, [&](const std::string& name) { return problem.find_param(name) != nullptr; });
 }
 
+/// Whether a run looks whether it switches, in place of an error: states move it.
+bool is_watched(const model::Problem& problem, const model::Jump& jump, const CompileOptions& options) {
+  const bool has_windows = problem.task && problem.task->training;  // of data, whose states are on any side
+  return jump.side && !options.trusts_signs && !has_windows && !is_by_parameters(problem, jump);
+}
+
 }  // namespace
 
 bool may_jump(const Compiled& compiled) {
@@ -188,6 +196,14 @@ void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink) {
                 "dpde verify looks for jumps beside the point where a task begins");
 }
 
+void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const Watched& watched : compiled.watched) {
+    if (watched.is_switch)
+      sink.report("jump-left-out", watched.origin.range, {watched.text + " may switch in the run"},
+                  "gradients look whether it does; if so, " + watched.help);
+  }
+}
+
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   if (!compiled.problem || !compiled.problem->task || options.by_everything) return;
   const model::Problem& problem = *compiled.problem;
@@ -202,6 +218,8 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
   for (const model::Jump& jump : jumps_by(compiled, influence, model::Signs::kept)) {
     if (task.certifies && is_by_parameters(problem, jump)) {
       for (const std::string& mover : jump.movers) compiled.activity.params.erase(mover);
+    } else if (is_watched(problem, jump, options)) {
+      continue;
     } else if (options.takes_jumps) {
       compiled.jumps_left_out.push_back(jump);
     } else {
@@ -210,18 +228,36 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
   }
 }
 
-stencil::Module follow_divisors(Compiled& compiled, const CompileOptions& options) {
-  if (!compiled.problem || !compiled.problem->task || options.by_everything) return {};
+namespace {
+
+/// Of jumps that are watched the sides, of formulas that are written for signs the divisors.
+std::vector<std::pair<model::Expr, Watched>> values_to_watch(Compiled& compiled, const CompileOptions& options) {
   const model::Problem& problem = *compiled.problem;
-  std::vector<model::Expr> values;
-  for (const model::Divisor& divisor : trusted_divisors(problem, influence_in(compiled))) {
+  const model::Influence influence = influence_in(compiled);
+  std::vector<std::pair<model::Expr, Watched>> values;
+  for (const model::Jump& jump : jumps_of_formulas(compiled, influence, model::Signs::kept)) {
+    const auto is_it = [&](const auto& one) { return one.first == *jump.side; };
+    if (!is_watched(problem, jump, options) || std::ranges::any_of(values, is_it)) continue;
+    const std::string what = jump.what.empty() ? "this choice, whose branches do not meet," : "this " + jump.what;
+    values.emplace_back(*jump.side, Watched{"", what, smooth_for(jump) + forced, jump.origin, true});
+  }
+  for (const model::Divisor& divisor : trusted_divisors(problem, influence)) {
     if (!divisor.value || options.trusts_signs) {
       compiled.unwatched.push_back(divisor.origin);
       continue;
     }
-    values.push_back(*divisor.value);
-    compiled.divisors.push_back({"", print(*divisor.value), divisor.origin, divisor.begins_with_one_sign});
+    values.emplace_back(*divisor.value, Watched{"", "this divides by " + print(*divisor.value) + ", which",
+                                                std::string(smooth_at_pole) + forced, divisor.origin, false,
+                                                divisor.begins_with_one_sign});
   }
+  return values;
+}
+
+}  // namespace
+
+stencil::Module watch_jumps(Compiled& compiled, const CompileOptions& options) {
+  if (!compiled.problem || !compiled.problem->task || options.by_everything) return {};
+  const std::vector<std::pair<model::Expr, Watched>> values = values_to_watch(compiled, options);
   const stencil::Program* step = written_step(compiled);
   if (step != nullptr) {
     const auto jump = [&](model::Signs signs) {
@@ -231,8 +267,13 @@ stencil::Module follow_divisors(Compiled& compiled, const CompileOptions& option
     if (found && found->is_at_pole && !jump(model::Signs::kept)) compiled.unwatched.push_back(found->origin);
   }
   if (values.empty()) return {};
-  stencil::Module module = stencil::program_of_values(problem, compiled.names.divisors, values);
-  for (std::size_t i = 0; i < values.size(); ++i) compiled.divisors[i].field = module.programs.front().keeps[i];
+  std::vector<model::Expr> formulas;
+  for (const auto& [value, watched] : values) formulas.push_back(value);
+  stencil::Module module = stencil::program_of_values(*compiled.problem, compiled.names.watched, formulas);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    compiled.watched.push_back(values[i].second);
+    compiled.watched.back().field = module.programs.front().keeps[i];
+  }
   return module;
 }
 

@@ -324,21 +324,6 @@ void look_inside(const Expr& formula, const Problem& problem, const Movement& mo
 
 }  // namespace
 
-std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
-  std::optional<Jump> jump;
-  look_inside(formula, problem, movement, [&](const Converter& converter, const Converter::Inner& next) {
-    const std::optional<Piecewise::Id> found = find_jump(converter.formula());
-    if (!found) return false;
-    const Expr& e = converter.source_of(*found);
-    jump = Jump{e->origin, switching_function(e), {}, next.within, operand_of_switch(e) == nullptr};
-    for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
-      if (movement.moves(name)) jump->movers.push_back(name);
-    }
-    return true;
-  });
-  return jump;
-}
-
 namespace {
 
 /// What changes its sign where `e` is 0: (p*q)^2 is 0 where p or q is.
@@ -379,11 +364,65 @@ std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
   return is_known ? std::optional(result) : std::nullopt;
 }
 
-bool begins_with_one_sign(const Expr& e, const Problem& problem) {
+/// nullopt where formulas do not tell it, 0 where it has both.
+std::optional<double> sign_at_the_start(const Expr& e, const Problem& problem) {
   const std::optional<Expr> start = at_the_start(e, problem);
   const Movement nothing{[](const std::string&) { return false; }};
-  return start && find_sign(Converter(problem, nothing, {*start, {}, ""}).formula()).value_or(0) != 0;
+  return start ? find_sign(Converter(problem, nothing, {*start, {}, ""}).formula()) : std::nullopt;
 }
+
+}  // namespace
+
+namespace {
+
+std::optional<Expr> side_of(const Expr& e, const Scope& scope, const Problem& problem) {
+  const Select* select = std::get_if<Select>(&e->kind);
+  const Call* call = std::get_if<Call>(&e->kind);
+  std::optional<Expr> side;
+  if (select != nullptr) {
+    const std::optional<Expr> condition = in_terms_of_problem(select->condition, scope);
+    if (condition) side = model::select(*condition, number(1), number(-1), e->origin);
+  } else if (call != nullptr && call->fn == Fn::sign) {
+    side = in_terms_of_problem(call->arguments.front(), scope);
+  }
+  const std::optional<double> sign = side ? sign_at_the_start(*side, problem) : std::nullopt;
+  return sign && *sign == 0 ? std::nullopt : side;
+}
+
+Jump jump_of(const Expr& e, const Converter::Inner& in, const Problem& problem, const Movement& movement) {
+  Jump jump{e->origin, switching_function(e), {}, in.within, operand_of_switch(e) == nullptr};
+  jump.side = side_of(e, in.scope, problem);
+  for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
+    if (movement.moves(name)) jump.movers.push_back(name);
+  }
+  return jump;
+}
+
+/// One after the other, each as if those before met.
+void add_jumps(const Expr& formula, const Problem& problem, const Movement& movement, std::vector<Jump>& jumps) {
+  look_inside(formula, problem, movement, [&](Converter& converter, const Converter::Inner& next) {
+    while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
+      jumps.push_back(jump_of(converter.source_of(*found), next, problem, movement));
+      converter.trust(*found);
+      if (!jumps.back().side) break;  // it is refused
+    }
+    return false;
+  });
+}
+
+}  // namespace
+
+std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
+  std::optional<Jump> jump;
+  look_inside(formula, problem, movement, [&](const Converter& converter, const Converter::Inner& next) {
+    const std::optional<Piecewise::Id> found = find_jump(converter.formula());
+    if (found) jump = jump_of(converter.source_of(*found), next, problem, movement);
+    return found.has_value();
+  });
+  return jump;
+}
+
+namespace {
 
 /// All divisors at whose zeros the formula jumps, whatever the signs of fields.
 void add_divisors(const Expr& formula, const Problem& problem, const Movement& movement,
@@ -401,7 +440,7 @@ void add_divisors(const Expr& formula, const Problem& problem, const Movement& m
       if (operand_of_switch(pole) != nullptr) continue;
       for (const Expr& factor : factors_of_divisor(pole)) {
         const std::optional<Expr> value = in_terms_of_problem(factor, next.scope);
-        add({value, pole->origin, value && begins_with_one_sign(*value, problem)});
+        add({value, pole->origin, value && sign_at_the_start(*value, problem).value_or(0) != 0});
       }
     }
     return false;
@@ -426,9 +465,8 @@ Movement movement_of(const Influence& influence, Signs signs) {
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
   const Movement movement = movement_of(influence, signs);
   std::vector<Jump> jumps;
-  for_each_judged_formula(problem, influence, [&](const Expr& formula) {
-    if (std::optional<Jump> jump = jump_in(formula, problem, movement)) jumps.push_back(std::move(*jump));
-  });
+  for_each_judged_formula(problem, influence,
+                          [&](const Expr& formula) { add_jumps(formula, problem, movement, jumps); });
   return jumps;
 }
 

@@ -31,10 +31,13 @@ struct Jump {
   std::vector<std::string> movers;  // states, coefficients and parameters that move the switch
   std::string within;               // the operator or moving mask in whose body it stands; "" else
   bool is_at_pole = false;          // where something is divided by 0
+  /// Positive on one side of the switch and negative on the other; nullopt where the problem's names do not say it, and
+  /// where the run begins on both sides.
+  std::optional<Expr> side = {};
 };
 /// Of fields that something is divided by: kept, as formulas are written for, or whatever a run makes of them.
 enum class Signs { kept, any };
-/// One for each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
+/// Of each formula that the losses hang on. Those of masks are left out, as no unknown may stand in them.
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs);
 
 /// What a formula divides by, or a factor of it, where the formula jumps at 0 and is taken for differentiable as fields

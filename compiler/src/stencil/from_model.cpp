@@ -405,7 +405,7 @@ ProgramNames program_names(const model::Problem& problem) {
   if (!problem.task) return names;
   const std::string& task = problem.task->name;
   names.start = supply.fresh(task + "_start");
-  names.divisors = supply.fresh(task + "_divisors");
+  names.watched = supply.fresh(task + "_watched");
   for (const auto& [field, program] : names.controls) {
     names.control_starts[field] = supply.fresh(task + "_control_" + std::to_string(number_of(problem, field)));
   }

@@ -9,7 +9,7 @@
 //   S_exact         u_exact of the states that have one, kept       S_observe  a sum for each observable
 //   S_shown         what outputs ask for beside states, kept        T_test_N   sum N
 //   T_loss_1, ...   sum `loss`, one program a `minimise` line
-//   T_divisors      what derivatives take to keep its sign, kept; made by program_of_values
+//   T_watched       what derivatives take for granted, kept; made by program_of_values
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
 #pragma once
 
@@ -25,7 +25,7 @@ namespace dpde::stencil {
 
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
-  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints, divisors;
+  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints, watched;
   std::string rate_field = "courant_rate";  // that `rate` keeps; a word that no field of a person has
   /// Sums of `constraints` for each constraint, in order: the largest value of what has to be 0, and the largest sum of
   /// its terms' magnitudes.

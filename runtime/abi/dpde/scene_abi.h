@@ -122,12 +122,14 @@ typedef struct dpde_put_in {
   const char* in;
 } dpde_put_in;
 
-/* What a formula divides by, in a field that `divisors` keeps. A gradient lacks what a change of its sign adds. */
-typedef struct dpde_divisor {
+/* What a formula divides by, or on which side of a switch it is, in a field that `watched` keeps. A gradient lacks what
+ * a change of it adds: of the sign in a cell, or of a switch at all. */
+typedef struct dpde_watched {
   const char* field;
-  const char* text;             /* as it is written */
+  const char *text, *help; /* the subject of a sentence that says what it does; what to write instead */
+  int32_t is_switch;
   int32_t begins_with_one_sign; /* in all cells, where formulas give what it is made of */
-} dpde_divisor;
+} dpde_watched;
 
 /* As it is written: "m/s". */
 typedef struct dpde_unit {
@@ -190,10 +192,10 @@ typedef struct dpde_scene {
   int32_t put_in_count;
   const dpde_put_in* put_in;
   int32_t unit_count;
-  const dpde_unit* units;       /* where they are known */
-  const dpde_program* divisors; /* null: no gradient hangs on signs that are taken for granted */
-  int32_t divisor_count;
-  const dpde_divisor* divisor;
+  const dpde_unit* units;      /* where they are known */
+  const dpde_program* watched; /* null: no gradient hangs on what is taken for granted */
+  int32_t watched_count;
+  const dpde_watched* watched_values;
 } dpde_scene;
 
 #ifdef __cplusplus

@@ -303,18 +303,19 @@ std::string value_text(const dpde_value& v) {
   return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
 }
 
-/// Formulas that are parts of others, units, and divisors.
+/// Formulas that are parts of others, units, and what gradients watch.
 std::string facts_of(const dpde_scene& s, Tables& tables) {
   const auto put_in = [](const dpde_put_in& p) { return fmt::format("{{{}, {}}}", quoted(p.name), quoted(p.in)); };
   const auto unit = [](const dpde_unit& u) { return fmt::format("{{{}, {}}}", quoted(u.name), quoted(u.unit)); };
-  const auto divisor = [](const dpde_divisor& d) {
-    return fmt::format("{{{}, {}, {}}}", quoted(d.field), quoted(d.text), d.begins_with_one_sign);
+  const auto watched = [](const dpde_watched& w) {
+    return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(w.field), quoted(w.text), quoted(w.help), w.is_switch,
+                       w.begins_with_one_sign);
   };
   return fmt::format("{}, {}, {}, {}, {}, {}, {}", s.put_in_count,
                      tables.array("dpde_put_in", "put_in", texts(s.put_in, s.put_in_count, put_in)), s.unit_count,
-                     tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)), tables.program(s.divisors),
-                     s.divisor_count,
-                     tables.array("dpde_divisor", "divisors", texts(s.divisor, s.divisor_count, divisor)));
+                     tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)), tables.program(s.watched),
+                     s.watched_count,
+                     tables.array("dpde_watched", "watched", texts(s.watched_values, s.watched_count, watched)));
 }
 
 /// The scene's initialiser; what it points to goes to `tables`.

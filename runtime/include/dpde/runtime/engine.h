@@ -37,7 +37,7 @@ struct EngineOptions : SimulationOptions {
   /// Not null: one of several engines that have a subgrid each. `cells` are those of the whole grid; fields, unknown
   /// ones too, are those of the subgrid. All make the same calls.
   Communicator* ranks = nullptr;
-  /// Gradients do not look whether divisors keep their signs, as of states that are made up.
+  /// Gradients do not look whether something jumps in the run (dpde_scene::watched), as of states that are made up.
   bool trusts_signs = false;
   /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
   std::function<std::string(const RolloutSetup&)> find_tuning;
@@ -135,11 +135,11 @@ class Engine {
   /// As tasks say it: infinite where an unknown has none; empty when none has any.
   Bounds bounds() const;
   double loss();
-  /// `to` has unknown_count() values. Not a number when stopped. @throws NoSolution where a divisor whose sign the
-  /// derivatives take for granted (dpde_scene::divisors) changes it in the run.
+  /// `to` has unknown_count() values. Not a number when stopped. @throws NoSolution where a divisor or a switch that
+  /// the derivatives take for granted (dpde_scene::watched) changes in the run.
   double gradient(std::span<double> to);
-  /// The first divisor of dpde_scene::divisors that changes its sign in the run, where one does.
-  std::optional<Unsolved> lost_sign();
+  /// The first of dpde_scene::watched that jumps in the run, where one does.
+  std::optional<Unsolved> jump_in_run();
   const GradientResult& last_gradient() const { return *last_gradient_; }
   bool was_stopped() const { return was_stopped_; }
   /// "", or why there are no products.

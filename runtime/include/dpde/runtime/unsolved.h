@@ -17,7 +17,7 @@ struct UnsolvedFacts {
     newton,    // one that is not linear
     substeps,  // no substep is short enough
     steady,    // no steady state, or no derivative of it
-    sign       // something that is divided by changes its sign: there is no gradient
+    jump       // something jumps: there is no gradient
   };
   What what = What::solve;
   std::string text;         // a sentence without its end and without the step: "solve for psi: ..."

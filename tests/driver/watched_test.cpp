@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas that are differentiable as long as what they divide by keeps its sign, in runs that take it through 0: in
-// each slot of a problem, differences of the loss as judge, and those that a run brings to no zero.
+// What gradients look at in a run: formulas that are differentiable as long as what they divide by keeps its sign, or a
+// condition does not switch. In each slot of a problem, differences of the loss as judge.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,11 +40,11 @@ struct Run {
   std::unique_ptr<driver::Inverse> inverse;
 };
 
-std::optional<Run> open(const SourceFile& source, bool trusts_signs, driver::Backend backend) {
+std::optional<Run> open(const SourceFile& source, bool forced, driver::Backend backend) {
   driver::CompileOptions options;
   options.selection.name = "t";
   options.adjoint = true;
-  options.trusts_signs = trusts_signs;
+  options.takes_jumps = options.trusts_signs = forced;
   options.backend = backend;
   DiagnosticSink sink;
   auto compiled = driver::compile(source, options, sink);
@@ -73,7 +73,7 @@ Found gradient_of(const std::string& text) {
   try {
     watched->inverse->value_and_gradient(watched->inverse->start(), gradient);
   } catch (const Unsolved& error) {
-    found.is_refused = error.facts().what == UnsolvedFacts::What::sign;
+    found.is_refused = error.facts().what == UnsolvedFacts::What::jump;
   }
   const auto forced = open(source, true, driver::Backend::interpreter);
   if (!forced) return found;
@@ -124,6 +124,39 @@ TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
     const Found found = gradient_of(falling("rate", formulas[i], 1.3));
     EXPECT_FALSE(found.is_refused) << formulas[i];
     EXPECT_FALSE(found.is_wrong()) << formulas[i] << ": " << found.gradient << " and " << found.secant;
+  }
+}
+
+/// p goes from 1 to -0.3.
+TEST(WatchedSwitches, AreRefusedWhereTheyAct) {
+  constexpr const char* acting[] = {"if(p > 0.5, 1, 0.2)", "if(p < 0.2 and p > 0.1, 0, 1)", "sign(p + 0.1)",
+                                    "3*sign(0.2 - p)*u", "if(p > 9, 2, if(p > 0.4, 1, 0))"};
+  constexpr const char* idle[] = {"if(p > 5, 1, p)", "if(p < -1 or p > 3, 4, p*u)", "sign(p - 7)*p", "sign(p + 7)*p",
+                                  "if(p > 9, 2, if(p < -4, 1, p))"};
+  for (std::size_t i = 0; i < std::size(acting); ++i) {
+    if (!is_tried(i, 2)) continue;
+    const Found found = gradient_of(falling("rate", "(1 + 0.1*p)*" + std::string(acting[i]), 1.3));
+    EXPECT_TRUE(found.is_refused) << acting[i];
+    EXPECT_TRUE(found.is_wrong()) << acting[i] << ": " << found.gradient << " and " << found.secant;
+  }
+  for (std::size_t i = 0; i < std::size(idle); ++i) {
+    if (!is_tried(i, 2)) continue;
+    const Found found = gradient_of(falling("rate", idle[i], 1.3));
+    EXPECT_FALSE(found.is_refused) << idle[i];
+    EXPECT_FALSE(found.is_wrong()) << idle[i] << ": " << found.gradient << " and " << found.secant;
+  }
+}
+
+TEST(WatchedSwitches, ActInEachSlot) {
+  for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
+    if (!is_tried(i, 2)) continue;
+    const std::string slot = slots_in_time[i], of_event = slot == "event" ? "0.02*" : "";
+    const Found acting = gradient_of(falling(slot, of_event + "(1 + 0.1*p)*if(p > 0.5, 1, 0.2)", 1.3));
+    EXPECT_TRUE(acting.is_refused) << slot;
+    EXPECT_TRUE(acting.is_wrong()) << slot << ": " << acting.gradient << " and " << acting.secant;
+    const Found idle = gradient_of(falling(slot, of_event + "if(p > 5, 1, 0.2*p)", 1.3));
+    EXPECT_FALSE(idle.is_refused) << slot;
+    EXPECT_FALSE(idle.is_wrong()) << slot << ": " << idle.gradient << " and " << idle.secant;
   }
 }
 
