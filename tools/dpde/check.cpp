@@ -212,10 +212,12 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
   const std::optional<std::vector<analysis::ConservedSum>> sums =
       analysis::conserved_sums(job.source(), session.shared_compiled());
   if (!sums) return "";
-  std::vector<std::string> names, but_for_steps;
-  for (const analysis::ConservedSum& sum : *sums) (sum.but_for_steps ? but_for_steps : names).push_back(sum.name);
+  std::vector<std::string> names, but_for_steps, until_switched;
+  for (const analysis::ConservedSum& sum : *sums)
+    (sum.but_for_steps ? but_for_steps : sum.until_switched ? until_switched : names).push_back(sum.name);
   result["conserved"] = names;
   result["conserved_but_for_steps"] = but_for_steps;
+  result["conserved_until_switched"] = until_switched;
   const bool are_rare = stability::has_rare_events(session.problem());
   result["conserved_between_events"] = are_rare;
   std::string text = fmt::format("conserved{}: {}\n", are_rare ? " but for events" : "",
@@ -223,6 +225,9 @@ std::string report_conserved(Job& job, const driver::Session& session, Json& res
                                                : fmt::format("{}", fmt::join(names, ", ")));
   if (!but_for_steps.empty())
     text += fmt::format("  and but for what steps in time lose: {}\n", fmt::join(but_for_steps, ", "));
+  if (!until_switched.empty())
+    text +=
+        fmt::format("  and until states come to where something changes them: {}\n", fmt::join(until_switched, ", "));
   return text;
 }
 

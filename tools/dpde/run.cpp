@@ -259,14 +259,13 @@ void Run::report_drifts(Json& result) {
   const model::Problem& problem = session_->problem();
   const bool is_forced = !problem.events.empty() || !problem.controls.empty();
   for (const analysis::SumDrift& drift : sums_->drifts()) {
-    drifts[drift.name] = {{"begin", json_number(drift.begin)},
-                          {"end", json_number(drift.end)},
-                          {"per_time", json_number(drift.per_time)},
-                          {"relative", json_number(drift.largest)},
-                          {"but_for_steps", drift.but_for_steps}};
+    drifts[drift.name] = {{"begin", json_number(drift.begin)},       {"end", json_number(drift.end)},
+                          {"per_time", json_number(drift.per_time)}, {"relative", json_number(drift.largest)},
+                          {"but_for_steps", drift.but_for_steps},    {"until_switched", drift.until_switched}};
     text +=
         fmt::format("{} {} {:.3g}", text.empty() ? "drift a unit of time:" : ",", drift.name, shown(drift.per_time));
-    if (drift.exceeds_rounding && !drift.but_for_steps && !is_forced && !outcome_.blow_up)
+    const bool may_change = is_forced || drift.but_for_steps || drift.until_switched;
+    if (drift.exceeds_rounding && !may_change && !outcome_.blow_up)
       job_.sink().report("sum-drifts", problem.time_origin.range, {drift.name, fmt::format("{:.3g}", drift.largest)},
                          "single steps from random states keep it: rounding alone would be smaller");
   }

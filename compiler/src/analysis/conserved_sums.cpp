@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <set>
 #include <span>
 
 #include "analysis/conservation.h"
@@ -17,6 +18,8 @@
 #include "dpde/runtime/error.h"
 #include "model/metric.h"
 #include "model/scheme.h"
+#include "stencil/build.h"
+#include "stencil/effects.h"
 
 namespace dpde::analysis {
 
@@ -289,6 +292,66 @@ void take_out_changed(driver::Session& session, double rounding, std::vector<Con
   }
 }
 
+/// Those that stand in what steps compute, parameters among them: states that a source is switched on by, with a
+/// condition, max, tanh or exp, lie about one, or about its square or root.
+std::vector<double> numbers_of_steps(const driver::Compiled& compiled) {
+  const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
+  std::set<double> numbers;
+  const auto add = [&](double value) {
+    if (value != 0 && std::isfinite(value))
+      numbers.insert({std::abs(value), value * value, std::sqrt(std::abs(value))});
+  };
+  const auto look = [&](const stencil::Expr& e) {
+    if (const auto* literal = std::get_if<stencil::Literal>(&e->kind)) add(literal->value);
+    const auto* param = std::get_if<stencil::Param>(&e->kind);
+    const model::Parameter* known = param == nullptr ? nullptr : compiled.problem->find_param(param->name);
+    if (known != nullptr) add(known->value);
+  };
+  for (const std::string& name : stencil::parts_of({*step}).kernels) {
+    stencil::map_kernel(*compiled.stencil.find_kernel(name), [&](const stencil::Expr& value) {
+      stencil::visit(value, look);
+      return value;
+    });
+  }
+  return {numbers.begin(), numbers.end()};
+}
+
+/// Each value near one of the numbers, by a third of it or a ten thousandth; some of them negative if `of_both_signs`.
+States states_near(const driver::Session& session, std::size_t count, const std::vector<double>& numbers,
+                   bool of_both_signs, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> exponent(-4, -0.5), part_of_one;
+  std::uniform_int_distribution<std::size_t> which(0, numbers.size() - 1);
+  States states(count, std::vector<double>(session.workspace().cell_count()));
+  for (std::vector<double>& values : states) {
+    for (double& v : values) {
+      const double away = std::pow(10.0, exponent(random)) * (part_of_one(random) < 0.5 ? -1 : 1);
+      v = numbers[which(random)] * (1 + away) * (of_both_signs && part_of_one(random) < 0.25 ? -1 : 1);
+    }
+  }
+  return states;
+}
+
+/// Those that steps from other states than the run's change. Sums that steps lose say nothing there.
+void mark_switched(driver::Session& session, double rounding, std::vector<ConservedSum>& found) {
+  constexpr int tries = 8;
+  const std::vector<double> numbers = numbers_of_steps(session.compiled());
+  const auto is_asked = [](const ConservedSum& sum) { return !sum.but_for_steps && !sum.until_switched; };
+  const Start first = starts_of(session).front();
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < tries && !numbers.empty() && std::ranges::any_of(found, is_asked); ++i) {
+    Start start = first;
+    start.states = states_near(session, start.states.size(), numbers, i % 2 == 1, random);
+    forget(session, start);
+    double step = session.problem().step;
+    const std::optional<Candidates> sums = sums_of_bounded_run(session, start, step);
+    if (!sums || !(sums->growth() <= most_growth)) continue;
+    const Drifts now = sums->drifts();
+    for (ConservedSum& sum : found) {
+      if (is_asked(sum) && now.contains(sum.name) && now.at(sum.name) > 100 * rounding) sum.until_switched = true;
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source,
@@ -337,7 +400,10 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   }
   if (found.empty()) return found;
   options.cells = own_cells(*compiled->problem);
-  if (const auto own = driver::Session::open(source, compiled, options, sink)) take_out_changed(*own, rounding, found);
+  if (const auto own = driver::Session::open(source, compiled, options, sink)) {
+    take_out_changed(*own, rounding, found);
+    mark_switched(*own, rounding, found);
+  }
   return found;
 }
 

@@ -18,7 +18,8 @@ struct ConservedSum {
   std::string name;                 // "integral(u)", "integral(u^2)", "integral(u^2 + v^2)", or of the observable
   std::vector<std::string> fields;  // whose integrals it adds up; none: an observable
   bool of_squares = false;
-  bool but_for_steps = false;  // the differences keep it, and steps lose the less the shorter they are: energies
+  bool but_for_steps = false;   // the differences keep it, and steps lose the less the shorter they are: energies
+  bool until_switched = false;  // there are states from which steps change it, as by a source that states switch on
 };
 /// nullopt where no run could be made.
 std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source,
@@ -34,7 +35,7 @@ struct SumDrift {
   double begin = 0, end = 0;
   double per_time = 0;  // (end - begin)/time
   double largest = 0;   // distance from the first value at the times that were looked at, over the magnitude
-  bool but_for_steps = false;
+  bool but_for_steps = false, until_switched = false;
   bool exceeds_rounding = false;
 };
 class SumMonitor {

@@ -129,6 +129,7 @@ std::vector<SumDrift> SumMonitor::drifts() const {
     }
     drift.largest = magnitude > 0 ? distance / magnitude : 0;
     drift.but_for_steps = sums_[i].but_for_steps;
+    drift.until_switched = sums_[i].until_switched;
     drift.exceeds_rounding = !(drift.largest <= allowed);
     result.push_back(std::move(drift));
   }
