@@ -154,6 +154,24 @@ TEST(Switches, WhatOnlyMovesASwitchIsRefused) {
   EXPECT_EQ(with({.rate = "-q*u", .unknowns = "unknown q;"}), "");
 }
 
+/// Where u is 0 they have a value of its own: half the jump lies on each side, for whatever numbers stand beside it.
+TEST(Switches, WithAValueAtOnePlaceAreRefused) {
+  const auto refused_by = [](const std::string& formula, double k) {
+    return refusal("model m { field u, v, w; param k = " + std::to_string(k) +
+                   "; dt(u) = u - 1.5*k; dt(v) = -k*v; dt(w) = " + formula +
+                   " - 0.3*k*w }\nscene s : m { grid x = 0 .. 1, cells 6, periodic\n"
+                   "initial u = sin(2*pi*x); initial v = 1; initial w = 1; time 0 .. 0.1, step 0.01 }\n"
+                   "task t : s { unknown k; minimise mean(w^2) }\n");
+  };
+  for (const char* formula :
+       {"sign(u)", "k*sign(u)", "k*sign(k*u)", "sign(u*v)", "k*sign(-u)", "sign(u/k)", "k*0.5*(1 + sign(u))",
+        "exp(sign(u))", "sqrt(1 + k*sign(2*u)/2)", "1/(2 + sign(u))", "k*if(u > 0, 1, if(u < 0, -1, 0))",
+        "if(u == 0, 0, if(u < 0, k, 1))", "k*if(u >= 0, 1, 0) - if(u <= 0, 1, 0)", "k*u/abs(u)"}) {
+    for (const double k : {0.1, 0.3, 0.7, 1.0, 1.1, 1.5, 1.7, 2.0, 3.0})
+      EXPECT_EQ(refused_by(formula, k), "E0609") << formula << " with k = " << k;
+  }
+}
+
 TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
   expect_codes({
       {"upwind by if", {.rate = "-if(u > 0, u*(u - v), u*(v - 2*u)) + a"}, ""},

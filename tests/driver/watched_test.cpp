@@ -147,6 +147,18 @@ TEST(WatchedSwitches, AreRefusedWhereTheyAct) {
   }
 }
 
+/// Where p is 0 they have a value of its own, and half the jump lies on each side.
+TEST(WatchedSwitches, WithAValueAtOnePlaceAreRefused) {
+  constexpr const char* formulas[] = {"sign(p)", "sign(k*p*r)", "exp(sign(-p))", "1/(2 + sign(p/k))",
+                                      "if(p > 0, 1, if(p < 0, -1, 0))"};
+  for (std::size_t i = 0; i < std::size(formulas); ++i) {
+    if (!is_tried(i, 2)) continue;
+    const Found found = gradient_of(falling("rate", "k*" + std::string(formulas[i]), 1.3));
+    EXPECT_TRUE(found.is_refused) << formulas[i];
+    EXPECT_TRUE(found.is_wrong()) << formulas[i] << ": " << found.gradient << " and " << found.secant;
+  }
+}
+
 TEST(WatchedSwitches, ActInEachSlot) {
   for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
     if (!is_tried(i, 2)) continue;

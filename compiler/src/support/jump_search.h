@@ -24,6 +24,8 @@ constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
 constexpr int enough = 12;  // judgements of a switch or a pole
 constexpr int most_tried = 4 * enough;
 constexpr int bisections = 100;
+/// Numbers that base + s*direction is the same of, of each of which s is within a rounding, on each side.
+constexpr double widest_place = 8;
 
 class JumpSearch {
  public:
@@ -54,7 +56,9 @@ class JumpSearch {
   std::optional<Id> search_line();
   std::optional<Id> search_between(double from, const Look& at_from, double to, const Look& at_to);
   bool is_open(const Look& one, const Look& other) const;
-  std::optional<Id> judge(double before, double behind);
+  bool is_alike(const Look& one, const Look& other) const;
+  Place beside_one_place(double before, double behind) const;
+  std::optional<Id> judge(double low_side, double high_side);
   static std::vector<Id> operands_of(const Piecewise::Node& node);
   std::vector<bool> needed(const Look& look) const;
   bool is_defined(const Look& look, const std::vector<bool>& needed) const;

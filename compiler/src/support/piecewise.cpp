@@ -211,8 +211,24 @@ bool JumpSearch::is_open(const Look& one, const Look& other) const {
   return false;
 }
 
+/// Whether all switches and comparisons are on the same sides.
+bool JumpSearch::is_alike(const Look& one, const Look& other) const {
+  return one.sides == other.sides &&
+         std::ranges::all_of(comparisons_, [&](Id id) { return one.values[id] == other.values[id]; });
+}
+
+/// What is on a side of its own at one place alone, as sign(u) where u is 0, is looked past: half the jump lies before
+/// it and half behind. Rounding makes a few numbers next to one another that place.
+JumpSearch::Place JumpSearch::beside_one_place(double before, double behind) const {
+  const double wide = widest_place * (behind - before);
+  const bool is_at_low = !is_alike(look(before), look(before - wide));
+  const bool is_at_high = !is_alike(look(behind), look(behind + wide));
+  return {is_at_low ? before - wide : before, is_at_high ? behind + wide : behind};
+}
+
 /// Between the places no number lies, or next to none, and a switch is on another side.
-std::optional<Piecewise::Id> JumpSearch::judge(double before, double behind) {
+std::optional<Piecewise::Id> JumpSearch::judge(double low_side, double high_side) {
+  const auto [before, behind] = beside_one_place(low_side, high_side);
   if (!is_possible(before) || !is_possible(behind)) return std::nullopt;
   const Look low = look(before), high = look(behind);
   const std::vector<bool> needed_low = needed(low), needed_high = needed(high);
