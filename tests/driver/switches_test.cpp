@@ -165,7 +165,7 @@ TEST(Switches, WithAValueAtOnePlaceAreRefused) {
   };
   for (const char* formula :
        {"sign(u)", "k*sign(u)", "k*sign(k*u)", "sign(u*v)", "k*sign(-u)", "sign(u/k)", "k*0.5*(1 + sign(u))",
-        "exp(sign(u))", "sqrt(1 + k*sign(2*u)/2)", "1/(2 + sign(u))", "k*if(u > 0, 1, if(u < 0, -1, 0))",
+        "exp(sign(u))", "sqrt(4 + k*sign(2*u))", "1/(2 + sign(u))", "k*if(u > 0, 1, if(u < 0, -1, 0))",
         "if(u == 0, 0, if(u < 0, k, 1))", "k*if(u >= 0, 1, 0) - if(u <= 0, 1, 0)", "k*u/abs(u)"}) {
     for (const double k : {0.1, 0.3, 0.7, 1.0, 1.1, 1.5, 1.7, 2.0, 3.0})
       EXPECT_EQ(refused_by(formula, k), "E0609") << formula << " with k = " << k;
