@@ -55,6 +55,18 @@ const stencil::Solve* find_solve(const Compiled& compiled, const std::string& un
   return found;
 }
 
+/// "psi_last and a formula of the model"; "" for none.
+std::string begun_with(const Compiled& compiled, const stencil::Solve& solve) {
+  std::vector<std::string> names;
+  for (const std::string& guess : solve.guesses) {
+    const bool is_of_model = compiled.problem && compiled.problem->program.empty();
+    const bool is_named = !is_of_model || compiled.problem->find_state(guess) != nullptr;
+    const std::string name = is_named ? guess : "a formula of the model";
+    if (names.empty() || names.back() != name) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, " and "));
+}
+
 }  // namespace
 
 SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown) {
@@ -77,8 +89,7 @@ std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<So
       return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
     });
     if (same == reports.end()) {
-      reports.push_back({field, range, solve != nullptr ? fmt::format("{}", fmt::join(solve->guesses, " and ")) : "",
-                         note, is_asked});
+      reports.push_back({field, range, solve != nullptr ? begun_with(compiled, *solve) : "", note, is_asked});
     } else {
       add_note(same->note, note);
     }

@@ -43,8 +43,10 @@ void check(Draft& draft) {
   check_waves(draft);
   if (draft.model) check_split(draft);
   check_implicit(draft);
-  if (draft.model) check_guess(draft);
-  if (draft.model) check_solve_keys(draft);
+  if (draft.model && !draft.sink.has_errors()) {  // of solves that could be read
+    check_guess(draft);
+    check_solve_keys(draft);
+  }
   check_placements(draft);
   check_scene_lets(draft);
   check_gridless(draft);
