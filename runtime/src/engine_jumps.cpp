@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "dpde/runtime/communicator.h"
 #include "dpde/runtime/engine.h"
@@ -19,19 +20,45 @@ namespace {
 /// One value of dpde_scene::watched_values over a run.
 class Watch {
  public:
-  Watch(const dpde_watched& watched, Communicator* ranks) : watched_(watched), ranks_(ranks) {}
+  /// `steps`: where it is looked at; empty: at each state. `starts_by_unknowns`: where a run begins follows parameters
+  /// or is sought, and so do the places of zeros in it.
+  Watch(const dpde_watched& watched, std::vector<int> steps, bool starts_by_unknowns, Communicator* ranks)
+      : watched_(watched), steps_(std::move(steps)), starts_by_unknowns_(starts_by_unknowns), ranks_(ranks) {}
 
-  /// What a jump says of itself; "" where there is none from the states before to this one. `is_by_formulas`: where a
-  /// run begins follows parameters, and so does the place of a zero in it.
-  std::string jump_at(const std::vector<double>& values, bool is_by_formulas) {
-    const bool is_first = signs_.empty(), is_changed = changes(values);
-    if (is_changed) return watched_.is_switch != 0 ? "switches" : "changes its sign";
-    const bool is_one = watched_.is_switch != 0 || (is_first && watched_.begins_with_one_sign != 0 && is_by_formulas);
-    if (!is_one || !is_mixed(values)) return "";
-    return watched_.is_switch == 0 ? "has both signs where the run begins" : "switches from cell to cell";
+  bool looks_at(const Snapshot& now) const {
+    return steps_.empty() || (!now.is_within_step && (now.step == 0 || is_due(now.step)));
+  }
+  /// What a jump says of itself; "" where there is none from the states before to this one.
+  std::string jump_at(int step, const std::vector<double>& values) {
+    if (step == 0) first_ = steps_.empty() ? Signs() : signs_of(values);
+    if (!is_due(step)) return "";
+    // A loss of this state, and of none right before it, hangs on no state between two of its own.
+    const bool is_alone = !steps_.empty() && before_ != step - 1;
+    before_ = step;
+    if (is_alone) signs_.clear();
+    const bool is_first = signs_.empty();
+    if (changes(values)) return watched_.is_switch != 0 ? "switches" : "changes its sign";
+    if ((watched_.is_switch == 0 && !is_first) || !is_mixed(values)) return "";
+    if (watched_.is_switch != 0) return "switches from cell to cell";
+    const bool begins_so = watched_.begins_with_one_sign != 0 && starts_by_unknowns_;
+    if (step == 0) return begins_so ? "has both signs where the run begins" : "";
+    return is_alone && (begins_so || changes_in_part(values)) ? "has both signs" : "";
+  }
+  /// The same of a steady state, which hangs on none before it.
+  std::string jump_at_rest(const std::vector<double>& values) const {
+    if (!is_mixed(values)) return "";
+    return watched_.is_switch != 0 ? "switches from cell to cell" : "has both signs in the steady state";
   }
 
  private:
+  bool is_due(int step) const { return steps_.empty() || std::ranges::binary_search(steps_, step); }
+  using Signs = std::vector<signed char>;
+  static Signs signs_of(const std::vector<double>& values) {
+    Signs signs(values.size());
+    std::ranges::transform(values, signs.begin(),
+                           [](double value) { return static_cast<signed char>((value > 0) - (value < 0)); });
+    return signs;
+  }
   bool is_mixed(const std::vector<double>& values) const {
     const auto [least, most] = std::ranges::minmax(values);
     return largest_of(ranks_, most) > 0 && largest_of(ranks_, -least) > 0;
@@ -39,18 +66,31 @@ class Watch {
   /// A value of 0 has the sign of the one before.
   bool changes(const std::vector<double>& values) {
     signs_.resize(values.size(), 0);
-    bool is_changed = false;
+    int is_changed = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto sign = static_cast<signed char>((values[i] > 0) - (values[i] < 0));
-      is_changed = is_changed || sign * signs_[i] < 0;
-      if (sign != 0) signs_[i] = sign;
+      const int sign = (values[i] > 0) - (values[i] < 0);
+      is_changed |= static_cast<int>(sign * signs_[i] < 0);
+      signs_[i] = static_cast<signed char>(sign != 0 ? sign : signs_[i]);
     }
-    return largest_of(ranks_, is_changed ? 1 : 0) > 0;
+    return largest_of(ranks_, is_changed) > 0;
+  }
+  /// Whether it has another sign than at first in some cells, and the same one in others: zeros have moved.
+  bool changes_in_part(const std::vector<double>& values) const {
+    int kept = 0, turned = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int sign = (values[i] > 0) - (values[i] < 0);
+      kept |= static_cast<int>(sign * first_[i] > 0);
+      turned |= static_cast<int>(sign * first_[i] < 0);
+    }
+    return largest_of(ranks_, kept) > 0 && largest_of(ranks_, turned) > 0;
   }
 
   const dpde_watched& watched_;
+  std::vector<int> steps_;
+  bool starts_by_unknowns_;
   Communicator* ranks_;
-  std::vector<signed char> signs_;
+  int before_ = -1;  // the last state that was looked at
+  Signs signs_, first_;
 };
 
 Unsolved jump_of(const dpde_watched& watched, const std::string& what) {
@@ -73,34 +113,68 @@ int Engine::last_loss() const {
   return last;
 }
 
-/// A steady state hangs on no state before it: the last one alone is looked at.
+/// Nothing that `program` reads is given in place of its formula, which unknowns would move.
+bool Engine::starts_by_unknowns(const dpde_program& program) const {
+  const std::span<const char* const> inputs(program.fields, static_cast<std::size_t>(program.input_count));
+  return std::ranges::none_of(inputs, [&](const char* name) {
+    if (const int s = state_index(name); s >= 0) {
+      const State& state = states_[static_cast<std::size_t>(s)];
+      return state.is_given && !state.is_unknown && state.start == DPDE_START_SCENE;
+    }
+    const auto found = given_.find(std::string_view(name));
+    if (found == given_.end()) return false;
+    return found->second.is_given && !found->second.is_unknown && !found->second.is_needed;
+  });
+}
+
+/// Of those states, with the data of the losses at state `step`.
+void Engine::keep_watched(int step, double t, const std::vector<void*>& states) {
+  Workspace::Bound bound;
+  for (std::size_t s = 0; s < states_.size(); ++s) bound[states_[s].name] = states[s];
+  for (const Datum& datum : data_) {
+    const auto found = std::ranges::find(datum.at, step);
+    if (found == datum.at.end()) continue;
+    bound[datum.name] = workspace_->field(datum.name, static_cast<std::size_t>(found - datum.at.begin())).base();
+  }
+  workspace_->execute(*scene_.watched, t, bound);
+}
+
 std::optional<Unsolved> Engine::jump_in_run() {
   if (scene_.watched == nullptr) return std::nullopt;
   const std::span<const dpde_watched> watched(scene_.watched_values, static_cast<std::size_t>(scene_.watched_count));
-  const std::span<const char* const> inputs(scene_.watched->fields,
-                                            static_cast<std::size_t>(scene_.watched->input_count));
-  const bool is_by_formulas = std::ranges::all_of(inputs, [&](const char* name) {
-    return (state_index(name) < 0 && !given_.contains(name)) || comes_from_formula(name);
-  });
+  const bool starts_so = starts_by_unknowns(*scene_.watched);
   std::vector<Watch> watches;
-  for (const dpde_watched& one : watched) watches.emplace_back(one, options_.ranks);
+  for (const dpde_watched& one : watched)
+    watches.emplace_back(one, one.loss > 0 ? steps_of(scene_.losses[one.loss - 1].at) : std::vector<int>(), starts_so,
+                         options_.ranks);
   std::optional<Unsolved> jump;
-  const int last = last_loss();
-  const auto look = [&](const Snapshot& now) {
-    if (jump || now.step > last || (scene_.steady > 0 && !now.is_last)) return;
-    Workspace::Bound bound;
-    for (std::size_t s = 0; s < states_.size(); ++s) bound[states_[s].name] = now.states[s];
-    workspace_->execute(*scene_.watched, now.t, bound);
+  std::vector<double> values(workspace_->cell_count());
+  const auto look = [&](const Snapshot& now, const auto& jump_of_watch) {
+    keep_watched(scene_.steady > 0 ? scene_.steps : now.step, now.t, now.states);
     for (std::size_t i = 0; i < watched.size() && !jump; ++i) {
-      const std::string what =
-          watches[i].jump_at(workspace_->dense(watched[i].field), is_by_formulas && scene_.steady == 0);
+      if (scene_.steady == 0 && !watches[i].looks_at(now)) continue;
+      workspace_->field(watched[i].field).copy_out(values);
+      const std::string what = jump_of_watch(watches[i]);
       if (!what.empty()) jump = jump_of(watched[i], what);
     }
     if (jump) jump->set_place(now.step, scene_.steps, now.t);
   };
   Rollout& rollout = objective();
   begin(rollout);
-  rollout.run({1, look});
+  if (scene_.steady > 0) {
+    const RunResult done = rollout.run();
+    if (!done.steady || !done.steady->is_reached) return std::nullopt;  // who takes the gradient says so
+    look({done.steady->step, done.steady->t, rollout.final_states(), true},
+         [&](const Watch& watch) { return watch.jump_at_rest(values); });
+    return jump;
+  }
+  const int last = last_loss();
+  const auto look_if_due = [&](const Snapshot& now) {
+    if (jump || now.step > last) return;
+    if (std::ranges::none_of(watches, [&](const Watch& watch) { return watch.looks_at(now); })) return;
+    look(now, [&](Watch& watch) { return watch.jump_at(now.step, values); });
+  };
+  rollout.run({1, look_if_due, true});
   return jump;
 }
 

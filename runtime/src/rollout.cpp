@@ -189,11 +189,31 @@ BlowUp Rollout::Impl::locate_blow_up(int from, int safe, const BlowUp& found) {
   return found;
 }
 
+namespace {
+
+/// While a run goes on, however it ends.
+class PartsSeen {
+ public:
+  PartsSeen(const Observer*& at, const Observer& observer) : at_(at) {
+    at_ = observer.sees_parts && observer.call ? &observer : nullptr;
+  }
+  ~PartsSeen() { at_ = nullptr; }
+  PartsSeen(const PartsSeen&) = delete;
+  PartsSeen& operator=(const PartsSeen&) = delete;
+
+ private:
+  const Observer*& at_;
+};
+
+}  // namespace
+
 RunResult Rollout::Impl::run(const Observer& observer, int first) {
   const FloatScope without_subnormals;
+  host_mode = without_subnormals.before();
   start = std::chrono::steady_clock::now();
   RunResult done;
   parts_made = parts_refused = 0;
+  const PartsSeen seen(observer_of_parts, observer);
   begin(first);
   current = 0;
   int safe = 0, safe_step = first, k = first, until = first, end = setup.steps;  // end: may become earlier
@@ -235,6 +255,7 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
     }
     if (k == end || k == safe_step + check_interval) {
       if (const std::optional<BlowUp> found = find_blow_up(k, buffers[static_cast<size_t>(current)])) {
+        observer_of_parts = nullptr;  // it has seen them
         done.blow_up = locate_blow_up(safe_step, safe, *found);
         return finish(done.blow_up->step - 1);
       }

@@ -254,6 +254,7 @@ struct Rollout::Impl {
   void begin_record(int first);
   int parts_of(int n, const StateBuffer& state);
   void part_of_step(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
+  void show_part(int n, const PartOfStep& part, const StateBuffer& state) const;
   const StateBuffer& part_buffer(int part);
   double estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to,
                        std::optional<Unsolved>& unsolved);
@@ -313,6 +314,7 @@ struct Rollout::Impl {
       part_pools;  // states between the parts of a step: two to work in, and in gradient() those that are stored
   std::deque<StateBuffer> part_buffers;  // a deque: buffers in use stay where they are
   int64_t parts_made = 0, parts_refused = 0;
+  const Observer* observer_of_parts = nullptr;  // of the run that is being made
   StepRecord record;
   const StepRecord* followed = nullptr;
   StepController controller;

@@ -60,6 +60,13 @@ void Rollout::Impl::part_of_step(int n, const PartOfStep& part, const StateBuffe
   ++parts_made;
 }
 
+/// The state at its end, to who observes it.
+void Rollout::Impl::show_part(int n, const PartOfStep& part, const StateBuffer& state) const {
+  if (observer_of_parts == nullptr) return;
+  const FloatScope of_host(host_mode);
+  observer_of_parts->call({n + 1, time(n) + part.begin + part.length, state, false, true});
+}
+
 void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
   if (setup.trial != nullptr && !steps_made().has(n)) return step_under_tolerance(n, from, to);
   const int parts = parts_of(n, from);
@@ -67,6 +74,7 @@ void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) 
   for (int part = 0; part < parts; ++part) {
     const StateBuffer& next = part + 1 == parts ? to : part_buffer(part % 2);
     part_of_step(n, part_at(n, part, parts), *now, next);
+    if (part + 1 < parts) show_part(n, part_at(n, part, parts), next);
     now = &next;
   }
 }
@@ -162,6 +170,7 @@ void Rollout::Impl::step_under_tolerance(int n, const StateBuffer& from, const S
     accept(controller, part.length, error, setup.error_order);
     record.parts.push_back(part);
     if (is_last) break;
+    show_part(n, part, next);
     now = &next;
     part.begin += part.length;
   }

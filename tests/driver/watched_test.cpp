@@ -127,6 +127,71 @@ TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
   }
 }
 
+struct RunCase {
+  std::string model, scene, loss;
+  bool is_refused;
+};
+
+/// Where runs come to states other than the ends of their steps, to rest, begin on both sides, or matter at a few times
+/// alone: the formula is atan(1/z), or jumps where z is 0.
+std::vector<RunCase> run_cases() {
+  const auto swinging = [](const std::string& k, const std::string& time, bool is_refused) {
+    return RunCase{"field p, r, q; param k = " + k + "; dt(p) = r; dt(r) = -4*(p - k) - 0.4*r; dt(q) = atan(1/p)",
+                   "initial p = 2; initial r = 0; initial q = 0; time 0 .. 3.2, " + time, "minimise (q + 1)^2",
+                   is_refused};
+  };
+  const auto resting = [](const std::string& k, const std::string& rate, bool is_refused) {
+    return RunCase{"field u, q; param k = " + k + "; dt(u) = k - x - u; dt(q) = " + rate + " - q",
+                   "grid x = 0 .. 1, cells 100; boundary u: all = zero_gradient; boundary q: all = zero_gradient; "
+                   "initial u = 1; initial q = 0; time 0 .. 60, step 1/10, until steady 1e-10",
+                   "minimise mean(" + std::string(rate == "0" ? "atan(1/u)" : "q") + ")", is_refused};
+  };
+  const auto of_noise = [](const std::string& start, bool is_refused) {
+    return RunCase{
+        "field u; param k = 0.3; coefficient c; dt(u) = -u",
+        "grid x = 0 .. 1, cells 512, periodic; c = noise(3); initial u = " + start + "; time 0 .. 0.02, step 1/100",
+        "minimise mean(atan(1/u))", is_refused};
+  };
+  const auto falling_to = [](const std::string& loss, const std::string& start, bool is_refused) {
+    return RunCase{"field u; param k = 1; dt(u) = -k",
+                   "grid x = 0 .. 1, cells 100, periodic; initial u = " + start + "; time 0 .. 1, step 1/100", loss,
+                   is_refused};
+  };
+  return {swinging("0.8", "step 3.2, tolerance 1e-6", true),
+          swinging("1.5", "step 3.2, tolerance 1e-6", false),
+          swinging("0.8", "step 1.6, tolerance 1e-4", true),
+          resting("0.5", "0", true),
+          resting("1.5", "0", false),
+          resting("-0.5", "0", false),
+          resting("0.5", "atan(1/u)", true),
+          resting("1.5", "atan(1/u)", false),
+          of_noise("c - k", true),
+          of_noise("c*k", false),
+          of_noise("(c - k)*k", true),
+          falling_to("minimise mean(atan(1/u)) at t = 1", "0.5", false),
+          falling_to("minimise mean(atan(1/u)) at t = 1", "0.5 + 0.3*sin(2*pi*x)", false),
+          falling_to("minimise mean(atan(1/u)) at t = 1", "1 + 0.3*sin(2*pi*x)", true),
+          falling_to("minimise mean(atan(1/u)) at t = 0.2, 1", "0.5", false),
+          falling_to("minimise mean(atan(1/u)) at t = 1; minimise mean(u^2) over time", "0.5", false),
+          falling_to("minimise mean(atan(1/u)) at t = 1; minimise mean(atan(2/u)) over time", "0.5", true),
+          falling_to("minimise mean((1 + u)*if(u > 0, 1, 0.2)) at t = 1", "0.5", false),
+          falling_to("minimise mean((1 + u)*if(u > 0, 1, 0.2)) at t = 1", "1 + 0.3*sin(2*pi*x)", true),
+          falling_to("minimise mean((1 + u)*if(u > 0, 1, 0.2)) over time", "0.5", true)};
+}
+
+TEST(WatchedRuns, AreRefusedWhereALossHangsOnAJump) {
+  const std::vector<RunCase> cases = run_cases();
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const RunCase& c = cases[i];
+    const std::string scheme = c.scene.find("tolerance") == std::string::npos ? "" : " with e";
+    const Found found = gradient_of("model m { " + c.model + " }\nscheme e { time = dopri5 }\nscene s : m" + scheme +
+                                    " { " + c.scene + " }\ntask t : s { unknown k; " + c.loss + " }\n");
+    const std::string what = c.scene + "; " + c.loss;
+    EXPECT_EQ(found.is_refused, c.is_refused) << what;
+    EXPECT_EQ(found.is_wrong(), c.is_refused) << what << ": " << found.gradient << " and " << found.secant;
+  }
+}
+
 /// p goes from 1 to -0.3.
 TEST(WatchedSwitches, AreRefusedWhereTheyAct) {
   constexpr const char* acting[] = {"if(p > 0.5, 1, 0.2)", "if(p < 0.2 and p > 0.1, 0, 1)", "sign(p + 0.1)",

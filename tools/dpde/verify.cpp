@@ -117,7 +117,8 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
 std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
-  const bool lacks_jumps = !compiled.jumps_left_out.empty();
+  const bool lacks_jumps =
+      !compiled.jumps_left_out.empty() || std::ranges::any_of(compiled.watched, &driver::Watched::changes_within_steps);
   if (certificate.untested.empty()) return lacks_jumps ? "certified but for jumps (W0609)" : "certified";
   const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
   return fmt::format("by {0} the derivative is 0, or below rounding, and was not tested: {1}\ncertified but for {0}{2}",
@@ -278,6 +279,7 @@ Json verify_one(Job& job) {
   const std::string target = target_of(*shared, *options);
   show(job, target, *certificate, *shared);
   driver::warn_of_jumps_left_out(*shared, job.sink());
+  driver::warn_of_changes_within_steps(*shared, job.sink());
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   certify.window = certificate->window.start;

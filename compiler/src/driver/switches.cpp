@@ -190,7 +190,18 @@ void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
     sink.report("jump-left-out", jump.origin.range, {why_of(jump)}, smooth_for(jump));
 }
 
+void warn_of_changes_within_steps(const Compiled& compiled, DiagnosticSink& sink) {
+  for (const Watched& watched : compiled.watched) {
+    if (!watched.changes_within_steps) continue;
+    const char* does = watched.is_switch ? "may switch and switch back" : "may change its sign and change it back";
+    sink.report("jump-left-out", watched.origin.range,
+                {fmt::format("{} {} within a step, where no run looks", watched.text, does)},
+                "take steps too short for that, or write a smooth function of it");
+  }
+}
+
 void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink) {
+  warn_of_changes_within_steps(compiled, sink);
   for (const Origin& origin : compiled.unwatched)
     sink.report("jump-left-out", origin.range, {"this jumps where it divides by 0, and no run looks whether it does"},
                 "dpde verify looks for jumps beside the point where a task begins");
@@ -230,25 +241,53 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
 
 namespace {
 
+using WatchedValues = std::vector<std::pair<model::Expr, Watched>>;
+
+/// What stands in several losses is watched for each of them, and what the run hangs on at all states.
+void add_watched(const model::Expr& value, const Watched& watched, WatchedValues& values) {
+  for (auto& [other, known] : values) {
+    const bool is_of_another_loss = watched.loss > 0 && known.loss > 0 && watched.loss != known.loss;
+    if (other != value || known.is_switch != watched.is_switch || is_of_another_loss) continue;
+    if (watched.loss == 0) known = watched;
+    return;
+  }
+  values.emplace_back(value, watched);
+}
+
+/// Whether the scheme makes several steps of some states in each, and the value changes from one to the next. A loss,
+/// and a steady state, hang on the ends of steps alone.
+bool changes_within_steps(const model::Problem& problem, const model::Expr& value, int loss) {
+  const bool has_subcycles = std::ranges::any_of(problem.states, [](const model::State& s) { return s.parts > 1; });
+  if (loss > 0 || problem.steady > 0 || !has_subcycles) return false;
+  return std::ranges::any_of(model::reading_of(value).any, [&](const std::string& name) {
+    return name == "t" || problem.find_state(name) != nullptr;
+  });
+}
+
 /// Of jumps that are watched the sides, of formulas that are written for signs the divisors.
-std::vector<std::pair<model::Expr, Watched>> values_to_watch(Compiled& compiled, const CompileOptions& options) {
+WatchedValues values_to_watch(Compiled& compiled, const CompileOptions& options) {
   const model::Problem& problem = *compiled.problem;
   const model::Influence influence = influence_in(compiled);
-  std::vector<std::pair<model::Expr, Watched>> values;
+  WatchedValues values;
+  const auto add = [&](const model::Expr& value, const std::optional<std::size_t>& loss, Watched watched) {
+    watched.loss = loss ? static_cast<int>(*loss) + 1 : 0;
+    watched.changes_within_steps = changes_within_steps(problem, value, watched.loss);
+    add_watched(value, watched, values);
+  };
   for (const model::Jump& jump : jumps_of_formulas(compiled, influence, model::Signs::kept)) {
-    const auto is_it = [&](const auto& one) { return one.first == *jump.side; };
-    if (!is_watched(problem, jump, options) || std::ranges::any_of(values, is_it)) continue;
+    if (!is_watched(problem, jump, options)) continue;
     const std::string what = jump.what.empty() ? "this choice, whose branches do not meet," : "this " + jump.what;
-    values.emplace_back(*jump.side, Watched{"", what, smooth_for(jump) + forced, jump.origin, true});
+    add(*jump.side, jump.loss, {"", what, smooth_for(jump) + forced, jump.origin, true});
   }
   for (const model::Divisor& divisor : trusted_divisors(problem, influence)) {
     if (!divisor.value || options.trusts_signs) {
-      compiled.unwatched.push_back(divisor.origin);
+      const auto is_it = [&](const Origin& origin) { return origin.range == divisor.origin.range; };
+      if (std::ranges::none_of(compiled.unwatched, is_it)) compiled.unwatched.push_back(divisor.origin);
       continue;
     }
-    values.emplace_back(*divisor.value, Watched{"", "this divides by " + print(*divisor.value) + ", which",
-                                                std::string(smooth_at_pole) + forced, divisor.origin, false,
-                                                divisor.begins_with_one_sign});
+    add(*divisor.value, divisor.loss,
+        {"", "this divides by " + print(*divisor.value) + ", which", std::string(smooth_at_pole) + forced,
+         divisor.origin, false, divisor.begins_with_one_sign});
   }
   return values;
 }

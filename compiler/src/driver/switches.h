@@ -27,8 +27,11 @@ void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 /// Warnings at them, for who goes on without them.
 void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 
-/// And at quotients that may be jumps, as no run looks at the signs of what divides.
+/// And at what may change where no run looks: divisors in solves and kernels, and all that is watched within steps.
 void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink);
+
+/// The latter alone.
+void warn_of_changes_within_steps(const Compiled& compiled, DiagnosticSink& sink);
 
 /// And at choices that are watched.
 void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink);

@@ -322,10 +322,6 @@ void look_inside(const Expr& formula, const Problem& problem, const Movement& mo
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// What changes its sign where `e` is 0: (p*q)^2 is 0 where p or q is.
 void add_factors(const Expr& e, std::vector<Expr>& factors) {
   const Neg* neg = std::get_if<Neg>(&e->kind);
@@ -371,9 +367,22 @@ std::optional<double> sign_at_the_start(const Expr& e, const Problem& problem) {
   return start ? find_sign(Converter(problem, nothing, {*start, {}, ""}).formula()) : std::nullopt;
 }
 
-}  // namespace
-
-namespace {
+/// Whether an unknown moves the places where `e` is 0 at first, or is what it is made of.
+bool moves_its_start(const Expr& e, const Problem& problem, const Influence& influence) {
+  const auto is_sought = [&](const std::string& name) {
+    return std::ranges::any_of(problem.task->unknowns,
+                               [&](const Unknown& unknown) { return unknown.is_field() && unknown.name == name; });
+  };
+  const auto is_moved = [&](const std::string& name) {
+    return problem.find_state(name) == nullptr && !influence.on(name).any.empty();
+  };
+  std::vector<Expr> factors;
+  add_factors(at_the_start(e, problem).value_or(e), factors);
+  return std::ranges::any_of(reading_of(e).any, is_sought) || std::ranges::any_of(factors, [&](const Expr& factor) {
+           return std::ranges::any_of(reading_of(factor).any, is_moved) &&
+                  sign_at_the_start(factor, problem).value_or(0) == 0;
+         });
+}
 
 std::optional<Expr> side_of(const Expr& e, const Scope& scope, const Problem& problem) {
   const Select* select = std::get_if<Select>(&e->kind);
@@ -398,11 +407,15 @@ Jump jump_of(const Expr& e, const Converter::Inner& in, const Problem& problem, 
   return jump;
 }
 
+using LossNumber = std::optional<std::size_t>;
+
 /// One after the other, each as if those before met.
-void add_jumps(const Expr& formula, const Problem& problem, const Movement& movement, std::vector<Jump>& jumps) {
+void add_jumps(const Expr& formula, LossNumber loss, const Problem& problem, const Movement& movement,
+               std::vector<Jump>& jumps) {
   look_inside(formula, problem, movement, [&](Converter& converter, const Converter::Inner& next) {
     while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
       jumps.push_back(jump_of(converter.source_of(*found), next, problem, movement));
+      jumps.back().loss = loss;
       converter.trust(*found);
       if (!jumps.back().side) break;  // it is refused
     }
@@ -424,15 +437,15 @@ std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const M
 
 namespace {
 
-/// All divisors at whose zeros the formula jumps, whatever the signs of fields.
-void add_divisors(const Expr& formula, const Problem& problem, const Movement& movement,
+Movement movement_of(const Influence& influence, Signs signs) {
+  return {[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
+}
+
+/// All divisors at whose zeros the formula jumps, whatever the signs of fields. Zeros that nothing moves are left out.
+void add_divisors(const Expr& formula, LossNumber loss, const Problem& problem, const Influence& influence,
                   std::vector<Divisor>& divisors) {
-  const auto add = [&](const Divisor& divisor) {
-    const auto is_it = [&](const Divisor& other) {
-      return divisor.value ? other.value == divisor.value : other.origin.range == divisor.origin.range;
-    };
-    if (std::ranges::none_of(divisors, is_it)) divisors.push_back(divisor);
-  };
+  const Movement movement = movement_of(influence, Signs::any);
+  const auto is_still = [&](const Expr& value) { return std::ranges::none_of(reading_of(value).any, movement.moves); };
   look_inside(formula, problem, movement, [&](Converter& converter, const Converter::Inner& next) {
     while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
       const Expr& pole = converter.source_of(*found);
@@ -440,24 +453,27 @@ void add_divisors(const Expr& formula, const Problem& problem, const Movement& m
       if (operand_of_switch(pole) != nullptr) continue;
       for (const Expr& factor : factors_of_divisor(pole)) {
         const std::optional<Expr> value = in_terms_of_problem(factor, next.scope);
-        add({value, pole->origin, value && sign_at_the_start(*value, problem).value_or(0) != 0});
+        if (value && is_still(*value)) continue;
+        const bool is_one_sign = value && (sign_at_the_start(*value, problem).value_or(0) != 0 ||
+                                           moves_its_start(*value, problem, influence));
+        divisors.push_back({value, pole->origin, is_one_sign, loss});
       }
     }
     return false;
   });
 }
 
-/// Of the formulas that the losses hang on. Those of masks are left out, as no unknown may stand in them.
+/// Of the formulas that the losses hang on, with the number of the loss that it is. Those of masks are left out, as no
+/// unknown may stand in them.
 void for_each_judged_formula(const Problem& problem, const Influence& influence,
-                             const std::function<void(const Expr&)>& f) {
+                             const std::function<void(const Expr&, LossNumber)>& f) {
+  const std::vector<Loss>& losses = problem.task->losses;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_length || is_mask(problem, formula.makes)) return;
-    if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value);
+    const auto loss = std::ranges::find_if(losses, [&](const Loss& one) { return &one.value == formula.value; });
+    const LossNumber number = loss == losses.end() ? LossNumber() : static_cast<std::size_t>(loss - losses.begin());
+    if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value, number);
   });
-}
-
-Movement movement_of(const Influence& influence, Signs signs) {
-  return {[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
 }
 
 }  // namespace
@@ -465,16 +481,17 @@ Movement movement_of(const Influence& influence, Signs signs) {
 std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
   const Movement movement = movement_of(influence, signs);
   std::vector<Jump> jumps;
-  for_each_judged_formula(problem, influence,
-                          [&](const Expr& formula) { add_jumps(formula, problem, movement, jumps); });
+  for_each_judged_formula(problem, influence, [&](const Expr& formula, LossNumber loss) {
+    add_jumps(formula, loss, problem, movement, jumps);
+  });
   return jumps;
 }
 
 std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence) {
-  const Movement kept = movement_of(influence, Signs::kept), any = movement_of(influence, Signs::any);
+  const Movement kept = movement_of(influence, Signs::kept);
   std::vector<Divisor> divisors;
-  for_each_judged_formula(problem, influence, [&](const Expr& formula) {
-    if (!jump_in(formula, problem, kept)) add_divisors(formula, problem, any, divisors);
+  for_each_judged_formula(problem, influence, [&](const Expr& formula, LossNumber loss) {
+    if (!jump_in(formula, problem, kept)) add_divisors(formula, loss, problem, influence, divisors);
   });
   return divisors;
 }

@@ -34,6 +34,7 @@ struct Jump {
   /// Positive on one side of the switch and negative on the other; nullopt where the problem's names do not say it, and
   /// where the run begins on both sides.
   std::optional<Expr> side = {};
+  std::optional<std::size_t> loss = {};  // of the task, in whose formula it stands
 };
 /// Of fields that something is divided by: kept, as formulas are written for, or whatever a run makes of them.
 enum class Signs { kept, any };
@@ -45,7 +46,9 @@ std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, S
 struct Divisor {
   std::optional<Expr> value;  // of the scene's fields and parameters; nullopt where it is made of others, as in solves
   Origin origin;              // of the quotient
-  bool begins_with_one_sign = false;  // wherever its fields are given by formulas
+  /// Wherever its fields are given by formulas: the text promises it, or an unknown moves the places where it is 0.
+  bool begins_with_one_sign = false;
+  std::optional<std::size_t> loss = {};  // of the task, in whose formula alone it stands
 };
 /// Of the formulas that the losses hang on; those that jump all the same are left out.
 std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence);

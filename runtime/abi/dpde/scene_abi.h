@@ -128,7 +128,8 @@ typedef struct dpde_watched {
   const char* field;
   const char *text, *help; /* the subject of a sentence that says what it does; what to write instead */
   int32_t is_switch;
-  int32_t begins_with_one_sign; /* in all cells, where formulas give what it is made of */
+  int32_t begins_with_one_sign; /* it has to, in all cells, where formulas give what it is made of */
+  int32_t loss;                 /* > 0: the number of that loss, counted from 1, in which alone it stands */
 } dpde_watched;
 
 /* As it is written: "m/s". */

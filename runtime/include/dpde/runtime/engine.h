@@ -187,6 +187,8 @@ class Engine {
   void* unused(std::size_t number);
 
   int last_loss() const;
+  bool starts_by_unknowns(const dpde_program& program) const;
+  void keep_watched(int step, double t, const std::vector<void*>& states);
   std::string_view rate_of(int32_t kind, std::string_view name) const;
   std::string_view value_of_rate(std::string_view rate) const;
   bool comes_from_formula(std::string_view field) const;

@@ -191,11 +191,13 @@ struct Snapshot {
   int step;
   double t;
   const std::vector<void*>& states;
-  bool is_last = false;  // of a run that goes on to its end
+  bool is_last = false;         // of a run that goes on to its end
+  bool is_within_step = false;  // after a part of the step that leads to state `step`
 };
 struct Observer {
   int every = 0;  // 0: never
   std::function<void(const Snapshot&)> call;
+  bool sees_parts = false;  // of steps that are made in parts: the states between them, too
 };
 
 struct BlowUp {
