@@ -46,24 +46,43 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 
 }  // namespace
 
+NumbersOfStep::NumbersOfStep(const FrozenKernels& kernels, const FrozenPoint& point, double dt)
+    : kernels_(kernels), point_(point), dt_(dt), dt_param_(kernels.param("dt")), t_param_(kernels.param("t")) {
+  for (const std::string& name : kernels.params()) params_.push_back(parameter(name));
+  for (std::size_t axis = 0; axis < spacing_.size(); ++axis)
+    spacing_[axis] = parameter(std::string("h").append(1, "xyz"[axis]));
+}
+
+double NumbersOfStep::parameter(Id param) const {
+  if (param == dt_param_) return dt_;
+  if (is_late_ && param == t_param_) return std::numeric_limits<double>::infinity();
+  return params_[static_cast<std::size_t>(param)];
+}
+
+double NumbersOfStep::parameter(const std::string& name) const {
+  if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
+  if (name == "dt") return dt_;
+  const auto known = point_.params.find(name);
+  return known == point_.params.end() ? unknown_value : known->second;
+}
+
+/// Nothing else in the program has the name of a counter.
+void NumbersOfStep::count(const std::string& counter, double number) {
+  counters_[counter] = number;
+  if (const Id param = kernels_.param(counter); param >= 0) params_[static_cast<std::size_t>(param)] = number;
+}
+
 Evaluation::Evaluation(const FrozenKernels& kernels, const std::set<std::string>& varied,
                        const std::set<std::string>& rates, const FrozenPoint& point, double dt, FrozenStages& stages,
                        bool of_constraints)
     : kernels_(kernels),
       varied_(varied),
       rates_(rates),
-      point_(point),
-      dt_(dt),
+      numbers_(kernels, point, dt),
       stages_(stages),
       of_constraints_(of_constraints),
       fields_(kernels.fields().size()),
-      is_set_(fields_.size()),
-      dt_param_(kernels.param("dt")),
-      t_param_(kernels.param("t")) {
-  for (const std::string& name : kernels.params()) params_.push_back(parameter(name));
-  for (std::size_t axis = 0; axis < spacing_.size(); ++axis)
-    spacing_[axis] = parameter(std::string("h").append(1, "xyz"[axis]));
-}
+      is_set_(fields_.size()) {}
 
 void Evaluation::set(Id field, Value value) {
   const auto number = static_cast<std::size_t>(field);
@@ -74,36 +93,18 @@ void Evaluation::set(Id field, Value value) {
 const Value& Evaluation::field_value(Id field) {
   const auto number = static_cast<std::size_t>(field);
   if (!is_set_[number]) {
-    const auto known = point_.fields.find(kernels_.fields()[number].name);
-    fields_[number].number = known == point_.fields.end() ? unknown_value : known->second.value;
-    if (known != point_.fields.end()) fields_[number].slope = known->second.slope;
+    const auto& fields = numbers_.point().fields;
+    const auto known = fields.find(kernels_.fields()[number].name);
+    fields_[number].number = known == fields.end() ? unknown_value : known->second.value;
+    if (known != fields.end()) fields_[number].slope = known->second.slope;
     is_set_[number] = true;
   }
   return fields_[number];
 }
 
-double Evaluation::parameter(Id param) const {
-  if (param == dt_param_) return dt_;
-  if (is_late_ && param == t_param_) return std::numeric_limits<double>::infinity();
-  return params_[static_cast<std::size_t>(param)];
-}
-
-double Evaluation::parameter(const std::string& name) const {
-  if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
-  if (name == "dt") return dt_;
-  const auto known = point_.params.find(name);
-  return known == point_.params.end() ? unknown_value : known->second;
-}
-
-/// Nothing else in the program has the name of a counter.
-void Evaluation::count(const std::string& counter, double number) {
-  counters_[counter] = number;
-  if (const Id param = kernels_.param(counter); param >= 0) params_[static_cast<std::size_t>(param)] = number;
-}
-
 double Evaluation::coordinate(int axis, const Offset& offset) const {
   const auto a = static_cast<std::size_t>(axis);
-  return point_.place[a] + (offset[a] + base_[a]) * spacing_[a];
+  return numbers_.point().place[a] + (offset[a] + base_[a]) * numbers_.spacing(a);
 }
 
 double Evaluation::number_at(Id field, const Offset& offset) {
@@ -201,11 +202,11 @@ double Evaluation::number_of_binary(const FrozenKernels::Binary& b) {
 /// long the step is.
 Evaluation::Condition Evaluation::condition_of(const FrozenKernels::Select& s) {
   if (!s.asks_for_first_steps) return compared(s.condition);
-  const double step = std::exchange(dt_, 0);
-  is_late_ = std::isnan(parameter("t"));
+  const double step = numbers_.set_step(0);
+  numbers_.set_late(std::isnan(numbers_.parameter("t")));
   const double truth = number(s.condition);
-  is_late_ = false;
-  dt_ = step;
+  numbers_.set_late(false);
+  numbers_.set_step(step);
   return {truth};
 }
 
@@ -234,7 +235,7 @@ double Evaluation::number(Id id) {
   if (!node.is_number) return value(id).number;
   return match(
       node.kind, [](const FrozenKernels::Literal& l) { return l.value; },
-      [&](const FrozenKernels::Param& p) { return parameter(p.param); },
+      [&](const FrozenKernels::Param& p) { return numbers_.parameter(p.param); },
       [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)].number; },
       [&](const FrozenKernels::Access& a) { return number_at(a.field, a.offset); },
       [&](const FrozenKernels::Interp& i) { return interpolate(i).number; },
@@ -253,7 +254,7 @@ Value Evaluation::value(Id id) {
         return Value{l.value, {}};
       },
       [&](const FrozenKernels::Param& p) {
-        return Value{parameter(p.param), {}};
+        return Value{numbers_.parameter(p.param), {}};
       },
       [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)]; },
       [&](const FrozenKernels::Access& a) { return access(a.field, a.offset); },
@@ -302,7 +303,7 @@ std::vector<Value> Evaluation::stored_values(const FrozenKernels::Kernel& kernel
 /// and at its neighbours for their slopes. Else growth by coefficients that change while the step is made would look
 /// like growth by the scheme. nullopt where they have no values with dt = 0.
 std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const FrozenKernels::Kernel& kernel) {
-  const double step = std::exchange(dt_, 0);
+  const double step = numbers_.set_step(0);
   std::vector<FrozenValue> result;
   for (const Value& value : stored_values(kernel)) result.emplace_back(value.number);
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(kernel.rank); ++axis) {
@@ -311,7 +312,7 @@ std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const FrozenKe
     base_[axis] = 0;
     for (std::size_t i = 0; i < result.size(); ++i) result[i].slope[axis] = beside[i].number - result[i].value;
   }
-  dt_ = step;
+  numbers_.set_step(step);
   const bool is_known = std::ranges::all_of(result, [](const FrozenValue& v) { return std::isfinite(v.value); });
   return is_known ? std::optional(std::move(result)) : std::nullopt;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stability/frozen_kernels.h"
@@ -22,6 +23,35 @@ struct Value {
   double number = 0;
   Form form = {};
   std::array<double, 3> slope = {};  // of fields; no expression has one
+};
+
+/// Numbers as a step from the point has them.
+class NumbersOfStep {
+ public:
+  using Id = FrozenKernels::Id;
+  NumbersOfStep(const FrozenKernels& kernels, const FrozenPoint& point, double dt);
+
+  const FrozenPoint& point() const { return point_; }
+  double parameter(Id param) const;
+  double parameter(const std::string& name) const;
+  void count(const std::string& counter, double number);
+  void forget(const std::string& counter) { counters_.erase(counter); }
+  double spacing(std::size_t axis) const { return spacing_[axis]; }
+  double step() const { return dt_; }
+  /// Returns what it was.
+  double set_step(double dt) { return std::exchange(dt_, dt); }
+  /// t stands for any time behind the first steps.
+  void set_late(bool is_late) { is_late_ = is_late; }
+
+ private:
+  const FrozenKernels& kernels_;
+  const FrozenPoint& point_;
+  double dt_;
+  Id dt_param_, t_param_;       // -1: nothing reads it
+  std::vector<double> params_;  // but for dt, and t where it is late
+  std::array<double, 3> spacing_{};
+  std::map<std::string, double> counters_;
+  bool is_late_ = false;
 };
 
 class Evaluation {
@@ -43,9 +73,6 @@ class Evaluation {
   const Value& field_value(const std::string& name) { return field_value(kernels_.field(name)); }
   void set(Id field, Value value);
   void set(const std::string& name, Value value) { set(kernels_.field(name), std::move(value)); }
-  double parameter(Id param) const;
-  double parameter(const std::string& name) const;
-  void count(const std::string& counter, double number);
   double coordinate(int axis, const stencil::Offset& offset) const;
   double number_at(Id field, const stencil::Offset& offset);
   Value access(Id field, const stencil::Offset& offset);
@@ -84,22 +111,16 @@ class Evaluation {
 
   const FrozenKernels& kernels_;
   const std::set<std::string>&varied_, &rates_;
-  const FrozenPoint& point_;
-  double dt_;
+  NumbersOfStep numbers_;
   FrozenStages& stages_;
   const bool of_constraints_;
   std::size_t runs_ = 0;       // of kernels that make states
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::vector<Value> fields_, locals_;
-  std::vector<bool> is_set_;    // fields
-  std::vector<double> params_;  // but for dt, and t where it is late
-  Id dt_param_, t_param_;       // -1: nothing reads it
-  std::array<double, 3> spacing_{};
-  std::map<std::string, double> counters_;
+  std::vector<bool> is_set_;  // fields
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;
   double displacement_ = 0;  // in cells, the largest
-  bool is_late_ = false;     // t stands for any time behind the first steps
 };
 
 }  // namespace dpde::stability

@@ -46,12 +46,12 @@ void Evaluation::reduce(const Reduce& reduce) {
   double cells = 1;
   for (std::size_t axis = 0; axis < by.means.size(); ++axis) {
     by.means[axis] = is_of_all || reduce.over[axis];
-    if (by.means[axis]) cells *= point_.cells[axis];
+    if (by.means[axis]) cells *= numbers_.point().cells[axis];
   }
   const double factor = reduce.kind == Reduction::sum ? cells : 1;
-  const auto known = point_.whole.find(reduce.result);
+  const auto known = numbers_.point().whole.find(reduce.result);
   Value result{field.number * factor};
-  if (known != point_.whole.end()) result = {known->second.value, {}, known->second.slope};
+  if (known != numbers_.point().whole.end()) result = {known->second.value, {}, known->second.slope};
   const bool is_linear = reduce.kind == Reduction::sum || reduce.kind == Reduction::mean;
   if (is_linear && !field.form.is_zero()) add_waves(result, {{{field.form.times(factor), by}}, {}});
   set(reduce.result, std::move(result));
@@ -60,7 +60,7 @@ void Evaluation::reduce(const Reduce& reduce) {
 double Evaluation::number_of(const Expr& e) const {
   const auto no = [](const auto&) -> double { unreachable("a multiplier of what is no number"); };
   return match(
-      e->kind, [](const Literal& l) { return l.value; }, [&](const Param& p) { return parameter(p.name); },
+      e->kind, [](const Literal& l) { return l.value; }, [&](const Param& p) { return numbers_.parameter(p.name); },
       [&](const Local& l) { return no(l); }, [&](const Access& a) { return no(a); },
       [&](const Interp& i) { return no(i); }, [&](const Inside& i) { return no(i); },
       [&](const Neg& n) { return -number_of(n.operand); },
@@ -77,7 +77,7 @@ std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
   for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
     double coefficient = number_of(monomial.coefficient);
     for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
-      if (monomial.powers[axis] > 0) coefficient /= std::pow(spacing_[axis], monomial.powers[axis]);
+      if (monomial.powers[axis] > 0) coefficient /= std::pow(numbers_.spacing(axis), monomial.powers[axis]);
     }
     numbers.push_back({coefficient, monomial.powers, monomial.vanishes});
   }
@@ -87,7 +87,7 @@ std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
 /// What is not perturbed is taken as a straight line about the point; a state with dt = 0, as those that kernels make.
 void Evaluation::transform(const Transform& transform) {
   const bool is_state = varied_.contains(transform.result);
-  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  const double step = is_state ? numbers_.set_step(0) : numbers_.step();
   Value result;
   WaveSum waves;
   bool solves = false;
@@ -110,7 +110,7 @@ void Evaluation::transform(const Transform& transform) {
       waves.terms.push_back({field.form, std::move(by)});
     }
   }
-  dt_ = step;
+  numbers_.set_step(step);
   if (rates_.contains(transform.result)) {
     result = {0, std::move(result.form)};
   } else if (solves) {
@@ -128,9 +128,10 @@ void Evaluation::add_waves(Value& to, WaveSum waves) {
 
 /// At the initial state, as all stages are that here.
 Value Evaluation::solved(const std::string& field, const std::string& unknown) const {
-  auto known = point_.whole.find(field);
-  if (known == point_.whole.end()) known = point_.whole.find(unknown);
-  return known == point_.whole.end() ? Value{unknown_value} : Value{known->second.value, {}, known->second.slope};
+  auto known = numbers_.point().whole.find(field);
+  if (known == numbers_.point().whole.end()) known = numbers_.point().whole.find(unknown);
+  return known == numbers_.point().whole.end() ? Value{unknown_value}
+                                               : Value{known->second.value, {}, known->second.slope};
 }
 
 /// Nothing in it is a stage of the states.
@@ -170,13 +171,13 @@ void Evaluation::solve_coupled(const Solve& solve) {
 
 /// Stages of states are taken at dt = 0, where each is its right side, if the block is one of a time scheme.
 void Evaluation::solve_by_newton(const Solve& solve) {
-  const double step = std::exchange(dt_, 0);
+  const double step = numbers_.set_step(0);
   for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
     const Value right = field_value(solve.rights[i]);
     set(solve.unknowns[i], {right.number, {}, right.slope});
   }
   run_block(solve);
-  dt_ = step;
+  numbers_.set_step(step);
   for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
     const double made = field_value(solve.images[i]).number, right = field_value(solve.rights[i]).number;
     is_too_far_ = is_too_far_ || std::abs(made - right) > sum_rounding * std::abs(right);
@@ -189,11 +190,11 @@ void Evaluation::solve(const Solve& solve) {
   if (!solve.is_linear) return solve_by_newton(solve);
   if (solve.unknowns.size() > 1) return solve_coupled(solve);
   const bool is_state = varied_.contains(solve.unknowns.front());
-  const double step = is_state ? std::exchange(dt_, 0) : dt_;
+  const double step = is_state ? numbers_.set_step(0) : numbers_.step();
   set(solve.unknowns.front(), {0, Form(0)});
   run_block(solve);
   const Form image = field_value(solve.images.front()).form;
-  dt_ = step;
+  numbers_.set_step(step);
   const Value right = field_value(solve.rights.front());
   Value result;
   if (!rates_.contains(solve.unknowns.front())) {
@@ -213,13 +214,13 @@ void Evaluation::repeat(const Repeat& repeat) {
   std::map<std::string, Value> outside, results;
   for (const Carry& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
   for (int k = 0; k < repeat.count; ++k) {
-    count(repeat.counter.name, repeat.counter.is_backwards ? repeat.count - 1 - k : k);
+    numbers_.count(repeat.counter.name, repeat.counter.is_backwards ? repeat.count - 1 - k : k);
     run(repeat.body);
     std::map<std::string, Value> next;
     for (const Carry& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
     for (auto& [state, value] : next) set(state, std::move(value));
   }
-  counters_.erase(repeat.counter.name);
+  numbers_.forget(repeat.counter.name);
   for (auto& [state, value] : outside) set(state, std::move(value));
   for (auto& [result, value] : results) set(result, std::move(value));
 }
