@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "stability/eigenvalues.h"
 #include "stability/equations.h"
 #include "stability/stability_support.h"
 #include "stencil/build.h"
@@ -77,6 +82,62 @@ TEST(CompiledTangent, HasTheColumnsOfRepeats) {
       "scene s : m with r {\n  grid x = 0 .. 1, cells 5, periodic\n  grid y = 0 .. 2, cells 4\n"
       "  boundary u: y = 0\n  boundary v: y = zero_gradient\n  subcycle u in 3\n"
       "  initial u = 1 + 0.2*sin(2*pi*x)*y\n  initial v = cos(y)\n  time 0 .. 1, step 1/200\n}\n");
+}
+
+/// u and v turn one another by 3 in a unit of time on four cells, all of which but their means stays.
+class Spaces : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    session_ = open_scene(
+        "model m { field u, v; coefficient q; dt(u) = 3*mean(q*v); dt(v) = -3*mean(q*u) }\n"
+        "scheme c { time = euler }\nscene s : m with c { grid x = 0 .. 1, cells 4, periodic; q = 1 + sin(2*pi*x); "
+        "initial u = 1; initial v = 0; time 0 .. 1, step 0.1 }\n");
+    std::string why;
+    linear_ = linear_step(*session_, why);
+    ASSERT_TRUE(linear_.has_value()) << why;
+    tangent_ = CompiledTangent::of_coupled(*linear_);
+    ASSERT_NE(tangent_, nullptr);
+  }
+  KrylovSpace space(const CompiledTangent& tangent, const Eigen::MatrixXd& start, int most) const {
+    return tangent.on_krylov_space(initial_inputs(*session_, *linear_), {{"dt", 0.1}, {"hx", 0.25}, {"t", 0}}, start,
+                                   most);
+  }
+  static double most(const KrylovSpace& space) { return eigenvalues(space.matrix).cwiseAbs().maxCoeff(); }
+
+  std::unique_ptr<driver::Session> session_;
+  std::optional<LinearStep> linear_;
+  std::unique_ptr<CompiledTangent> tangent_;
+};
+
+/// What turns is two vectors, one beside these is what stays.
+TEST_F(Spaces, EndWhereTheyHoldAllThatStepsMake) {
+  Eigen::MatrixXd start = Eigen::MatrixXd::Ones(4, 2);
+  EXPECT_EQ(space(*tangent_, start, 8).matrix.rows(), 2);
+  start(1, 0) = 3;
+  const KrylovSpace all = space(*tangent_, start, 8);
+  EXPECT_EQ(all.matrix.rows(), 3);
+  EXPECT_NEAR(all.rest, 0, 1e-12);
+  EXPECT_NEAR(most(all), std::hypot(1, 0.3), 1e-12);
+}
+
+TEST_F(Spaces, TellWhatLeavesThem) {
+  Eigen::MatrixXd start = Eigen::MatrixXd::Ones(4, 2);
+  start(1, 0) = 3;
+  const KrylovSpace part = space(*tangent_, start, 2);
+  ASSERT_EQ(part.matrix.rows(), 2);
+  EXPECT_GT(part.rest, 1e-3);
+  for (const std::complex<double> value : eigenvalues(part.matrix))
+    EXPECT_GT(error_of_space(part.matrix, value, part.rest, 0), 0.1 * std::abs(std::abs(value) - std::hypot(1, 0.3)));
+}
+
+/// Taylor's polynomial of degree 8 leaves 0.3^10/(10*8!) of what turns by 0.3.
+TEST_F(Spaces, OfTheFlowNeitherGrowNorDecay) {
+  EXPECT_NEAR(most(space(*tangent_->flow(), Eigen::MatrixXd::Ones(4, 2), 8)), 1, 2e-11);
+}
+
+TEST_F(Spaces, OfWhatIsNotFiniteAreEmpty) {
+  const Eigen::MatrixXd start = Eigen::MatrixXd::Constant(4, 2, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(space(*tangent_, start, 8).matrix.rows(), 0);
 }
 
 }  // namespace

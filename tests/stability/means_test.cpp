@@ -71,11 +71,12 @@ struct ByMeans {
   double factor;  // of the scheme's limit along the eigenvalue
 };
 
-Verdict verdict_of_means(const std::string& equations, const std::string& time, const std::string& starts) {
+Verdict verdict_of_means(const std::string& equations, const std::string& time, const std::string& starts,
+                         const std::string& step = "1/2000") {
   return verdict_of(*open_scene(
       fmt::format("model m {{ coefficient q; {} }}\nscheme c {{ time = {} }}\n"
-                  "scene s : m with c {{ grid x = 0 .. 1, cells 600, periodic; {}; time 0 .. 1, step 1/2000 }}\n",
-                  equations, time, starts)));
+                  "scene s : m with c {{ grid x = 0 .. 1, cells 600, periodic; {}; time 0 .. 1, step {} }}\n",
+                  equations, time, starts, step)));
 }
 
 const std::string uneven = "q = 8 + 7*sin(2*pi*x); ";
@@ -101,6 +102,30 @@ TEST(Means, LimitsAreThoseOfOscillations) {
     const Verdict verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
     EXPECT_TRUE(verdict.is_of_runs) << time;
     EXPECT_NEAR(verdict.limit.step * 8 / factor, 1, 2.5e-3) << time;
+  }
+}
+
+/// u and v that turn one another by means, at 8 sqrt(2), and are damped or driven: the step at which a step of the
+/// method multiplies by more than twice the growth of the equations. What the scene's own step is says nothing of it.
+struct Turning {
+  const char* time;
+  double damped, driven, decay;
+};
+
+TEST(Means, LimitsDoNotDependOnTheStep) {
+  const std::string turning = "field u, v; dt(u) = 2*mean(q*v) + 1e-6*lap(u); dt(v) = -mean(q*u) ";
+  const std::string starts = uneven + "initial u = 1; initial v = 1";
+  for (const auto& [time, damped, driven, decay] :
+       {Turning{"euler", 0.00390625, 0.0119048, 0.25}, Turning{"rk2", 0.05214, 0.07121, 0.25},
+        Turning{"rk4", 0.25371, 0.25554, 0.348162}, Turning{"ab2", 0.03751, 0.04541, 0.125}}) {
+    for (const char* step : {"1/2000", "0.5"}) {
+      const auto limit = [&](const std::string& equations) {
+        return verdict_of_means(equations, time, starts, step).limit.step;
+      };
+      EXPECT_NEAR(limit(turning + "- 0.5*v") / damped, 1, 5e-3) << time << " " << step;
+      EXPECT_NEAR(limit(turning + "+ 0.5*v") / driven, 1, 5e-3) << time << " " << step;
+      EXPECT_NEAR(limit("field u, v; dt(u) = -mean(q*u) - 0.2*v; dt(v) = -0.5*v") / decay, 1, 5e-3) << time << step;
+    }
   }
 }
 

@@ -167,9 +167,15 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
   return result;
 }
 
+std::unique_ptr<CompiledTangent> CompiledTangent::flow() const {
+  auto result = std::unique_ptr<CompiledTangent>(new CompiledTangent(linear_, code_));
+  result->is_flow_ = true;
+  return result;
+}
+
 /// Perturbations as columns of a matrix, cells by states that anything depends on.
 struct CompiledTangent::Columns {
-  Columns(Run& of_step, const LinearStep& linear) : run(of_step) {
+  Columns(Run& of_step, const LinearStep& linear, bool of_flow) : run(of_step), is_flow(of_flow) {
     for (std::size_t s = 0; s < linear.states().size(); ++s) {
       const int before = run.executor.field_index(linear.perturbation_of(s)),
                 behind = run.executor.field_index(linear.result_of(s));
@@ -179,6 +185,18 @@ struct CompiledTangent::Columns {
   Eigen::Index count() const { return std::ssize(states); }
   /// False where a solve finds no solution.
   bool advance(Eigen::MatrixXd& all, int steps) const {
+    for (int i = 0; is_flow && i < steps; ++i) {
+      if (!advance_flow(all)) return false;
+    }
+    return is_flow || advance_steps(all, steps);
+  }
+
+  Run& run;
+  bool is_flow;
+  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
+
+ private:
+  bool advance_steps(Eigen::MatrixXd& all, int steps) const {
     const auto column = [&](std::size_t s) {
       return std::span<double>(all.col(static_cast<Eigen::Index>(s)).data(), static_cast<std::size_t>(all.rows()));
     };
@@ -188,15 +206,44 @@ struct CompiledTangent::Columns {
       copy_out(run.layout, run.executor.bound(states[s].first), column(s));
     return has_solutions;
   }
-
-  Run& run;
-  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
+  bool advance_flow(Eigen::MatrixXd& all) const {
+    constexpr int degree = 8;
+    Eigen::MatrixXd term = all;
+    for (int k = 1; k <= degree; ++k) {
+      Eigen::MatrixXd next = term;
+      if (!advance_steps(next, 1)) return false;
+      term = (next - term) / k;
+      all += term;
+    }
+    return true;
+  }
 };
+
+std::vector<std::string> CompiledTangent::states() const {
+  const dpde_program& program = *code_->find(linear_.program().name);
+  const auto has = [&](const std::string& field) {
+    const std::span<const char* const> fields(program.fields, static_cast<std::size_t>(program.field_count));
+    return std::ranges::any_of(fields, [&](const char* name) { return field == name; });
+  };
+  std::vector<std::string> result;
+  for (std::size_t s = 0; s < linear_.states().size(); ++s) {
+    if (has(linear_.perturbation_of(s)) && has(linear_.result_of(s))) result.push_back(linear_.states()[s]);
+  }
+  return result;
+}
+
+Eigen::MatrixXd CompiledTangent::applied(const State& inputs, const Params& params,
+                                         Eigen::MatrixXd perturbation) const {
+  Run run(*code_->find(linear_.program().name), inputs, params);
+  if (!Columns(run, linear_, is_flow_).advance(perturbation, 1))
+    perturbation.fill(std::numeric_limits<double>::quiet_NaN());
+  return perturbation;
+}
 
 CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps,
                                                     double enough) const {
   Run run(*code_->find(linear_.program().name), inputs, params);
-  const Columns columns(run, linear_);
+  const Columns columns(run, linear_, is_flow_);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1, 1);
   Eigen::MatrixXd all = Eigen::MatrixXd::NullaryExpr(cell_count(run.layout), columns.count(),
@@ -219,11 +266,11 @@ CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const P
   return {std::move(growths), std::move(all)};
 }
 
-Eigen::MatrixXd CompiledTangent::on_krylov_space(const State& inputs, const Params& params,
-                                                 const Eigen::MatrixXd& perturbation, int most) const {
+KrylovSpace CompiledTangent::on_krylov_space(const State& inputs, const Params& params,
+                                             const Eigen::MatrixXd& perturbation, int most) const {
   constexpr double nothing = 1e-13;  // of an image: rounding
   Run run(*code_->find(linear_.program().name), inputs, params);
-  const Columns columns(run, linear_);
+  const Columns columns(run, linear_, is_flow_);
   std::vector<Eigen::MatrixXd> basis{perturbation / perturbation.norm()};
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(most + 1, most);
   for (int k = 0; k < most; ++k) {
@@ -238,11 +285,11 @@ Eigen::MatrixXd CompiledTangent::on_krylov_space(const State& inputs, const Para
       }
     }
     const double rest = image.norm();
-    if (!(rest > nothing * size)) return result.topLeftCorner(k + 1, k + 1);
+    if (!(rest > nothing * size)) return {result.topLeftCorner(k + 1, k + 1), rest};
     result(k + 1, k) = rest;
     basis.push_back(image / rest);
   }
-  return result.topRows(most);
+  return {result.topRows(most), result(most, most - 1)};
 }
 
 }  // namespace dpde::stability

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "codegen/compiled_module.h"
@@ -23,6 +24,12 @@ stencil::Grid grid_of(const std::vector<model::Axis>& axes);
 /// Memory with all that is no perturbation, as the scene begins.
 stencil::State initial_inputs(driver::Session& session, const LinearStep& linear);
 
+/// The step on a space of perturbations, in an orthonormal basis: a Hessenberg matrix.
+struct KrylovSpace {
+  Eigen::MatrixXd matrix;
+  double rest = 0;  // of what the step makes of the last of the basis, the length that lies outside
+};
+
 class CompiledTangent {
  public:
   /// null where a method with a tolerance, a transform or a network would run in it, or no code can be made.
@@ -33,6 +40,14 @@ class CompiledTangent {
   /// what grows.
   static std::unique_ptr<CompiledTangent> of_coupled(const LinearStep& linear);
 
+  /// With exp(dt L) in the place of a step 1 + dt L: Taylor's polynomial, see coupled_flow.h.
+  std::unique_ptr<CompiledTangent> flow() const;
+
+  /// States that anything depends on: columns of perturbations.
+  std::vector<std::string> states() const;
+  /// What a step makes of a perturbation; not a number where a solve finds no solution.
+  Eigen::MatrixXd applied(const stencil::State& inputs, const stencil::Params& params,
+                          Eigen::MatrixXd perturbation) const;
   /// What a step makes of all perturbations, states one behind the other; 0 in rows and columns of states that nothing
   /// depends on. `inputs` has every field that is no perturbation, halos included.
   Eigen::MatrixXd matrix(const stencil::State& inputs, const stencil::Params& params) const;
@@ -47,12 +62,12 @@ class CompiledTangent {
   /// solution. It ends early where ln of the growth is above `enough`.
   Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps,
                     double enough = std::numeric_limits<double>::infinity()) const;
-  /// Arnoldi's method (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011, 6.2): the step on the space of a
-  /// perturbation, given as `Repeated` leaves it, and of what up to `most` steps make of it, in an orthonormal basis: a
-  /// Hessenberg matrix, whose largest eigenvalues come near those of the step. Smaller than `most` where the space
-  /// holds all that steps make; 0 x 0 where a value is not finite or a solve finds no solution.
-  Eigen::MatrixXd on_krylov_space(const stencil::State& inputs, const stencil::Params& params,
-                                  const Eigen::MatrixXd& perturbation, int most) const;
+  /// Arnoldi's method (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011, 6.2): the space of a
+  /// perturbation, given as `Repeated` leaves it, and of what up to `most` steps make of it; the largest eigenvalues of
+  /// its matrix come near those of the step. Smaller than `most` where the space holds all that steps make; 0 x 0 where
+  /// a value is not finite or a solve finds no solution.
+  KrylovSpace on_krylov_space(const stencil::State& inputs, const stencil::Params& params,
+                              const Eigen::MatrixXd& perturbation, int most) const;
 
  private:
   struct Run;
@@ -63,6 +78,7 @@ class CompiledTangent {
 
   const LinearStep& linear_;
   std::shared_ptr<codegen::CompiledModule> code_;
+  bool is_flow_ = false;
 };
 
 }  // namespace dpde::stability

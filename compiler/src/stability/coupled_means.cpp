@@ -23,8 +23,10 @@ namespace {
 constexpr double ln_hundred = 4.605170185988092;
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
 constexpr double numbers_of_space = 2e7;
-constexpr int fewest_of_space = 8, most_of_space = 40;
-constexpr double settled = 1e-5, told_eigenvalue = 3e-5;  // of ln |g|: a limit moves by as little
+constexpr int fewest_of_space = 8, largest_space = 40;
+constexpr double settled = 1e-5, told_where_settled = 3e-5;  // of ln |g|
+constexpr double least_told = 1e-6;  // likewise: rounding splits a double eigenvalue 1, of what drifts, by as little
+constexpr double rounding_of_space = 1e-12;
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
 /// Whether a kernel that makes the field reads perturbations and anything else, as where a maximum has its place: the
@@ -67,7 +69,7 @@ Module without_coupled_means(Module module, const std::set<std::string>& rates) 
 }
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
-                                               const FrozenPoint& point, bool has_events) {
+                                               const FrozenPoint& point, bool has_events, const LinearStep* euler) {
   const model::Problem& problem = session.problem();
   const bool folds = folds_products(problem, linear.group());
   if (!linear.couples_means() && !problem.metric && !folds) return nullptr;
@@ -83,6 +85,12 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   if (folds) result->parts_ = parts_where_folded;
   result->tells_eigenvalues_ = !folds;
   if (has_events) result->by_events_ = std::max(0.0, result->growth(0));
+  if (euler != nullptr && !folds) result->flow_ = CoupledFlow::make(session, *euler, point.params, numbers_of_space);
+  if (result->flow_ == nullptr) return result;
+  const Eigen::MatrixXd last = result->flow_->repeated(result->steps_).last;
+  const int most = result->most_of_space(last);
+  const auto found = result->growth_in(result->flow_->on_krylov_space(last, result->flow_->states(), most), most);
+  if (found && found->is_told()) result->rate_ = found->growth / result->flow_->step();
   return result;
 }
 
@@ -103,55 +111,93 @@ bool CoupledRuns::is_stable(double step) const {
   const CompiledTangent::Repeated first = repeated(step, steps_, much + by_events_ * steps_);
   const bool is_whole = std::ssize(first.growths) * CompiledTangent::steps_between_growths >= steps_;
   if (!is_allowed(first.growths) || !(is_whole || is_allowed(growths_of_run(step, steps_)))) return false;
-  return !(eigenvalue_beyond_equations(step, first.last) > told_eigenvalue);
+  return !eigenvalue_beyond_equations(step, first.last).is_told();
 }
 
-/// A space that is larger by some dimensions has the same where it shows an eigenvalue.
-std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, const Eigen::MatrixXd& start) const {
+int CoupledRuns::most_of_space(const Eigen::MatrixXd& start) const {
   const auto fit = static_cast<Eigen::Index>(numbers_of_space) / std::max<Eigen::Index>(1, start.size());
-  const auto most = std::min<Eigen::Index>(most_of_space, fit);
-  if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
-  Params params = params_;
-  params["dt"] = step;
-  const Eigen::MatrixXd of_space = tangent_->on_krylov_space(inputs_, params, start, static_cast<int>(most));
-  const Eigen::Index size = of_space.rows();
+  return static_cast<int>(std::min<Eigen::Index>(largest_space, fit));
+}
+
+/// Where an eigenvalue is one of the step, what the step makes of its vector does not leave the space, and a space that
+/// is larger by some dimensions shows the same.
+std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& space, Eigen::Index most) const {
+  constexpr double surely = 3;
+  const Eigen::Index size = space.matrix.rows();
   if (size == 0) return std::nullopt;
-  const auto growth_in = [&](Eigen::Index part) {
-    return std::log(eigenvalues(Eigen::MatrixXd(of_space.topLeftCorner(part, part))).cwiseAbs().maxCoeff());
+  const auto largest_in = [&](Eigen::Index part) {
+    const Eigen::VectorXcd values = eigenvalues(Eigen::MatrixXd(space.matrix.topLeftCorner(part, part)));
+    Eigen::Index largest = 0;
+    values.cwiseAbs().maxCoeff(&largest);
+    return values[largest];
   };
-  OfSpace result{growth_in(size)};
-  const double found = result.growth;
+  const std::complex<double> value = largest_in(size);
+  OfSpace result{std::log(std::abs(value))};
+  result.told = surely * error_of_space(space.matrix, value, space.rest, rounding_of_space);
+  bool is_settled = true;
   for (const Eigen::Index less : {1, 2, 5}) {
     if (size < most) break;  // it holds all that steps make
-    const double smaller = growth_in(size - less);
-    result.growth = std::max(result.growth, smaller);
-    result.is_settled = result.is_settled && std::abs(smaller - found) < settled;
+    is_settled = is_settled && std::abs(std::log(std::abs(largest_in(size - less))) - result.growth) < settled;
   }
+  if (is_settled) result.told = std::min(result.told, told_where_settled);
+  result.told = std::max(result.told, least_told);
   return result;
 }
 
-/// Short steps have the vectors of the step, nearly: in the space of what has grown in the step they show what it does
-/// by right, or that nothing of it grows.
-double CoupledRuns::eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const {
+std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, const Eigen::MatrixXd& start) const {
+  const int most = most_of_space(start);
+  if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
+  Params params = params_;
+  params["dt"] = step;
+  return growth_in(tangent_->on_krylov_space(inputs_, params, start, most), most);
+}
+
+/// In the space of what has grown in a step the equations show what they do with it by right, or that nothing of it
+/// grows. Where there is no flow short steps stand for it, which have the vectors of the step, nearly.
+std::optional<double> CoupledRuns::growth_by_right(double step, const Eigen::MatrixXd& perturbation) const {
+  const int most = most_of_space(perturbation);
+  const std::optional<OfSpace> found =
+      flow_ ? growth_in(flow_->on_krylov_space(perturbation, tangent_->states(), most), most)
+            : growth_in_space(step / parts_, perturbation);
+  const double of_events = flow_ ? 0 : by_events_, parts = flow_ ? step / flow_->step() : parts_;
+  if (!found || (!found->is_told() && found->growth - of_events > told_where_settled)) return std::nullopt;
+  return std::max(rate_ * step, (found->growth - of_events) * parts);
+}
+
+CoupledRuns::OfSpace CoupledRuns::eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const {
   const std::optional<OfSpace> found = growth_in_space(step, perturbation);
-  if (!found || !found->is_settled || !(found->growth - by_events_ > told_eigenvalue)) return 0;
-  const std::optional<OfSpace> by_parts = growth_in_space(step / parts_, perturbation);
-  const double of_parts = by_parts ? by_parts->growth - by_events_ : 0;
-  if (!by_parts || (!by_parts->is_settled && of_parts > told_eigenvalue)) return 0;
-  return found->growth - by_events_ - 2 * std::max(0.0, of_parts) * parts_;
+  if (!found || !(found->growth - by_events_ > found->told)) return {};
+  const std::optional<double> by_right = growth_by_right(step, perturbation);
+  return by_right ? OfSpace{found->growth - by_events_ - 2 * std::max(0.0, *by_right), found->told} : OfSpace{};
 }
 
 /// Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
 double CoupledRuns::power_of_growth(double limit) const {
   constexpr double farther = 1.1, least_power = 1, most_power = 5;
   const double step = farther * limit;
-  const double beyond = eigenvalue_beyond_equations(step, repeated(step, steps_).last);
-  const double power = beyond > 0 ? std::log(beyond / told_eigenvalue) / std::log(farther) : 0;
+  const OfSpace beyond = eigenvalue_beyond_equations(step, repeated(step, steps_).last);
+  const double power = beyond.is_told() ? std::log(beyond.growth / beyond.told) / std::log(farther) : 0;
   return power > least_power && power < most_power ? power : 0;
 }
 
+double CoupledRuns::order_of_growth(double step) const {
+  const auto beyond = [&](double of_step) {
+    return eigenvalue_beyond_equations(of_step, repeated(of_step, steps_).last).growth;
+  };
+  const double of_half = beyond(0.5 * step), whole = of_half > 0 ? beyond(step) : 0;
+  return whole > 0 ? std::log2(whole / of_half) : 0;
+}
+
+double CoupledRuns::Reference::at(double time) const {
+  const auto index = static_cast<std::size_t>(std::max(0.0, std::ceil(time / step * (1 - 1e-9)) - 1));
+  if (index < growths.size()) return growths[index];
+  const std::size_t half = growths.size() / 2, last = growths.size() - 1;
+  const double slope = last > half ? (growths[last] - growths[half]) / static_cast<double>(last - half) : 0;
+  return growths[last] + (is_cut_off ? slope * static_cast<double>(index - last) : 0);
+}
+
 double CoupledRuns::Reference::up_to(double time) const {
-  double largest = 0;
+  double largest = std::max(0.0, at(time));
   for (std::size_t i = 0; i < growths.size() && static_cast<double>(i) * step < time; ++i)
     largest = std::max(largest, growths[i]);
   return largest;
@@ -167,25 +213,41 @@ CoupledRuns::Reference CoupledRuns::reference(double step, double length) const 
   return result;
 }
 
+CoupledRuns::Reference CoupledRuns::reference_by_flow(double length) const {
+  constexpr int between = CompiledTangent::steps_between_growths;
+  const double parts = std::ceil(length / flow_->step() / between) * between, most = 8.0 * steps_;
+  return {between * flow_->step(), flow_->repeated(static_cast<int>(std::min(parts, most))).growths, parts > most};
+}
+
 /// Steps of a part, and still shorter ones where a half and a quarter of these grow otherwise: then it is not the
-/// equations that grow. One alone may agree by chance where all are far too long.
-double CoupledRuns::growth_by_equations(double step, double length) const {
+/// equations that grow. One alone may agree by chance where all are far too long. Where none agree nothing is known to
+/// grow by right.
+CoupledRuns::Reference CoupledRuns::reference_by_parts(double step, double length) const {
   constexpr int most_halvings = 4;
-  constexpr double alike = 0.3, told = 2 * ln_hundred, more = 1.5;
-  if (reference_.length() >= length * (1 - 1e-9)) return reference_.up_to(length);
-  const double longer = std::max(length, more * reference_.length());  // the next to be asked is a little longer
+  constexpr double alike = 0.3, told = 2 * ln_hundred;
   double part = step / parts_;
-  reference_ = reference(part, longer);
-  for (int i = 0; i < most_halvings; ++i) {
-    const auto passed = std::ranges::find_if(reference_.growths, [](double growth) { return !(growth < told); });
-    if (passed == reference_.growths.end()) break;
-    const double time = reference_.step * static_cast<double>(passed - reference_.growths.begin() + 1);
+  Reference result = reference(part, length);
+  for (int i = 0; i <= most_halvings; ++i) {
+    const auto passed = std::ranges::find_if(result.growths, [](double growth) { return !(growth < told); });
+    if (passed == result.growths.end()) return result;
+    const double time = result.step * static_cast<double>(passed - result.growths.begin() + 1);
     const auto grows_alike = [&](double shorter) {
       return std::abs(reference(shorter, time).growths.back() / *passed - 1) < alike;
     };
-    if (grows_alike(part / 2) && grows_alike(part / 4)) break;
+    if (grows_alike(part / 2) && grows_alike(part / 4)) return result;
     part /= 2;
-    reference_ = reference(part, longer);
+    if (i < most_halvings) result = reference(part, length);
+  }
+  std::ranges::fill(result.growths, 0.0);
+  return result;
+}
+
+double CoupledRuns::growth_by_equations(double step, double length) const {
+  constexpr double more = 1.5;
+  const bool has_all = reference_.is_cut_off || reference_.length() >= length * (1 - 1e-9);
+  if (!has_all) {
+    const double longer = std::max(length, more * reference_.length());  // the next to be asked is a little longer
+    reference_ = flow_ ? reference_by_flow(longer) : reference_by_parts(step, longer);
   }
   return reference_.up_to(length);
 }
@@ -199,11 +261,7 @@ double CoupledRuns::late_growth_rate(double step) const {
   constexpr double told = 0.02;  // ln: less is what a mixture of waves makes
   const double length = steps_ * step;
   growth_by_equations(step, length);  // finds the reference
-  const auto at = [&](double time) {
-    const double index = std::ceil(time / reference_.step * (1 - 1e-9)) - 1;
-    return reference_.growths[static_cast<std::size_t>(std::max(0.0, index))];
-  };
-  const double later = at(length) - at(0.5 * length);
+  const double later = reference_.at(length) - reference_.at(0.5 * length);
   return later > told ? later / (0.5 * length) : 0;
 }
 
@@ -261,8 +319,9 @@ std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longe
 double CoupledRuns::growth(double step) const {
   const CompiledTangent::Repeated run = repeated(step, steps_);
   const std::optional<OfSpace> of_space = growth_in_space(step, run.last);
-  return of_space && of_space->is_settled ? of_space->growth
-                                          : run.growths.back() / (steps_ - CompiledTangent::steps_between_growths);
+  return of_space && of_space->told <= told_where_settled
+             ? of_space->growth
+             : run.growths.back() / (steps_ - CompiledTangent::steps_between_growths);
 }
 
 }  // namespace dpde::stability

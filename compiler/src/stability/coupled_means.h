@@ -15,6 +15,7 @@
 
 #include "driver/session.h"
 #include "stability/compiled_tangent.h"
+#include "stability/coupled_flow.h"
 #include "stability/linear_step.h"
 
 namespace dpde::stability {
@@ -31,11 +32,12 @@ struct ShortWaves {
 class CoupledRuns {
  public:
   /// Where the step has such means, the scene curved coordinates, or products fold back (folded_products.h). null where
-  /// there is none of these, or the step's tangent cannot be compiled.
+  /// there is none of these, or the step's tangent cannot be compiled. `euler`: a step of it of the same equations,
+  /// which tells what they do by themselves; where it is null, or makes no flow, short steps of the scheme do.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
-                                           bool has_events);
+                                           bool has_events, const LinearStep* euler = nullptr);
 
-  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what short steps do
+  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what the equations do
   /// beside these in the same time; and no eigenvalue of the step that is found grows at all beyond that, which so few
   /// steps may not show.
   bool is_stable(double step) const;
@@ -43,6 +45,10 @@ class CoupledRuns {
   double growth(double step) const;
   /// Of growth that rises as a power of the step, so that it is no limit up to which nothing is told of it; else 0.
   double power_of_growth(double limit) const;
+  /// As which power of the step growth beyond that of the equations rises about this one; 0 where it is not known.
+  double order_of_growth(double step) const;
+  /// From where longer steps are looked at: so short that each rate is resolved; 0 where these are not known.
+  double surely_short() const { return flow_ ? 0.25 * flow_->step() : 0; }
   /// 1/time: of what grows by more than a hundredfold in short steps; 0 where nothing does.
   double growth_rate(double step) const;
   /// 1/time: how what is left after half of a run grows in the other half, by short steps.
@@ -53,31 +59,40 @@ class CoupledRuns {
   std::optional<ShortWaves> short_waves(double shortest, double longest, double time) const;
 
  private:
-  /// What short steps make of disturbances.
+  /// What the equations make of disturbances.
   struct Reference {
     double step = 0;              // between two values
     std::vector<double> growths;  // ln of what they have grown by, events left out
+    bool is_cut_off = false;      // then what is left of it goes on as its last half
     double length() const { return step * static_cast<double>(growths.size()); }
+    double at(double time) const;
     double up_to(double time) const;
   };
   CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
       : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
-  /// ln |g| of the largest eigenvalue that the step has on the space of what it makes of a perturbation, and whether
-  /// that is one of the step.
+  /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
   struct OfSpace {
     double growth = 0;
-    bool is_settled = true;
+    double told = 0;
+    bool is_told() const { return growth > told; }
   };
+  std::optional<OfSpace> growth_in(const KrylovSpace& space, Eigen::Index most) const;
+  /// Of what steps make of a perturbation.
   std::optional<OfSpace> growth_in_space(double step, const Eigen::MatrixXd& start) const;
-  /// The same beyond what events do, and twice what short steps do; 0 where either is not known.
-  double eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
+  /// ln of what the equations multiply by in a step, of what there is in the perturbation; nullopt: not known.
+  std::optional<double> growth_by_right(double step, const Eigen::MatrixXd& perturbation) const;
+  int most_of_space(const Eigen::MatrixXd& start) const;
+  /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
+  OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
   CompiledTangent::Repeated repeated(double step, int steps,
                                      double enough = std::numeric_limits<double>::infinity()) const;
   /// Along the axis where they are shortest, of the states that grow from `half` of the run on.
   double cells_of_waves(const CompiledTangent::Repeated& run, const CompiledTangent::Repeated& half) const;
   Reference reference(double step, double length) const;
-  /// ln of what the equations multiply by in this time, by parts of the step.
+  Reference reference_by_flow(double length) const;
+  Reference reference_by_parts(double step, double length) const;
+  /// ln of what the equations multiply by in this time.
   double growth_by_equations(double step, double length) const;
 
   std::unique_ptr<CompiledTangent> tangent_;
@@ -88,7 +103,9 @@ class CoupledRuns {
   bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
   std::vector<bool> are_rings_ = {};  // axes
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
-  mutable Reference reference_;       // of the longest run so far: a cache
+  std::unique_ptr<CoupledFlow> flow_ = nullptr;  // null: short steps stand for it
+  double rate_ = 0;                              // 1/time: what grows most in the flow
+  mutable Reference reference_;                  // of the longest run so far: a cache
 };
 
 }  // namespace dpde::stability

@@ -281,4 +281,11 @@ double sensitivity(Eigen::MatrixXd a, Complex value) {
   return a.norm() * right.norm() * left.norm() / std::abs(left.dot(right));
 }
 
+double error_of_space(Eigen::MatrixXd a, Complex value, double rest, double rounding) {
+  const double size = a.norm();
+  const Elimination elimination = elimination_near(a.cast<Complex>(), value);
+  const Eigen::VectorXcd right = elimination.vector(false).normalized(), left = elimination.vector(true).normalized();
+  return (rest * std::abs(right[right.size() - 1]) + rounding * size) / std::abs(left.dot(right));
+}
+
 }  // namespace dpde::stability

@@ -78,9 +78,10 @@ class Equations {
   /// The scene's step without events; null where it has none in each step.
   const LinearStep* without_events() const { return without_events_ ? &*without_events_ : nullptr; }
 
- private:
+  /// A step of Euler's method by the scheme's own differences; null where it cannot be had.
   const LinearStep* by_euler_steps() const;
 
+ private:
   model::Problem problem_;
   StateGroup group_;
   std::optional<LinearStep> without_events_;

@@ -220,7 +220,9 @@ class Examination {
   std::unique_ptr<CoupledRuns> coupled_runs() {
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
-    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(problem_));
+    // Limits beside poles are those of short steps: what grows there is of the differences.
+    const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
+    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(problem_), euler);
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
@@ -373,6 +375,14 @@ class Examination {
     return 0;
   }
 
+  /// Upwards to the limit so far: far beyond one steps may be stable again. 0 where all are, or none is looked at.
+  double first_unstable(const std::function<bool(double)>& is_stable, double shortest_step) const {
+    for (double step = shortest_step; step > 0 && step < verdict_.limit.step; step *= 2) {
+      if (!is_stable(step)) return step;
+    }
+    return 0;
+  }
+
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
   /// They see walls, too.
@@ -388,9 +398,10 @@ class Examination {
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
     const bool folds = folds_products(problem_, linear_.group());
-    const double guess = folds ? limit_with_folding(is_stable) : 0;
+    const double guess = folds ? limit_with_folding(is_stable) : first_unstable(is_stable, runs.surely_short());
     const bool is_lower = lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, guess);
     const bool has_limit = is_lower && verdict_.limit.kind == StepLimit::Kind::limit;
+    if (is_lower && !has_limit) verdict_.limit.order = std::max(1.0, runs.order_of_growth(verdict_.step));
     if (const double power = has_limit ? runs.power_of_growth(verdict_.limit.step) : 0; power > 0)
       verdict_.limit = {StepLimit::Kind::never, 0, power, verdict_.limit.wave, verdict_.limit.state};
     if (!is_curved) {
