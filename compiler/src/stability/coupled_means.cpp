@@ -25,8 +25,8 @@ constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
 constexpr double numbers_of_space = 2e7;
 constexpr int fewest_of_space = 8, largest_space = 40;
 constexpr double settled = 1e-5, told_where_settled = 3e-5;  // of ln |g|
-constexpr double least_told = 1e-6;  // likewise: rounding splits a double eigenvalue 1, of what drifts, by as little
-constexpr double rounding_of_space = 1e-12;
+constexpr double least_told = 1e-9;                          // likewise
+constexpr double rounding_of_space = 1e-11;
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
 /// Whether a kernel that makes the field reads perturbations and anything else, as where a maximum has its place: the
@@ -125,19 +125,21 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& sp
   constexpr double surely = 3;
   const Eigen::Index size = space.matrix.rows();
   if (size == 0) return std::nullopt;
-  const auto largest_in = [&](Eigen::Index part) {
-    const Eigen::VectorXcd values = eigenvalues(Eigen::MatrixXd(space.matrix.topLeftCorner(part, part)));
+  const auto largest_of = [](const Eigen::MatrixXd& matrix) {
+    const Eigen::VectorXcd values = eigenvalues(matrix);
     Eigen::Index largest = 0;
     values.cwiseAbs().maxCoeff(&largest);
     return values[largest];
   };
-  const std::complex<double> value = largest_in(size);
+  const auto growth_of = [&](const Eigen::MatrixXd& matrix) { return std::log(std::abs(largest_of(matrix))); };
+  const std::complex<double> value = largest_of(space.matrix);
   OfSpace result{std::log(std::abs(value))};
   result.told = surely * error_of_space(space.matrix, value, space.rest, rounding_of_space);
   bool is_settled = true;
   for (const Eigen::Index less : {1, 2, 5}) {
     if (size < most) break;  // it holds all that steps make
-    is_settled = is_settled && std::abs(std::log(std::abs(largest_in(size - less))) - result.growth) < settled;
+    is_settled = is_settled &&
+                 std::abs(growth_of(space.matrix.topLeftCorner(size - less, size - less)) - result.growth) < settled;
   }
   if (is_settled) result.told = std::min(result.told, told_where_settled);
   result.told = std::max(result.told, least_told);

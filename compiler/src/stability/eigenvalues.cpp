@@ -282,10 +282,14 @@ double sensitivity(Eigen::MatrixXd a, Complex value) {
 }
 
 double error_of_space(Eigen::MatrixXd a, Complex value, double rest, double rounding) {
-  const double size = a.norm();
   const Elimination elimination = elimination_near(a.cast<Complex>(), value);
   const Eigen::VectorXcd right = elimination.vector(false).normalized(), left = elimination.vector(true).normalized();
-  return (rest * std::abs(right[right.size() - 1]) + rounding * size) / std::abs(left.dot(right));
+  const Complex along = left.dot(right);
+  const Complex outwards = std::polar(rounding * a.norm(), std::arg(value) + std::arg(along));
+  Eigen::MatrixXcd rounded = a.cast<Complex>();
+  for (Index k = 0; k < a.cols(); ++k) rounded.col(k) += outwards * std::conj(right[k]) * left;
+  const double moved = eigenvalues(std::move(rounded)).cwiseAbs().maxCoeff() - std::abs(value);
+  return std::max(rest * std::abs(right[right.size() - 1]) / std::abs(along), moved);
 }
 
 }  // namespace dpde::stability

@@ -26,9 +26,9 @@ Eigen::Index largest_component(Eigen::MatrixXcd a);
 /// What a relative change of `a`, scaled as above, is multiplied by in this eigenvalue of it: |a| |x| |y| / |y.x|, with
 /// its right and left vectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
 double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
-/// How far an eigenvalue of a Krylov space's matrix may be from one of the operator: |x|/|y.x| times what the operator
-/// makes of its vector beside the space, `rest` times the last component, and times rounding (Y. Saad, Numerical
-/// Methods for Large Eigenvalue Problems, 2011, 6.2).
+/// How much larger the largest eigenvalue of a Krylov space's matrix may be than one of the operator: |x|/|y.x| times
+/// what the operator makes of its vector beside the space, `rest` times the last component (Y. Saad, Numerical Methods
+/// for Large Eigenvalue Problems, 2011, 6.2), or what rounding makes of it at worst. A double one moves by its root.
 double error_of_space(Eigen::MatrixXd a, std::complex<double> value, double rest, double rounding);
 
 }  // namespace dpde::stability
