@@ -87,23 +87,20 @@ Related parse_related(Cursor& cursor, const char* word, const char* what, std::s
 /// from guess(omega), psi_before
 std::vector<Expr> parse_starts(Cursor& cursor) {
   std::vector<Expr> starts;
-  if (!cursor.accept_word("from")) return starts;
-  do starts.push_back(parse_expression(cursor));
-  while (cursor.accept(TokenKind::comma));
+  for (bool more = cursor.accept_word("from"); more; more = cursor.accept(TokenKind::comma))
+    starts.push_back(parse_expression(cursor));
   return starts;
 }
 
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
-  return SolvedItem{std::move(related.left), std::move(related.right), std::move(related.name), parse_unit(cursor),
-                    parse_starts(cursor)};
+  return SolvedItem{related.left, related.right, related.name, parse_unit(cursor), parse_starts(cursor)};
 }
 
 ItemKind parse_constraint(Cursor& cursor) {
   Related related = parse_related(cursor, "gives", "the field that the constraint gives",
                                   "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
-  return ConstraintItem{std::move(related.left), std::move(related.right), std::move(related.name),
-                        parse_starts(cursor)};
+  return ConstraintItem{related.left, related.right, related.name, parse_starts(cursor)};
 }
 
 /// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).
