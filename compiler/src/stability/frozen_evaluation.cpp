@@ -328,16 +328,77 @@ std::optional<std::vector<Value>> Evaluation::values_of_states(const FrozenKerne
   return values;
 }
 
+namespace {
+
+Value with_sum_of_slopes(const Value& a, const Value& b) {
+  Value sum = a + b;
+  for (std::size_t axis = 0; axis < sum.slopes_of_form.size(); ++axis)
+    sum.slopes_of_form[axis] = a.slopes_of_form[axis].plus(b.slopes_of_form[axis]);
+  return sum;
+}
+
+Form mean_slope(const Form& below, const Form& above) {
+  Form slope = above.plus(below.times(-1)).times(0.5);
+  const bool varies = std::ranges::any_of(slope.terms(), [](const Form::Term& term) { return term.coefficient != 0; });
+  return varies ? slope : Form();
+}
+
+}  // namespace
+
+/// A transform of a product makes of a coefficient that varies what differences make of its values at the neighbours:
+/// of psi times a slope of w a bracket has its wind from the slope of psi alone. What is a stage of the states' own
+/// perturbations stays frozen while the step is made, as the states do: what there is with dt = 0 has slopes with dt =
+/// 0.
+void Evaluation::add_slopes_of_forms(const FrozenKernels::Kernel& kernel, std::vector<Value>& values) {
+  const auto varies = [&](std::size_t store, std::size_t axis) {
+    const auto field = static_cast<std::size_t>(kernel.stores[store].field);
+    return kernels_.fields()[field].waves[axis] && !values[store].form.is_zero();
+  };
+  const auto slopes_along = [&](std::size_t axis, double step) {
+    const double whole_step = numbers_.set_step(step);
+    base_[axis] = -1;
+    const std::vector<Value> below = stored_values(kernel);
+    base_[axis] = 1;
+    const std::vector<Value> above = stored_values(kernel);
+    base_[axis] = 0;
+    numbers_.set_step(whole_step);
+    std::vector<Form> slopes;
+    for (std::size_t i = 0; i < below.size(); ++i) slopes.push_back(mean_slope(below[i].form, above[i].form));
+    return slopes;
+  };
+  std::vector<Value> at_rest;
+  for (std::size_t axis = 0; axis < base_.size(); ++axis) {
+    std::vector<Form> slopes, slopes_at_rest;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!varies(i, axis)) continue;
+      if (at_rest.empty()) {
+        const double step = numbers_.set_step(0);
+        at_rest = stored_values(kernel);
+        numbers_.set_step(step);
+      }
+      const bool is_there_at_rest = !at_rest[i].form.is_zero() && at_rest[i].form.is_finite();
+      std::vector<Form>& known = is_there_at_rest ? slopes_at_rest : slopes;
+      if (known.empty()) known = slopes_along(axis, is_there_at_rest ? 0 : numbers_.step());
+      values[i].slopes_of_form[axis] = known[i];
+    }
+  }
+}
+
 void Evaluation::run_kernel(const FrozenKernels::Kernel& kernel) {
   std::optional<std::vector<Value>> values = values_of_states(kernel);
-  if (!values) values = stored_values(kernel);
+  if (!values) {
+    values = stored_values(kernel);
+    add_slopes_of_forms(kernel, *values);
+  }
   for (std::size_t i = 0; i < values->size(); ++i) {
     const FrozenKernels::Store& store = kernel.stores[i];
     Value& value = (*values)[i];
     is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
-    Value result = store.accumulate ? field_value(store.field) + value : std::move(value);
+    if (store.accumulate) value = with_sum_of_slopes(field_value(store.field), value);
+    Value result = std::move(value);
     if (!waves_.empty() && result.form.terms().size() > terms_beside_waves) {
-      add_waves(result, {{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}});
+      WaveSum all{{{std::exchange(result.form, {}), WaveMultiplier::one()}}, {}};
+      add_waves(result.form, std::move(all));
     }
     set(store.field, std::move(result));
   }

@@ -23,6 +23,8 @@ struct Value {
   double number = 0;
   Form form = {};
   std::array<double, 3> slope = {};  // of fields; no expression has one
+  /// By how much the coefficients of the form change from cell to cell, of fields that transforms read.
+  std::array<Form, 3> slopes_of_form = {};
 };
 
 /// Numbers as a step from the point has them.
@@ -94,13 +96,17 @@ class Evaluation {
   std::vector<Value> stored_values(const FrozenKernels::Kernel& kernel);
   std::optional<std::vector<FrozenValue>> frozen_values(const FrozenKernels::Kernel& kernel);
   std::optional<std::vector<Value>> values_of_states(const FrozenKernels::Kernel& kernel);
+  void add_slopes_of_forms(const FrozenKernels::Kernel& kernel, std::vector<Value>& values);
   void run_kernel(const FrozenKernels::Kernel& kernel);
   void reduce(const stencil::Reduce& reduce);
   /// Of parameters and numbers.
   double number_of(const stencil::Expr& e) const;
   std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol) const;
   void transform(const stencil::Transform& transform);
-  void add_waves(Value& to, WaveSum waves);
+  WaveMultiplier multiplier_of(const stencil::Transform::Term& term) const;
+  void add_waves_of(const stencil::Transform::Term& term, const WaveMultiplier& by, Value& result, WaveSum& waves,
+                    std::array<WaveSum, 3>& slopes);
+  void add_waves(Form& to, WaveSum waves);
   /// `unknown`: what the model calls it.
   Value solved(const std::string& field, const std::string& unknown) const;
   void run_block(const stencil::Solve& solve);

@@ -6,6 +6,7 @@
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/symbol.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -68,6 +69,23 @@ FrozenKernels::Id FrozenKernels::add_field(const std::string& name) {
   const auto [entry, is_new] = field_ids_.try_emplace(name, static_cast<Id>(fields_.size()));
   if (is_new) fields_.push_back({name, stencil::is_coordinate(name) ? name[0] - 'x' : -1});
   return entry->second;
+}
+
+/// Its own, and those of what it gives.
+void FrozenKernels::add_waves_of(const stencil::Transform::Term& term, Id result) {
+  const Id id = add_field(term.field);
+  const std::array<bool, 3> by_result = fields_[static_cast<std::size_t>(result)].waves,
+                            by_factor = stencil::axes_of(term.by.factor),
+                            by_argument = term.by.function ? stencil::axes_of(term.by.argument) : std::array<bool, 3>{};
+  std::array<bool, 3>& waves = fields_[static_cast<std::size_t>(id)].waves;
+  for (std::size_t axis = 0; axis < waves.size(); ++axis)
+    waves[axis] = waves[axis] || by_result[axis] || by_factor[axis] || by_argument[axis];
+}
+
+std::ptrdiff_t FrozenKernels::count_waves() const {
+  std::ptrdiff_t count = 0;
+  for (const Field& field : fields_) count += std::ranges::count(field.waves, true);
+  return count;
 }
 
 FrozenKernels::Id FrozenKernels::add_param(const std::string& name) {
@@ -272,8 +290,8 @@ void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
         [&](const stencil::Reduce& reduce) { add_field(reduce.field), add_field(reduce.result); },
         [](const stencil::NetworkCall&) {},
         [&](const stencil::Transform& transform) {
-          for (const stencil::Transform::Term& term : transform.terms) add_field(term.field);
-          add_field(transform.result);
+          const Id result = add_field(transform.result);
+          for (const stencil::Transform::Term& term : transform.terms) add_waves_of(term, result);
         },
         [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {
@@ -296,7 +314,11 @@ FrozenKernels::FrozenKernels(const stencil::Module& module, const std::set<std::
   for (const stencil::Kernel& kernel : module.kernels)
     kernels_[kernel.name] = Reader(*this, unperturbed).read(kernel, varied);
   for (const stencil::Swap& swap : program.swaps) add_field(swap.state), add_field(swap.next);
-  add_fields_of(program.body);
+  std::ptrdiff_t known = -1;
+  for (std::ptrdiff_t count = 0; count != known; count = count_waves()) {
+    known = count;
+    add_fields_of(program.body);
+  }
   is_rational_in_step_ = is_of_kernels_alone(program.body) && StepDependence(*this).is_rational();
 }
 

@@ -70,7 +70,8 @@ class FrozenKernels {
   };
   struct Field {
     std::string name;
-    int axis = -1;  // of a coordinate
+    int axis = -1;                   // of a coordinate
+    std::array<bool, 3> waves = {};  // axes along which transforms of it have wave numbers
   };
 
   /// Of the first program of the module. `varied`: fields that depend on the states; `rates`: their perturbations.
@@ -92,6 +93,8 @@ class FrozenKernels {
   class StepDependence;
   Id add_field(const std::string& name);
   Id add_param(const std::string& name);
+  void add_waves_of(const stencil::Transform::Term& term, Id result);
+  std::ptrdiff_t count_waves() const;
   void add_fields_of(const std::vector<stencil::Statement>& body);
 
   std::vector<Node> nodes_;

@@ -53,7 +53,7 @@ void Evaluation::reduce(const Reduce& reduce) {
   Value result{field.number * factor};
   if (known != numbers_.point().whole.end()) result = {known->second.value, {}, known->second.slope};
   const bool is_linear = reduce.kind == Reduction::sum || reduce.kind == Reduction::mean;
-  if (is_linear && !field.form.is_zero()) add_waves(result, {{{field.form.times(factor), by}}, {}});
+  if (is_linear && !field.form.is_zero()) add_waves(result.form, {{{field.form.times(factor), by}}, {}});
   set(reduce.result, std::move(result));
 }
 
@@ -90,10 +90,10 @@ void Evaluation::transform(const Transform& transform) {
   const double step = is_state ? numbers_.set_step(0) : numbers_.step();
   Value result;
   WaveSum waves;
+  std::array<WaveSum, 3> slopes;
   bool solves = false;
   for (const Transform::Term& term : transform.terms) {
-    WaveMultiplier by{term.by.function, {}, numbers_of(term.by.factor), term.by.within_two_thirds};
-    if (term.by.function) by.argument = numbers_of(term.by.argument);
+    const WaveMultiplier by = multiplier_of(term);
     solves = solves || by.solves();
     const Value& field = field_value(term.field);
     const double of_constant = by.of_constant();
@@ -104,11 +104,7 @@ void Evaluation::transform(const Transform& transform) {
       result.number += of_slopes[axis] * field.slope[axis];
       result.slope[axis] += of_constant * field.slope[axis];
     }
-    if (by.is_constant()) {
-      result.form = result.form.plus(field.form.times(of_constant));
-    } else if (!field.form.is_zero()) {
-      waves.terms.push_back({field.form, std::move(by)});
-    }
+    add_waves_of(term, by, result, waves, slopes);
   }
   numbers_.set_step(step);
   if (rates_.contains(transform.result)) {
@@ -116,12 +112,47 @@ void Evaluation::transform(const Transform& transform) {
   } else if (solves) {
     result = solved(transform.result, "");
   }
-  if (!waves.terms.empty()) add_waves(result, std::move(waves));
+  if (!waves.terms.empty()) add_waves(result.form, std::move(waves));
+  const FrozenKernels::Field& made = kernels_.fields()[static_cast<std::size_t>(kernels_.field(transform.result))];
+  for (std::size_t axis = 0; axis < slopes.size(); ++axis) {
+    const bool counts = made.waves[axis] && !slopes[axis].terms.empty();
+    if (counts) add_waves(result.slopes_of_form[axis], std::move(slopes[axis]));
+  }
   set(transform.result, std::move(result));
 }
 
-void Evaluation::add_waves(Value& to, WaveSum waves) {
-  to.form = to.form.plus(Form(most_states + static_cast<int>(waves_.size())));
+WaveMultiplier Evaluation::multiplier_of(const Transform::Term& term) const {
+  WaveMultiplier by{term.by.function, {}, numbers_of(term.by.factor), term.by.within_two_thirds};
+  if (term.by.function) by.argument = numbers_of(term.by.argument);
+  return by;
+}
+
+/// Of a product whose coefficients are straight lines, and of how they change in what it gives. A multiplier that
+/// varies with dt is a part of a step, in which coefficients are frozen: with dt = 0 it has none of it.
+void Evaluation::add_waves_of(const Transform::Term& term, const WaveMultiplier& by, Value& result, WaveSum& waves,
+                              std::array<WaveSum, 3>& slopes) {
+  const auto add = [&](const Form& form, const WaveMultiplier& multiplier) {
+    if (multiplier.is_constant()) {
+      result.form = result.form.plus(form.times(multiplier.of_constant()));
+    } else if (!form.is_zero()) {
+      waves.terms.push_back({form, multiplier});
+    }
+  };
+  const Value& field = field_value(term.field);
+  add(field.form, by);
+  for (std::size_t axis = 0; axis < slopes.size(); ++axis) {
+    const Form& slope = field.slopes_of_form[axis];
+    if (slope.is_zero()) continue;
+    const double step = numbers_.set_step(0);
+    const WaveMultiplier at_rest = multiplier_of(term);
+    numbers_.set_step(step);
+    for (const WaveMultiplier& part : by.derivatives(axis, at_rest.argument)) add(slope, part);
+    if (!at_rest.is_zero()) slopes[axis].terms.push_back({slope, at_rest});
+  }
+}
+
+void Evaluation::add_waves(Form& to, WaveSum waves) {
+  to = to.plus(Form(most_states + static_cast<int>(waves_.size())));
   waves_.push_back(std::move(waves));
   is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
 }
@@ -164,7 +195,7 @@ void Evaluation::solve_coupled(const Solve& solve) {
   std::vector<WaveSum> waves = coupled_waves(matrix, rights);
   for (std::size_t i = 0; i < count; ++i) {
     Value result;
-    if (!waves.empty()) add_waves(result, std::move(waves[i]));
+    if (!waves.empty()) add_waves(result.form, std::move(waves[i]));
     set(solve.unknowns[i], std::move(result));
   }
 }
@@ -204,7 +235,7 @@ void Evaluation::solve(const Solve& solve) {
       result = solved(solve.unknowns.front(), solve.written.field);
     }
   }
-  if (!right.form.is_zero() && !image.is_zero()) add_waves(result, {{{right.form, WaveMultiplier::one()}}, image});
+  if (!right.form.is_zero() && !image.is_zero()) add_waves(result.form, {{{right.form, WaveMultiplier::one()}}, image});
   set(solve.unknowns.front(), std::move(result));
   set(solve.images.front(), right);
 }

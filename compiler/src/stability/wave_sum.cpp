@@ -64,6 +64,36 @@ double slope_along(const std::vector<NumberMonomial>& symbol, std::size_t axis) 
   return sum;
 }
 
+/// By i times the angle, of what is known: not of 1/dt with dt = 0. A slope that waves of two cells do not have is 1
+/// beside them on both sides.
+std::vector<NumberMonomial> derivative_of(const std::vector<NumberMonomial>& symbol, std::size_t axis) {
+  std::vector<NumberMonomial> result;
+  for (NumberMonomial monomial : symbol) {
+    const bool varies = monomial.coefficient != 0 && std::isfinite(monomial.coefficient) && monomial.powers[axis] > 0;
+    if (!varies) continue;
+    monomial.coefficient *= monomial.powers[axis]--;
+    monomial.vanishes[axis] = monomial.vanishes[axis] && monomial.powers[axis] > 0;
+    result.push_back(monomial);
+  }
+  return result;
+}
+
+std::vector<NumberMonomial> product_of_symbols(const std::vector<NumberMonomial>& a,
+                                               const std::vector<NumberMonomial>& b, double factor) {
+  std::vector<NumberMonomial> result;
+  for (const NumberMonomial& left : a) {
+    for (NumberMonomial product : b) {
+      product.coefficient *= factor * left.coefficient;
+      for (std::size_t axis = 0; axis < product.powers.size(); ++axis) {
+        product.powers[axis] += left.powers[axis];
+        product.vanishes[axis] = product.vanishes[axis] || left.vanishes[axis] || left.powers[axis] % 2 != 0;
+      }
+      result.push_back(product);
+    }
+  }
+  return result;
+}
+
 bool has_waves(const std::vector<NumberMonomial>& symbol) {
   return std::ranges::any_of(symbol, [](const NumberMonomial& monomial) {
     return monomial.coefficient != 0 && monomial.powers != std::array{0, 0, 0};
@@ -85,6 +115,13 @@ bool WaveMultiplier::is_constant() const {
   return means == std::array<bool, 3>{} && !within_two_thirds && !has_waves(factor) && !has_waves(argument);
 }
 
+bool WaveMultiplier::is_zero() const {
+  const auto is_number = [](const NumberMonomial& monomial) { return std::isfinite(monomial.coefficient); };
+  const auto is_part = [](const NumberMonomial& monomial) { return monomial.coefficient != 0; };
+  return std::ranges::none_of(factor, is_part) || !std::ranges::all_of(factor, is_number) ||
+         !std::ranges::all_of(argument, is_number);
+}
+
 bool WaveMultiplier::solves() const { return function.kind == WaveFunction::Kind::inverse && has_waves(argument); }
 
 /// What is solved for is not known where the equation has no constant: the right side elsewhere makes it.
@@ -103,6 +140,21 @@ std::array<double, 3> WaveMultiplier::of_slopes() const {
     slopes[axis] = (value_of(function, of_argument) * slopes[axis] + of_slope).real();
   }
   return slopes;
+}
+
+std::vector<WaveMultiplier> WaveMultiplier::derivatives(std::size_t axis,
+                                                        const std::vector<NumberMonomial>& of_argument) const {
+  std::vector<WaveMultiplier> result;
+  const auto add = [&](const WaveFunction& f, std::vector<NumberMonomial> by) {
+    if (!by.empty()) result.push_back({f, argument, std::move(by), within_two_thirds, means});
+  };
+  add(function, derivative_of(factor, axis));
+  if (!function) return result;
+  const std::vector<NumberMonomial> inner = derivative_of(of_argument, axis);
+  const auto [kind, number] = function;
+  if (kind == WaveFunction::Kind::phi) add(function, product_of_symbols(inner, factor, 1));
+  add({kind, number + 1}, product_of_symbols(inner, factor, -static_cast<double>(number)));
+  return result;
 }
 
 bool WaveSum::is_finite() const {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <complex>
+#include <cstddef>
 #include <vector>
 
 #include "stability/form.h"
@@ -32,11 +33,16 @@ struct WaveMultiplier {
   static WaveMultiplier one() { return {{}, {}, {{1, {}}}, false}; }
   /// The same for all waves.
   bool is_constant() const;
+  /// Or not known, as of 1/dt with dt = 0.
+  bool is_zero() const;
   /// Divides waves by what an operator makes of them: what it gives at a point depends on all places.
   bool solves() const;
   /// Of what is the same everywhere, and for each axis of what grows by 1 a cell along it.
   double of_constant() const;
   std::array<double, 3> of_slopes() const;
+  /// Of what grows by 1 a cell along the axis and is 0 at the point, times a wave: M(D)(x f) = x M(D) f + M'(D) f,
+  /// where M' is the sum of these. `argument`: what is taken for its own in its derivative.
+  std::vector<WaveMultiplier> derivatives(std::size_t axis, const std::vector<NumberMonomial>& argument) const;
 };
 
 /// What a transform or a solve gives.
