@@ -104,9 +104,26 @@ TEST(HostNetworks, StepWithTheWeightsThatAreSet) {
   EXPECT_THROW(sim.weights("corector"), Error);
 }
 
-TEST(HostNetworks, HaveNoSecondDerivatives) {
+TEST(HostNetworks, HessiansByWeightsAreDifferencesOfGradients) {
   Simulation sim = compile_text(scene("f64"), {.name = "t", .second_order = true});
-  EXPECT_THROW(sim.hessian_vector(std::vector<double>(37, 1.0)), Error);
+  const std::vector<double> x = sim.unknown_values(), v = random_values(x.size(), 5);
+  const std::vector<double> product = sim.hessian_vector(v);
+  ASSERT_EQ(product.size(), x.size());
+  const double h = 2e-4;
+  std::vector<double> difference(x.size(), 0.0);
+  for (const auto& [steps, weight] : {std::pair{1, 8.0}, {-1, -8.0}, {2, -1.0}, {-2, 1.0}}) {
+    std::vector<double> at = x;
+    for (std::size_t i = 0; i < x.size(); ++i) at[i] += steps * h * v[i];
+    sim.set_unknowns(at);
+    sim.gradient();
+    for (std::size_t i = 0; i < x.size(); ++i) difference[i] += weight * sim.gradient_vector()[i] / (12 * h);
+  }
+  double worst = 0, largest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    worst = std::max(worst, std::abs(product[i] - difference[i]));
+    largest = std::max(largest, std::abs(product[i]));
+  }
+  EXPECT_LT(worst, 1e-8 * largest);
 }
 
 }  // namespace
