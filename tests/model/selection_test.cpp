@@ -118,7 +118,7 @@ TEST(Settings, SchemeKeys) {
 TEST(Settings, Refusals) {
   EXPECT_EQ(refusal("nu", "1"),
             "there is nothing called nu to set; known here: k, advect, dx, lap, dealias, implicit, solve, smoother, "
-            "guess, time, "
+            "preconditioner, guess, time, "
             "real, networks, "
             "cells, cells.x, cells.y, step, end, courant, tolerance");
   EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");

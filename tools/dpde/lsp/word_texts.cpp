@@ -153,6 +153,7 @@ constexpr WordText of_programs[] = {
     {"apply", "apply n(a, b) to c", "what a network makes"},
     {"tangent", "tangent n(a) by a_dot to c_dot weights", "the tangent of a network"},
     {"adjoint", "adjoint n(a) by c_bar to a_bar weights", "the adjoint of a network"},
+    {"second", "second n(a) by a_dot, c_bar to a_bar, a_dot_bar", "the adjoint of the tangent of a network"},
     {"repeat", "repeat 8 { ... }", "a block so many times"},
     {"solve", "solve y = b for x { ... }", "the field for which a linear block makes b"},
     {"newton", "newton y = b for x { ... }", "the field for which a block makes b"},
