@@ -102,7 +102,7 @@ TEST_F(JumpsLeftOut, OfSignsThatAreLostAreToldByEachVerb) {
       EXPECT_EQ(found.status, !c.is_lost ? 0 : verb == "verify" ? 1 : 2) << verb << ": " << c.rate << found.err;
       if (c.is_lost) EXPECT_NE(found.err.find("(t = 0.77): this divides by "), std::string::npos) << found.err;
     }
-    const Outcome forced = dpde("gradient s.dpde t --force");
+    const Outcome forced = dpde("gradient s.dpde t --force --certify");
     EXPECT_EQ(forced.status, 0) << forced.err;
     EXPECT_NE(forced.err.find("W0609"), std::string::npos) << forced.err;
     EXPECT_NE(forced.out.find("certified in part"), std::string::npos) << forced.out;
@@ -119,7 +119,8 @@ TEST_F(JumpsLeftOut, WithinSubcyclesAreTold) {
               "initial q = 0; time 0 .. pi/2, step pi/10\n" +
               cycles + "}\ntask t : s { unknown k; minimise (q + 1)^2 }\n");
     for (const std::string verb : {"gradient", "verify"}) {
-      const Outcome json = dpde(verb + " s.dpde t --json"), text = dpde(verb + " s.dpde t");
+      const Outcome json = dpde(verb + " s.dpde t --json"),
+                    text = dpde(verb + " s.dpde t" + (verb == "verify" ? "" : " --certify"));
       EXPECT_EQ(json.status, 0) << verb << ": " << formula << json.err;
       EXPECT_EQ(json.codes(), std::vector<std::string>(is_told ? 1 : 0, "W0609")) << verb << ": " << formula;
       const bool is_in_part = text.out.find("certified in part") != std::string::npos ||

@@ -238,10 +238,10 @@ void RunChecker::check_direction(const driver::Inverse::Part* part) {
   if (is_out_of_time_) return;
   if (const std::optional<SolveNote> note = found.is_elsewhere ? stopped_early() : std::nullopt) {
     result_.stops_early = true;
-    return leave_out(name,
-                     fmt::format("the solve for {} was stopped early, as warn says, with {:.3g} of the right side "
-                                 "left: the gradient is off by {:.2e}",
-                                 note->unknown, note->residual, found.error.value_or(NAN)));
+    return leave_out(
+        name, fmt::format("the solve for {} {} with {:.3g} of the right side left: the gradient is off by {:.2e}",
+                          note->unknown, note->missed > 0 ? "was stopped early, as warn says," : "ends", note->residual,
+                          found.error.value_or(NAN)));
   }
   if (jumps(part) || is_out_of_time_) return;
   if (found.is_elsewhere) {
@@ -273,12 +273,15 @@ std::string RunChecker::run_text() const {
                            : fmt::format("{} steps on {} cells", result_.steps, result_.grid);
 }
 
-/// A solve, there or back, that did not come to its tolerance and was to go on with a warning.
+/// A solve, there or back, that did not come to its tolerance and was to go on with a warning, or whose tolerance is
+/// a loose one.
 std::optional<SolveNote> RunChecker::stopped_early() const {
+  const bool are_loose = has_loose_solves(session_.compiled());
   std::optional<SolveNote> worst;
   for (const auto& notes : {session_.rollout().solve_notes(), session_.rollout().adjoint_solve_notes()}) {
     for (const SolveNote& note : notes) {
-      if (note.missed > 0 && (!worst || note.residual > worst->residual)) worst = note;
+      const bool is_left = note.missed > 0 || (are_loose && note.iterations > 0);
+      if (is_left && (!worst || note.residual > worst->residual)) worst = note;
     }
   }
   return worst;

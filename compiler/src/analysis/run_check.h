@@ -34,7 +34,7 @@ struct RunCheck {
   std::string wrong;                  // not empty: the quotients agree on another number
   bool lacked_time = false;
   bool is_in_doubt = false;  // they do so at one point, and no other one was finite
-  bool stops_early = false;  // they do so where a solve was stopped early, as warn says
+  bool stops_early = false;  // they do so where a solve leaves more than rounding
 };
 
 /// Of its task, as `untested` has them.
