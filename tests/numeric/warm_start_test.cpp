@@ -147,7 +147,8 @@ TEST(WarmStart, NullSpacesAreNoStarts) {
         begun("model m { field w; solve lap(psi) = -w for psi" + from +
               "; dt(w) = 1e-12*psi }\nscheme c { solve = " + method +
               "(1e-8) }\nscene s : m with c { grid x = 0 .. 1, cells 24, periodic; grid y = 0 .. 1, cells 20\n"
-              "  boundary psi: y = zero_gradient; initial w = sin(2*pi*x) + x*y; time 0 .. 0.02, step 0.01 }\n");
+              "  boundary psi: y = zero_gradient; boundary w: y = zero_gradient; initial w = sin(2*pi*x) + x*y; time 0 "
+              ".. 0.02, step 0.01 }\n");
     return run.states.empty() ? 0 : run.most;
   };
   for (const std::string method : {"cg", "multigrid", "bicgstab", "gmres"}) {
