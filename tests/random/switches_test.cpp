@@ -95,8 +95,12 @@ class RandomSwitches : public ::testing::Test {
                     std::uint64_t seed) {
     const Differences found = differences_of(source, compiled, seed);
     EXPECT_FALSE(found.agree_elsewhere) << "seed " << seed << ": the gradient is wrong\n" << source.text();
-    EXPECT_FALSE(found.jump) << "seed " << seed << ": a gradient is given of what jumps\n" << source.text();
-    ++total_[found.are_known ? "taken" : "not finite"];
+    // Of a switch that the run looks at a jump may lie ahead: the gradient is refused where it acts at the point
+    // itself, which WatchedSwitches and WatchedRuns hold against secants.
+    const bool is_ahead = found.jump && !compiled->watched.empty();
+    EXPECT_FALSE(found.jump && !is_ahead) << "seed " << seed << ": a gradient is given of what jumps\n"
+                                          << source.text();
+    ++total_[is_ahead ? "taken, with a jump beside" : found.are_known ? "taken" : "not finite"];
   }
 
   /// What is refused for its jumps, taken by force: where differences show one at the certificate's own point, it does
