@@ -10,7 +10,10 @@ namespace {
 const std::string still_scenes = R"(
 model flow { field u; param nu, a; dt(u) = -u*dx(u) + nu*lap(u) }
 model driven { field u; param nu; control field c; dt(u) = -u*dx(u) + nu*lap(u) }
-model streams { vector v on faces; field u; param nu; dt(u) = -div(interpolate(u)*v) + nu*lap(u); dt(v) = nu*lap(v) - interpolate(u)*v }
+model streams {
+  vector v on faces; field u; param nu
+  dt(u) = -div(interpolate(u)*v) + nu*lap(u); dt(v) = nu*lap(v) - interpolate(u)*v
+}
 model growth { field u; param k; dt(u) = k*u*(1 - u) }
 scheme plain { time = rk2; networks = f64 }
 scheme single { time = rk2; real = f32 }
@@ -45,9 +48,14 @@ scene stream : streams with plain {
   time 0 .. 0.25, step 1/32
 }
 scene pond = stream { initial u = 0; initial v = (0, 0) }
-scene grown : growth with plain { grid x = 0 .. 1, cells 3, periodic; k = 1; initial u = 0.1 + 0.1*x; time 0 .. 0.5, step 1/32 }
+scene grown : growth with plain {
+  grid x = 0 .. 1, cells 3, periodic; k = 1; initial u = 0.1 + 0.1*x; time 0 .. 0.5, step 1/32
+}
 scene bare = grown { initial u = 0 }
-dataset train : truth { runs 2; seed 1; vary a in 0.5 .. 1.5; vary nu in 0.01 .. 0.1; frames every 1/16 from 1/8 to 1/2; coarsen 2; file "train.nc" }
+dataset train : truth {
+  runs 2; seed 1; vary a in 0.5 .. 1.5; vary nu in 0.01 .. 0.1
+  frames every 1/16 from 1/8 to 1/2; coarsen 2; file "train.nc"
+}
 dataset begun : bare { runs 1; frames every 1/32; file "begun.nc" }
 dataset eddies : stream { runs 1; frames every 1/32; file "eddies.nc" }
 dataset curves : grown { runs 1; frames every 1/32; file "curves.nc" }

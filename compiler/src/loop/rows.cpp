@@ -58,6 +58,7 @@ class Converter {
   Expr use(const Term& term) { return term.uniform ? uniforms_.use(term.expr) : term.expr; }
   Term convert_binary(const stencil::Expr& e, const stencil::Binary& b);
   Term convert_factors(const stencil::Expr& e);
+  std::optional<Term> convert_sign_or_power(const stencil::Expr& e);
   Term convert_as_written(const stencil::Expr& e);
   void add_factors(Factors& factors, const stencil::Expr& e, bool inverse);
   Term convert_in_order(const stencil::Expr& e);
@@ -187,14 +188,20 @@ Term reciprocal(const Term& uniform) {
   return {true, make(Binary{BinaryOp::divide, 1.0, uniform.expr})};
 }
 
-Term Converter::convert_as_written(const stencil::Expr& e) {
+/// A negation, or a power that is a quotient: nullopt of other factors.
+std::optional<Term> Converter::convert_sign_or_power(const stencil::Expr& e) {
   if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
     const Term operand = convert(neg->operand);
-    return {operand.uniform, negate(operand.expr)};
+    return Term{operand.uniform, negate(operand.expr)};
   }
   const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
-  if (is_reciprocal_power(b))
-    return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
+  if (!is_reciprocal_power(b)) return std::nullopt;
+  return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
+}
+
+Term Converter::convert_as_written(const stencil::Expr& e) {
+  if (const std::optional<Term> term = convert_sign_or_power(e)) return *term;
+  const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
   const Term left = convert(b.left);
   const Term right = convert(b.right);
   if (left.uniform && right.uniform) return {true, make(Binary{b.op, left.expr, right.expr})};
@@ -214,13 +221,8 @@ Term Converter::convert_factors(const stencil::Expr& e) {
 
 /// Products and quotients as they stand: a person and the rules of derivatives write what is near floats.
 Term Converter::convert_in_order(const stencil::Expr& e) {
-  if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
-    const Term operand = convert(neg->operand);
-    return {operand.uniform, negate(operand.expr)};
-  }
+  if (const std::optional<Term> term = convert_sign_or_power(e)) return *term;
   const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
-  if (is_reciprocal_power(b))
-    return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
   const Expr first = use(convert(b.left));
   if (b.op == BinaryOp::multiply) return {false, product({first, use(convert(b.right))})};
   return {false, divided(first, b.right)};
