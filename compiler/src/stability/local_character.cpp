@@ -177,22 +177,44 @@ double largest_step_where(double rate, double factor, const std::function<bool(d
 
 namespace {
 
-/// At each point where the step is such a polynomial.
-std::vector<std::optional<WeightsByLength>> weights_by_length(const model::Problem& problem, const LinearStep& linear,
-                                                              const std::vector<FrozenPoint>& points, double step) {
-  const Equations equations(problem, linear.group());
-  const StepOfRates step_of_rates = equations.step_of_rates();
-  const std::vector<double> polynomial = step_of_rates.polynomial();
-  const std::vector<StepOfRates::Place> places =
-      polynomial.empty() ? std::vector<StepOfRates::Place>{} : equations.places_in(linear);
-  const int rank = static_cast<int>(problem.axes.size());
-  std::vector<std::optional<WeightsByLength>> result(points.size());
-  for (std::size_t i = 0; i < points.size() && !polynomial.empty(); ++i) {
-    const std::optional<Response> rows = linear.response(points[i], step), rates = equations.rates_at(points[i]);
-    if (rows && rates && step_of_rates.makes(Amplification(*rows, rank), Amplification(*rates, rank), places, step))
-      result[i].emplace(*rates, polynomial);
+/// What the step of a problem does at its points, where that is a polynomial of its rates.
+class StepsByLength {
+ public:
+  StepsByLength(const model::Problem& problem, const LinearStep& linear)
+      : equations_(problem, linear.group()),
+        step_of_rates_(equations_.step_of_rates()),
+        polynomial_(step_of_rates_.polynomial()),
+        rank_(static_cast<int>(problem.axes.size())) {
+    if (!polynomial_.empty()) places_ = equations_.places_in(linear);
   }
-  return result;
+
+  struct Found {
+    double rate;  // the largest
+    WeightsByLength weights;
+  };
+  /// `rows`: of a step of this length. nullopt where it is no such polynomial.
+  std::optional<Found> at(const FrozenPoint& point, const Response& rows, double step) const {
+    if (polynomial_.empty()) return std::nullopt;
+    const std::optional<Response> rates = equations_.rates_at(point);
+    if (!rates) return std::nullopt;
+    if (!step_of_rates_.makes(Amplification(rows, rank_), Amplification(*rates, rank_), places_, step))
+      return std::nullopt;
+    return Found{magnitude_of(*rates), WeightsByLength(*rates, polynomial_)};
+  }
+
+ private:
+  Equations equations_;
+  StepOfRates step_of_rates_;
+  std::vector<double> polynomial_;
+  std::vector<StepOfRates::Place> places_;
+  int rank_;
+};
+
+/// A long step of a Runge-Kutta scheme changes by powers of the rate: a short one tells it.
+double rate_by_short_step(const LinearStep& linear, const FrozenPoint& point, const Response& rows, double step) {
+  const double by_step = change_of(rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
+  const std::optional<Response> short_rows = linear.response(point, std::min(step, short_step));
+  return short_rows ? change_of(*short_rows) / std::min(step, short_step) : 0;
 }
 
 /// Of the step of a problem, which is the session's or one of its equations.
@@ -200,10 +222,13 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
                          double step) {
   Positivity found;
   const int rank = static_cast<int>(session.axes().size());
+  const StepsByLength by_length(problem, linear);
   std::vector<FrozenPoint> points;
+  std::vector<std::optional<WeightsByLength>> weights;  // of the points that have them
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, linear)) {
     points.push_back(flat(at.point));
+    weights.emplace_back();
     const std::optional<Response> rows = linear.response(points.back(), step);
     if (!rows) continue;
     if (linear.solves()) {
@@ -215,17 +240,18 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
                                    : "a Fourier series reaches all cells, with weights of both signs";
       return found;
     }
-    // A long step of a Runge-Kutta scheme changes by powers of it: a short one tells the rate.
-    const double by_step = change_of(*rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
-    const std::optional<Response> short_rows = linear.response(points.back(), std::min(step, short_step));
-    if (short_rows) rate = std::max(rate, change_of(*short_rows) / std::min(step, short_step));
+    if (std::optional<StepsByLength::Found> of_rates = by_length.at(points.back(), *rows, step)) {
+      rate = std::max(rate, of_rates->rate);
+      weights.back() = std::move(of_rates->weights);
+    } else {
+      rate = std::max(rate, rate_by_short_step(linear, points.back(), *rows, step));
+    }
   }
   if (linear.solves() && rate == 0) {
     found.why = "a solve is in it";
     return found;
   }
   std::vector<FrozenStages> stages(points.size());
-  const std::vector<std::optional<WeightsByLength>> weights = weights_by_length(problem, linear, points, step);
   const auto holds = [&](double dt) {
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
       const auto number = static_cast<std::size_t>(&point - points.data());
