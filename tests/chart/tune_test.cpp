@@ -170,6 +170,7 @@ TEST(Tune, ChoosesWhatASweepOfEverythingChoosesWithFewRuns) {
 
 /// Where a rung of cells costs 2.8 times the one below it, steps between the longest and a third of it count.
 TEST(Tune, ChoosesStepsOnTwoAxes) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: a sweep of two axes";
   const Scene scene("sheet");
   const std::vector<Point> all = swept(scene, 1, {}, {0.9, 0.75, 0.6, 0.45, 0.3});
   for (const double tolerance : {1e-3}) EXPECT_LE(compare(scene, 1, tolerance, all, {}).ratio, 1.15) << tolerance;

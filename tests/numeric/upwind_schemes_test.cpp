@@ -170,7 +170,8 @@ TEST(UpwindSchemes, WenoKnowsNoRange) {
       const auto expected = testing::task_gradient(plain_scene, "t").gradient.at("u");
       for (const std::string real : {"f64", "f32"}) {
         const double tolerance = real == "f64" ? 1e-11 : 2e-4;
-        for (const double height : {1e-27, 1e-9, 1e5, 5e19, 1e30}) {
+        for (std::size_t count = 0; const double height : {1e-27, 1e-9, 1e5, 5e19, 1e30}) {
+          if (!testing::is_tried(count++, 2)) continue;
           const std::string text = scene(profile, advect, real, height);
           const std::vector<double> high = end_of(text);
           for (std::size_t i = 0; i < plain.size(); ++i)
