@@ -107,7 +107,7 @@ std::string report_whole_grid(const driver::Compiled& compiled, Json& result) {
     if (cost.flops == 0) return;
     result[key] = {{"bytes", cost.bytes}, {"flops_per_step", cost.flops}, {"estimate", kind[0] != 0}};
     text +=
-        fmt::format("{} of a step: {} and {}flops{}\n", key, human_bytes(cost.bytes), human_count(cost.flops), kind);
+        fmt::format("{} of a step: {} and {} flops{}\n", key, human_bytes(cost.bytes), human_count(cost.flops), kind);
   };
   add("transforms", driver::cost_of_transforms(compiled, compiled.step_name()), "");
   add("solves", driver::cost_of_solves(compiled, compiled.step_name()), ", an estimate: the method shows in the run");
