@@ -73,5 +73,55 @@ TEST(DataSetMaker, ARunThatFailsHasTheErrorOfARun) {
   }
 }
 
+/// Lists are gone through in turns, so that all pairs are there; ranges of logarithms have as many in each decade.
+TEST(DataSets, ValuesAreOfListsAndOfLogarithms) {
+  const SourceFile source(
+      "test.dpde",
+      "model m { field u; param a, b, c, k; dt(u) = a*b*c*k*u }\n"
+      "scene s : m { grid x = 0 .. 1, cells 8, periodic; time 0 .. 1, step 1/4; a = 1; b = 1; c = 1\n"
+      "  k = 1; initial u = 1 }\n"
+      "dataset d : s { runs 4000; vary a in 3, 1, 2; vary k in 1e-4 .. 1 log; vary b in 5, 7\n"
+      "  vary c from 8 }\n");
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  const std::optional<driver::Compiled> parsed = driver::compile(source, options, sink);
+  ASSERT_TRUE(parsed) << testing::all_messages(source, sink);
+  const std::optional<model::DataSet> set = model::data_set_from_ast(parsed->ast, "d", sink);
+  ASSERT_TRUE(set) << testing::all_messages(source, sink);
+  const std::vector<double> first{3, 1, 2, 3, 1, 2, 3}, second{5, 5, 5, 7, 7, 7, 5};
+  for (int run = 0; run < 7; ++run) {
+    EXPECT_EQ(set->value_of(0, run), first[static_cast<std::size_t>(run)]);
+    EXPECT_EQ(set->value_of(2, run), second[static_cast<std::size_t>(run)]);
+    EXPECT_EQ(set->value_of(3, run), 8 + run);
+  }
+  std::vector<int> of_decade(4, 0);
+  for (int run = 0; run < set->runs; ++run) {
+    const double decade = std::floor(-std::log10(set->value_of(1, run)));
+    ASSERT_TRUE(decade >= 0 && decade < 4);
+    ++of_decade[static_cast<std::size_t>(decade)];
+  }
+  for (const int count : of_decade) EXPECT_NEAR(count, 1000, 4 * std::sqrt(1000 * 0.75));
+}
+
+/// No logarithm has a range from 0 on, nor an empty one.
+TEST(DataSets, RangesThatHaveNoNumberAreRefused) {
+  for (const char* range : {"0 .. 1 log", "-1 .. 1 log", "2 .. 1 log", "2 .. 1"}) {
+    const SourceFile source("test.dpde", fmt::format("model m {{ field u; param a; dt(u) = a*u }}\n"
+                                                     "scene s : m {{ grid x = 0 .. 1, cells 8, periodic; a = 1\n"
+                                                     "  time 0 .. 1, step 1/4; initial u = 1 }}\n"
+                                                     "dataset d : s {{ runs 4; vary a in {} }}\n",
+                                                     range));
+    DiagnosticSink sink;
+    driver::CompileOptions options;
+    options.selection.name = "s";
+    const std::optional<driver::Compiled> parsed = driver::compile(source, options, sink);
+    ASSERT_TRUE(parsed);
+    EXPECT_FALSE(model::data_set_from_ast(parsed->ast, "d", sink)) << range;
+    ASSERT_TRUE(sink.has_errors());
+    EXPECT_EQ(sink.all().front().kind->code, "E0707") << sink.all().front().message;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::training

@@ -216,6 +216,8 @@ TEST(Items, OfDataSets) {
       "  seed 3\n"
       "  vary nu in 0.01 .. 0.1\n"
       "  vary s from 100\n"
+      "  vary k in 0.1 .. 10 log\n"
+      "  vary re in 100, 2*100\n"
       "  frames every 1/16 from 3 to 23\n"
       "  coarsen 4\n"
       "  file \"train.nc\"\n"
@@ -226,8 +228,10 @@ TEST(Items, OfDataSets) {
   EXPECT_EQ(get<OptionItem>(set.items[0].kind).name.name, "runs");
   EXPECT_EQ(print(*get<VaryItem>(set.items[2].kind).high), "0.1");
   EXPECT_FALSE(get<VaryItem>(set.items[3].kind).low.has_value());
-  EXPECT_EQ(print(get<FramesItem>(set.items[4].kind).every), "1/16");
-  EXPECT_EQ(print(*get<FramesItem>(set.items[4].kind).to), "23");
+  EXPECT_TRUE(get<VaryItem>(set.items[4].kind).is_log);
+  EXPECT_EQ(print(get<VaryItem>(set.items[5].kind).values.at(1)), "2*100");
+  EXPECT_EQ(print(get<FramesItem>(set.items[6].kind).every), "1/16");
+  EXPECT_EQ(print(*get<FramesItem>(set.items[6].kind).to), "23");
 }
 
 TEST(Items, OfCharts) {

@@ -19,8 +19,11 @@ struct DataSet {
   struct Vary {
     std::string param;
     double low = 0, high = 0;  // a number in between, drawn by seed, run and place in this list
+    bool is_log = false;       // drawn evenly in its logarithm
     bool counts = false;       // low, low + 1, ... instead
-    SourceRange range;
+    SourceRange range = {};
+    std::vector<double> values = {};  // these instead: the next one of the first list in each run, of the second behind
+                                      // each turn of the first, and so on
   };
   std::vector<Vary> vary;
   double every = 0;                // time from frame to frame; 0: one step

@@ -92,7 +92,7 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](SubcycleItem& i) { all(i.parts); }, [&](OutputItem& i) { all(i.every); },
       [&](AccuracyItem& i) { all(i.tolerance); }, [&](ObserveItem& i) { all(i.value); },
       [&](UnknownItem& i) { all(i.from, i.low, i.high); }, [&](DataItem& i) { all(i.value, i.when); },
-      [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](VaryItem& i) { all(i.low, i.high, i.from); },
+      [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](VaryItem& i) { all(i.low, i.high, i.from, i.values); },
       [&](ErrorItem& i) { all(i.norms, i.at); }, [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
       [](auto&) {});
   return found;

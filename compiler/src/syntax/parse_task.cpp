@@ -161,7 +161,7 @@ ItemKind parse_growth(Cursor& cursor) {
   return item;
 }
 
-/// nu in 0.01 .. 0.1, or s from 100
+/// nu in 0.01 .. 0.1 log, re in 100, 200, or s from 100
 ItemKind parse_vary(Cursor& cursor) {
   VaryItem item;
   item.name = cursor.expect_element("the name of a parameter");
@@ -170,9 +170,15 @@ ItemKind parse_vary(Cursor& cursor) {
     return item;
   }
   cursor.expect_word("in");
-  item.low = parse_expression(cursor);
-  cursor.expect(TokenKind::dot_dot);
-  item.high = parse_expression(cursor);
+  Expr first = parse_expression(cursor);
+  if (cursor.accept(TokenKind::dot_dot)) {
+    item.low = std::move(first);
+    item.high = parse_expression(cursor);
+    item.is_log = cursor.accept_word("log");
+    return item;
+  }
+  item.values.push_back(std::move(first));
+  while (cursor.accept(TokenKind::comma)) item.values.push_back(parse_expression(cursor));
   return item;
 }
 

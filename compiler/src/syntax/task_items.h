@@ -68,9 +68,12 @@ struct TestItem {  // a number reported after optimising
 };
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------
-struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ...)
+struct VaryItem {  // vary nu in 0.01 .. 0.1 [log]     vary re in 100, 200     vary s from 100
   Identifier name;
-  std::optional<Expr> low, high, from;
+  std::optional<Expr> low, high;  // a random number in between, of the logarithm where that is said
+  bool is_log = false;
+  std::vector<Expr> values;  // one after the other
+  std::optional<Expr> from;  // 100, 101, ...
 };
 struct FramesItem {  // frames every 0.1 from 3 to 23
   Expr every;

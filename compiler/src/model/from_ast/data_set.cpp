@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -81,13 +82,18 @@ class Reader {
 
   void read_vary(const ast::VaryItem& item) {
     refuse_second("vary " + item.name.name, item.name.range);
-    DataSet::Vary vary{item.name.name, 0, 0, item.from.has_value(), item.name.range};
-    vary.low = vary.high = item.from ? whole(*item.from, "vary " + item.name.name, 0) : number(*item.low);
-    if (item.high) vary.high = number(*item.high);
-    if (vary.low > vary.high)
-      fail(item.low->range(), "vary " + item.name.name,
-           fmt::format("has no number from {} to {}", vary.low, vary.high));
-    set_.vary.push_back(vary);
+    const std::string option = "vary " + item.name.name;
+    DataSet::Vary vary{item.name.name, 0, 0, item.is_log, item.from.has_value(), item.name.range};
+    if (item.from) vary.low = vary.high = whole(*item.from, option, 0);
+    for (const ast::Expr& value : item.values) vary.values.push_back(number(value));
+    if (item.low) {
+      vary.low = number(*item.low), vary.high = number(*item.high);
+      if (vary.low > vary.high)
+        fail(item.low->range(), option, fmt::format("has no number from {} to {}", vary.low, vary.high));
+      else if (vary.is_log && !(vary.low > 0))
+        fail(item.low->range(), option, fmt::format("has no logarithm at {}: take a range above 0", vary.low));
+    }
+    set_.vary.push_back(std::move(vary));
   }
 
   const ast::DataSet& source_;
@@ -101,10 +107,16 @@ class Reader {
 double DataSet::value_of(std::size_t number, int run) const {
   const Vary& each = vary[number];
   if (each.counts) return each.low + run;
+  if (!each.values.empty()) {
+    std::size_t turns = static_cast<std::size_t>(run);  // of the lists before it
+    for (std::size_t i = 0; i < number; ++i) turns /= std::max<std::size_t>(1, vary[i].values.size());
+    return each.values[turns % each.values.size()];
+  }
   std::seed_seq words{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                       static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
   std::mt19937_64 random(words);  // the standard says what both give
-  return each.low + (each.high - each.low) * (static_cast<double>(random() >> 11) * 0x1p-53);
+  const double share = static_cast<double>(random() >> 11) * 0x1p-53;
+  return each.is_log ? each.low * std::pow(each.high / each.low, share) : each.low + (each.high - each.low) * share;
 }
 
 std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
