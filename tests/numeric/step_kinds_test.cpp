@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradients of steps of each kind with what else may stand in a scene, beside secants of runs that choose their parts
 // anew. Certificates keep the parts of the run that they look at, and would not see what hangs on these.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
@@ -51,7 +50,8 @@ constexpr const char* step_losses[] = {"mean(u^2)",
 std::string scene_of(const Kind& kind, const Feature& feature, const char* loss, double k) {
   return fmt::format(
       "network n(a) {{ real f64; initial xavier, seed 3; dense 4; tanh; dense out }}\n"
-      "model m {{\n  field u, v\n  param k\n  {}\n  dt(u) = {}-k*u + 0.02*lap(u) - 0.5*dx(u)\n  dt(v) = u - v\n  {}\n}}\n"
+      "model m {{\n  field u, v\n  param k\n  {}\n  dt(u) = {}-k*u + 0.02*lap(u) - 0.5*dx(u)\n  dt(v) = u - v\n  "
+      "{}\n}}\n"
       "scheme q {{ {} }}\nscene s : m with q {{\n  grid x = 0 .. 1, cells 10, periodic\n  k = {:.17g}\n"
       "  initial u = 1 + 0.3*sin(2*pi*x)\n  initial v = 0.5 + 0.2*cos(2*pi*x)\n  time 0 .. 1, {}\n  {}\n}}\n"
       "task t : s {{ unknown k; minimise {} }}\n",

@@ -132,7 +132,8 @@ TEST_P(RenamedExamples, GiveTheSameBits) {
   const ast::File file = parse(SourceFile(path, text), sink);
   ASSERT_FALSE(sink.has_errors());
   const Renaming renaming = rename_all(text, 3);
-  for (const std::string& task : model::task_names(file)) {
+  for (std::size_t count = 0; const std::string& task : model::task_names(file)) {
+    if (!is_tried(count++, 3) && !is_full()) continue;
     const bool is_compared = expect_same(text, path, task, true, true, renaming);
     EXPECT_EQ(is_compared, !refused_alone.contains(task)) << task;
   }

@@ -13,6 +13,7 @@
 #include "stability/verdict.h"
 #include "stability/wall_spectrum.h"
 #include "stability_support.h"
+#include "support/setting.h"
 
 namespace dpde::stability {
 namespace {
@@ -204,8 +205,9 @@ TEST(StreamFunction, EulerByCentralDifferencesIsNeverStable) {
 /// The vortices of Taylor and Green, 2 sin x sin y: |sin x cos y| + |cos x sin y| is at most 1. By Fourier series the
 /// largest wave number is pi/h.
 TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
-  for (const auto& [differences, largest] :
-       {std::pair{"central(2)", 1.0}, {"central(4)", 1.3722}, {"spectral", std::numbers::pi}}) {
+  for (std::size_t count = 0; const auto& [differences, largest] :
+                              {std::pair{"central(2)", 1.0}, {"spectral", std::numbers::pi}, {"central(4)", 1.3722}}) {
+    if (!testing::is_tried(count++, 3)) continue;
     const Verdict verdict = verdict_of(*open_scene(fmt::format(
         "model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); dt(w) = -advect(v, w) }}\n"
         "scheme c {{ time = rk4; dx = {0}; lap = {0}; advect = {0} }}\nscene s : m with c {{\n"
