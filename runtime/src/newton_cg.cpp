@@ -59,56 +59,71 @@ bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, in
   return true;
 }
 
+/// One step that lowers the loss, in a smaller and smaller region.
+bool move(const NewtonCg& method, Minimiser& minimiser, NewtonCgState& state, const HessianProduct& hessian) {
+  const Bounds& bounds = minimiser.bounds;
+  if (state.first_norm == 0) state.first_norm = std::max(state.gradient.norm(), std::numeric_limits<double>::min());
+  const auto product = [&](const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+    ++minimiser.result.hessian_products;
+    hessian(state.x, v, result);
+    bounds.keep_free(state.x, state.gradient, result);
+  };
+  Eigen::VectorXd free = state.gradient, trial_gradient(state.x.size());
+  bounds.keep_free(state.x, state.gradient, free);
+  for (int rejections = 0; rejections < most_rejections; ++rejections) {
+    ModelStep model;
+    const double edge = state.radius > 0          ? state.radius
+                        : method.first_radius > 0 ? method.first_radius
+                                                  : 10 * std::max(1.0, state.x.norm());
+    if (!solve(free, state.first_norm, edge, method.inner_iterations, product, model) || !(model.decrease > 0))
+      return false;
+    Eigen::VectorXd trial = state.x + model.step;
+    bounds.project(trial);
+    double trial_loss = 0;
+    const bool good = minimiser.evaluate(trial, trial_loss, trial_gradient);
+    const double agreement = good ? (state.loss - trial_loss) / model.decrease : -1;
+    // Where both decreases are rounding the ratio says nothing: a step that lowers the gradient is a good one.
+    const bool rounding =
+        good && model.decrease <= 1e-14 * std::abs(state.loss) && trial_gradient.norm() < state.gradient.norm();
+    if (agreement < 0.25 && !rounding) {
+      state.radius = 0.25 * model.step.norm();
+    } else if (agreement > 0.75 && model.at_edge) {
+      state.radius = 2 * edge;
+    } else {
+      state.radius = edge;
+    }
+    if (agreement <= least_agreement && !rounding) continue;
+    state.x = std::move(trial);
+    state.loss = trial_loss;
+    state.gradient = std::move(trial_gradient);
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+bool iterate(const NewtonCg& method, NewtonCgState& state, const Objective& objective, const HessianProduct& hessian,
+             const Bounds& bounds) {
+  const IterationObserver nobody;
+  Minimiser minimiser{objective, nobody, 1, 0, bounds, {}, {}, 0};
+  return move(method, minimiser, state, hessian);
+}
 
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,
                         Eigen::VectorXd x, int iterations, const IterationObserver& observer, double gradient_tolerance,
                         const Bounds& bounds) {
   Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
-  Eigen::VectorXd gradient, trial_gradient(x.size());
-  double loss = 0, radius = 0;  // 0: not known before the first step, which is the Newton step where there is one
-  bounds.project(x);
-  const bool finite = minimiser.start(x, loss, gradient);
-  const double first_norm = std::max(gradient.norm(), std::numeric_limits<double>::min());
-  while (minimiser.visit(x, loss, gradient, finite)) {
-    const auto product = [&](const Eigen::VectorXd& v, Eigen::VectorXd& result) {
-      ++minimiser.result.hessian_products;
-      hessian(x, v, result);
-      bounds.keep_free(x, gradient, result);
-    };
-    Eigen::VectorXd free = gradient;
-    bounds.keep_free(x, gradient, free);
-    bool moved = false;
-    for (int rejections = 0; !moved && rejections < most_rejections; ++rejections) {
-      ModelStep model;
-      const double edge = radius > 0                ? radius
-                          : method.first_radius > 0 ? method.first_radius
-                                                    : 10 * std::max(1.0, x.norm());
-      if (!solve(free, first_norm, edge, method.inner_iterations, product, model) || !(model.decrease > 0)) break;
-      Eigen::VectorXd trial = x + model.step;
-      bounds.project(trial);
-      double trial_loss = 0;
-      const bool good = minimiser.evaluate(trial, trial_loss, trial_gradient);
-      const double agreement = good ? (loss - trial_loss) / model.decrease : -1;
-      // Where both decreases are rounding the ratio says nothing: a step that lowers the gradient is a good one.
-      const bool rounding = good && model.decrease <= 1e-14 * std::abs(loss) && trial_gradient.norm() < gradient.norm();
-      if (agreement < 0.25 && !rounding) {
-        radius = 0.25 * model.step.norm();
-      } else if (agreement > 0.75 && model.at_edge) {
-        radius = 2 * edge;
-      } else {
-        radius = edge;
-      }
-      if (agreement <= least_agreement && !rounding) continue;
-      x = trial;
-      loss = trial_loss;
-      gradient = trial_gradient;
-      ++minimiser.result.iterations;
-      moved = true;
+  NewtonCgState state;
+  state.x = std::move(x);
+  bounds.project(state.x);
+  const bool finite = minimiser.start(state.x, state.loss, state.gradient);
+  while (minimiser.visit(state.x, state.loss, state.gradient, finite)) {
+    if (!move(method, minimiser, state, hessian)) {
+      minimiser.stop(StopReason::no_progress);
+      break;
     }
-    if (moved) continue;
-    minimiser.stop(StopReason::no_progress);
-    break;
+    ++minimiser.result.iterations;
   }
   return std::move(minimiser.result);
 }

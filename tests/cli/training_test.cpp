@@ -294,7 +294,7 @@ TEST_F(Training, WhatATaskCannotSay) {
           "a loss over 2 steps beside one over 4");
   refused(data + nu + "minimise mean((u - r)^2) over 2.5 steps; " + use, "E0208", "2.5");
   refused(data + "unknown initial u from 0; " + loss + use, "E0311", "an unknown initial state");
-  refused(data + nu + loss + "using newton_cg()", "E0311", "an optimiser with second derivatives");
+  refused(data + nu + loss + "using newton_cg(), batch 4", "E0311", "learns by newton_cg");
   refused(data + nu + loss, "E0311", "the want of an optimiser");
   refused(data + nu + loss + use + ", iterations 5", "E0311", "write epochs 20");
   refused(data + nu + loss + use + ", batch 0", "E0707", "is a whole number from 1 on, not 0");

@@ -95,6 +95,38 @@ TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
   EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
 }
 
+/// Of a sum of squares that comes to 0 both Hessians are the same there: digits double with each iteration.
+TEST_F(AllWindows, NewtonsMethodFindsTheViscosity) {
+  for (const std::string hessian : {"full", "gauss_newton"}) {
+    const Outcome found = learn(viscosity("newton_cg(hessian = " + hessian + "), epochs 12"), "--out o");
+    ASSERT_EQ(found.status, 0) << found.out << found.err;
+    const Json json = found.json();
+    EXPECT_NEAR(json["unknowns"]["nu"]["value"].get<double>(), 0.05, 1e-12) << hessian;
+    const std::vector<double> loss = json["loss"].get<std::vector<double>>();
+    for (std::size_t k = 1; k < loss.size(); ++k) EXPECT_LT(loss[k], loss[k - 1]) << hessian;
+    EXPECT_LT(loss.size(), 10U) << hessian;
+  }
+  const Json bounded = learn(viscosity("newton_cg(), epochs 20", "unknown nu from 0.2 in 0.1 .. 1"), "").json();
+  EXPECT_EQ(bounded["unknowns"]["nu"]["value"], 0.1);
+}
+
+/// Weights of a network: as many updates of L-BFGS leave more, and a training that is taken up again, with its trust
+/// region, gives the same bits, for any number of threads.
+TEST_F(AllWindows, NewtonsMethodLearnsANetworkAndGoesOn) {
+  const std::string text = network("newton_cg(hessian = gauss_newton), epochs 8, validate 0.25");
+  const Outcome whole = learn(text, "--out whole --threads 1");
+  ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
+  ASSERT_EQ(learn(text, "--out parts --epochs 3 --threads 2").status, 0);
+  const Outcome rest = learn(text, "--out parts --resume --threads 2");
+  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
+  EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
+  const Json lbfgs = learn(network("lbfgs(), epochs 8, validate 0.25"), "").json();
+  EXPECT_LT(whole.json()["loss"].back().get<double>(), lbfgs["loss"].back().get<double>());
+  const Outcome other = learn(network("newton_cg(), epochs 8, validate 0.25"), "--out parts --resume");
+  EXPECT_EQ(other.codes(), std::vector<std::string>{"E0914"});
+}
+
 /// The same problem in numbers of size 1, and with one unknown of 1e-2 and one of 1e-6.
 std::string two_sizes(bool scaled) {
   const std::string rates = scaled ? "param a = 2, b = 1; dt(u) = -a*u - u*v; dt(v) = 1 - b*v"
@@ -154,7 +186,7 @@ TEST_F(AllWindows, WhatLbfgsCannotBeCombinedWith) {
        {"batch 4", "seed 3", "noise 0.1", "clip 1", "cut 1", "schedule cosine", "unroll (2, 4)"}) {
     refused("lbfgs(), epochs 4, " + option, "E0311", "whose iterations see all windows at once");
   }
-  refused("newton_cg(), epochs 4", "E0311", "an optimiser with second derivatives");
+  refused("newton_cg(), epochs 4, noise 0.1", "E0311", "a task that learns by newton_cg, whose iterations see all");
   refused("adam(rate = 0.1), epochs 2, unroll (1, 2, 4)", "E0707", "has 3 lengths for 2 epochs");
   EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2, unroll 2, patience 3"), "").status, 0);
   for (const auto& [options, more] :

@@ -96,7 +96,8 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   if (!trainer->split_runs(sink)) return nullptr;
   for (int e = 0; e < trainer->epochs_; ++e) {
     const std::size_t count = trainer->windows_of(trainer->unroll_of(e)).size();
-    trainer->updates_in_all_ += trainer->is_lbfgs() ? 1 : static_cast<std::int64_t>(batch_count(count, training.batch));
+    trainer->updates_in_all_ +=
+        trainer->takes_all() ? 1 : static_cast<std::int64_t>(batch_count(count, training.batch));
     if (count > 0) continue;
     sink.report("bad-array-file", {},
                 {scene.trajectories.path,
@@ -281,16 +282,15 @@ bool Trainer::iterate_over_all() {
     bad = result.bad.value_or(0);
     return result.bad ? std::nan("") : result.loss;
   };
-  LbfgsState next = state_.lbfgs;
-  Eigen::VectorXd scale = state_.scale;
-  if (next.x.size() == 0) {
-    next.x = state_.updates.x;
-    next.gradient.resize(next.x.size());
-    next.loss = loss_of_all(next.x, next.gradient);
-    scale = scale_at(next.gradient);
+  TrainingState next = state_;
+  if (next.lbfgs.x.size() == 0) {
+    next.lbfgs.x = state_.updates.x;
+    next.lbfgs.gradient.resize(start_.size());
+    next.lbfgs.loss = loss_of_all(next.lbfgs.x, next.lbfgs.gradient);
+    if (!is_newton()) next.scale = scale_at(next.lbfgs.gradient);
   }
-  const double before = next.loss;
-  const bool is_lower = std::isfinite(before) && iterate(Lbfgs{}, next, scale, loss_of_all, bounds_);
+  const double before = next.lbfgs.loss;
+  const bool is_lower = std::isfinite(before) && make_iteration(next, all, loss_of_all);
   if (is_stopping()) {
     end_ = TrainingEnd::stopped;
     return false;
@@ -301,9 +301,8 @@ bool Trainer::iterate_over_all() {
   }
   end_ = TrainingEnd::no_progress;
   if (!is_lower) return false;
+  state_ = std::move(next);
   state_.losses.push_back(before);
-  state_.lbfgs = std::move(next);
-  state_.scale = std::move(scale);
   state_.updates.x = state_.lbfgs.x;
   ++state_.updates.made;
   state_.epoch_loss = state_.lbfgs.loss;
@@ -311,9 +310,28 @@ bool Trainer::iterate_over_all() {
   return true;
 }
 
+/// False where none lowers the loss.
+bool Trainer::make_iteration(TrainingState& next, std::span<const Window> all, const Objective& loss) {
+  LbfgsState& at = next.lbfgs;
+  if (!is_newton()) return iterate(Lbfgs{}, at, next.scale, loss, bounds_);
+  const Curvature curvature = scene_.task().optimiser->gauss_newton ? Curvature::gauss_newton : Curvature::full;
+  const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+    const bool is_finite = !is_stopping() && batches(unroll_of(state_.epoch)).product(x, v, all, curvature, result);
+    if (!is_finite) result.fill(std::nan(""));
+  };
+  NewtonCgState newton{at.x, at.gradient, at.loss, next.first_norm, next.radius};
+  const bool is_lower = iterate(NewtonCg{}, newton, loss, product, bounds_);
+  at.x = std::move(newton.x);
+  at.gradient = std::move(newton.gradient);
+  at.loss = newton.loss;
+  next.first_norm = newton.first_norm;
+  next.radius = newton.radius;
+  return is_lower;
+}
+
 /// And ends the epoch where it was its last. False when the training ends here.
 bool Trainer::make_next_update() {
-  if (is_lbfgs()) return (state_.batch > 0 || iterate_over_all()) && end_epoch();
+  if (takes_all()) return (state_.batch > 0 || iterate_over_all()) && end_epoch();
   const auto size = static_cast<std::size_t>(scene_.training().batch);
   const std::span<const Window> order = order_of(state_.epoch);
   const std::size_t first = static_cast<std::size_t>(state_.batch) * size;
@@ -339,7 +357,7 @@ void Trainer::free_memory() {
 UpdateSeconds Trainer::time_updates(int repeats) {
   const std::vector<Window> all = windows_of(scene_.steps());
   constexpr int most = 64;
-  const std::size_t size = std::min(all.size(), static_cast<std::size_t>(is_lbfgs() ? most : largest_batch()));
+  const std::size_t size = std::min(all.size(), static_cast<std::size_t>(takes_all() ? most : largest_batch()));
   WindowBatches& those = batches(scene_.steps());
   UpdateState state = state_.updates;
   Eigen::VectorXd gradient(start_.size());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns the unknowns of a task from trajectories: epochs over all windows in random order, one update a batch; or
-// iterations of L-BFGS, each an epoch with one update by all windows. Deterministic: what was stopped and is taken up
-// again gives the same numbers to the last bit, for any number of threads.
+// iterations of L-BFGS or of Newton's method, each an epoch with one update by all windows. Deterministic: what was
+// stopped and is taken up again gives the same numbers to the last bit, for any number of threads.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace dpde::training {
 /// One pass over all windows.
 struct Epoch {
   int unroll = 1;   // steps of its windows
-  double loss = 0;  // mean over its batches, each at the values it was computed with; of L-BFGS at the values after it
+  double loss = 0;  // mean over its batches, each at the values it was computed with; of all windows at those after it
   double validation = 0;     // at the values after it; not a number without validation
   double rate = 0;           // of its last update; 0: it has none
   std::int64_t updates = 0;  // made by its end
@@ -27,11 +27,12 @@ struct Epoch {
 /// Everything that goes into a checkpoint: from it a training goes on as if it had not stopped.
 struct TrainingState {
   UpdateState updates;
-  LbfgsState lbfgs;          // of L-BFGS once it has begun
-  Eigen::VectorXd scale;     // of each unknown, as L-BFGS takes it; empty: none
-  int epoch = 0, batch = 0;  // the next one
-  double epoch_loss = 0;     // sum over the batches of this epoch so far
-  Eigen::VectorXd best;      // values with the lowest loss of all epochs of the same windows
+  LbfgsState lbfgs;                   // of L-BFGS once it has begun; of Newton's method with no pairs
+  double first_norm = 0, radius = 0;  // of Newton's method (see NewtonCgState)
+  Eigen::VectorXd scale;              // of each unknown, as L-BFGS takes it; empty: none
+  int epoch = 0, batch = 0;           // the next one
+  double epoch_loss = 0;              // sum over the batches of this epoch so far
+  Eigen::VectorXd best;               // values with the lowest loss of all epochs of the same windows
   double best_loss = std::numeric_limits<double>::infinity();
   int best_epoch = -1;
   std::vector<double> losses;  // of every update's batch
@@ -100,18 +101,21 @@ class Trainer {
         trial_(static_cast<std::uint64_t>(trial) + options.seed),
         seed_(scene.training().seed + trial_) {}
   void begin_networks_anew();
-  int largest_batch() const { return is_lbfgs() ? std::numeric_limits<int>::max() : scene_.training().batch; }
+  int largest_batch() const { return takes_all() ? std::numeric_limits<int>::max() : scene_.training().batch; }
   bool split_runs(DiagnosticSink& sink);
   int unroll_of(int epoch) const;
   std::vector<Window> windows_of(int unroll) const;
   const std::vector<Window>& order_of(int epoch);
   bool is_out_of_patience() const;
   WindowBatches& batches(int unroll);
-  bool is_lbfgs() const { return scene_.task().optimiser->kind == model::Optimiser::Kind::lbfgs; }
+  bool is_newton() const { return scene_.task().optimiser->kind == model::Optimiser::Kind::newton_cg; }
+  /// All windows in each update.
+  bool takes_all() const { return is_newton() || scene_.task().optimiser->kind == model::Optimiser::Kind::lbfgs; }
   bool make_update(std::span<const Window> batch, std::size_t first);
   bool make_next_update();
   Eigen::VectorXd scale_at(const Eigen::VectorXd& gradient) const;
   bool iterate_over_all();
+  bool make_iteration(TrainingState& next, std::span<const Window> all, const Objective& loss);
   bool end_epoch();
   void diverge(std::span<const Window> batch, std::size_t bad, const Eigen::VectorXd& x);
   bool is_stopping() const { return options_.stop != nullptr && options_.stop->load(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a training: "dpdetrn3", what it is of, everything it goes on from, then a checksum of all before it.
+// Checkpoints of a training: "dpdetrn4", what it is of, everything it goes on from, then a checksum of all before it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -15,7 +15,7 @@ namespace dpde::training {
 
 namespace {
 
-constexpr std::string_view training_magic = "dpdetrn3";
+constexpr std::string_view training_magic = "dpdetrn4";
 constexpr std::array<std::string_view, 14> names_of_options{"task",      "length of windows",
                                                             "optimiser", "rate",
                                                             "momentum",  "decay",
@@ -35,7 +35,7 @@ void write(driver::ByteWriter& out, const TrainingState& state) {
   out.number(state.epoch);
   out.number(state.batch);
   out.number(state.best_epoch);
-  out.values({state.epoch_loss, state.best_loss});
+  out.values({state.epoch_loss, state.best_loss, state.first_norm, state.radius});
   for (const Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best})
     out.values(numbers_in(*x));
   out.values(state.losses);
@@ -84,10 +84,12 @@ bool read(driver::ByteReader& in, TrainingState& state) {
   state.epoch = static_cast<int>(in.number());
   state.batch = static_cast<int>(in.number());
   state.best_epoch = static_cast<int>(in.number());
-  const std::vector<double> both = in.values();
-  if (both.size() != 2) return false;
-  state.epoch_loss = both[0];
-  state.best_loss = both[1];
+  const std::vector<double> numbers = in.values();
+  if (numbers.size() != 4) return false;
+  state.epoch_loss = numbers[0];
+  state.best_loss = numbers[1];
+  state.first_norm = numbers[2];
+  state.radius = numbers[3];
   for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best})
     *x = vector_of(in.values());
   state.losses = in.values();
@@ -110,6 +112,10 @@ bool read(driver::ByteReader& in, TrainingState& state) {
 namespace {
 
 /// What people write, not a hash or a long list.
+std::string newton_text(const model::Optimiser& optimiser) {
+  return optimiser.gauss_newton ? "newton_cg of squares" : "newton_cg";
+}
+
 bool is_for_eyes(std::string_view name) { return std::ranges::find(names_of_options, name) != names_of_options.end(); }
 
 }  // namespace
@@ -129,7 +135,8 @@ driver::RunIdentity Trainer::identity() const {
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
           {"length of windows", fmt::format("{}", scene_.steps())},
-          {"optimiser", is_lbfgs()                             ? "lbfgs"
+          {"optimiser", is_newton()                            ? newton_text(*scene_.task().optimiser)
+                        : takes_all()                          ? "lbfgs"
                         : rule_.kind == UpdateRule::Kind::adam ? "adam"
                                                                : "gradient_descent"},
           {"rate", fmt::format("{}", rule_.rate)},

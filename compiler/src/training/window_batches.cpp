@@ -111,33 +111,32 @@ double finite_or_nan(const std::function<double()>& loss) {
 
 }  // namespace
 
-/// Many windows go some at a time, so that not all their gradients are there at once.
+/// Many windows go some at a time, so that not all their vectors are there at once.
 WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows,
-                                          const StartNoise& noise, Eigen::VectorXd* gradient) {
+                                          const StartNoise& noise, const Question& question, Eigen::VectorXd* sum) {
   constexpr std::size_t at_once = 64;
   const std::size_t most = std::min(windows.size(), at_once);
-  std::vector<double> losses(most);
+  std::vector<double> values(most);
   Result result;
-  if (gradient != nullptr) gradient->setZero(x.size());
-  if (gradient != nullptr) gradients_.resize(std::max(gradients_.size(), most));
+  if (sum != nullptr) sum->setZero(x.size());
+  vectors_.resize(std::max(vectors_.size(), most));
   for (std::size_t first = 0; first < windows.size(); first += at_once) {
     const std::size_t count = std::min(windows.size() - first, at_once);
     for_each(x, windows.subspan(first, count), noise, first, [&](Simulation& simulation, std::size_t i) {
-      losses[i] = finite_or_nan([&] { return gradient != nullptr ? simulation.gradient() : simulation.loss(); });
-      if (gradient != nullptr)
-        gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
+      if (sum != nullptr) vectors_[i].resize(x.size());
+      values[i] = finite_or_nan([&] { return question(simulation, vectors_[i]); });
     });
     for (std::size_t i = 0; i < count; ++i) {
-      result.loss += losses[i];
-      if (gradient != nullptr) *gradient += gradients_[i];
-      const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || std::isfinite(gradients_[i].squaredNorm()));
+      result.loss += values[i];
+      const bool fine = std::isfinite(values[i]) && (sum == nullptr || std::isfinite(vectors_[i].squaredNorm()));
       if (!fine && !result.bad) result.bad = first + i;
+      if (sum != nullptr) *sum += vectors_[i];
     }
     if (result.bad) break;
   }
   const double factor = scale_ / static_cast<double>(windows.size());
   result.loss *= factor;
-  if (gradient != nullptr) *gradient *= factor;
+  if (sum != nullptr) *sum *= factor;
   return result;
 }
 
@@ -156,11 +155,27 @@ BatchSeconds WindowBatches::take_seconds() {
 
 WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows,
                                               const StartNoise& noise, Eigen::VectorXd& gradient) {
-  return over(x, windows, noise, &gradient);
+  const Question question = [](Simulation& simulation, Eigen::VectorXd& vector) {
+    const double loss = simulation.gradient();
+    vector = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), vector.size());
+    return loss;
+  };
+  return over(x, windows, noise, question, &gradient);
 }
 
 WindowBatches::Result WindowBatches::loss(const Eigen::VectorXd& x, std::span<const Window> windows) {
-  return over(x, windows, {}, nullptr);
+  const Question question = [](Simulation& simulation, Eigen::VectorXd&) { return simulation.loss(); };
+  return over(x, windows, {}, question, nullptr);
+}
+
+bool WindowBatches::product(const Eigen::VectorXd& x, const Eigen::VectorXd& direction, std::span<const Window> windows,
+                            Curvature curvature, Eigen::VectorXd& result) {
+  const Question question = [&](Simulation& simulation, Eigen::VectorXd& vector) {
+    simulation.hessian_vector(values_in(direction), {vector.data(), static_cast<std::size_t>(vector.size())},
+                              curvature);
+    return 0.0;
+  };
+  return !over(x, windows, {}, question, &result).bad;
 }
 
 std::string WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {

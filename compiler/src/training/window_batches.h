@@ -104,6 +104,9 @@ class WindowBatches {
   Result gradient(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise,
                   Eigen::VectorXd& gradient);
   Result loss(const Eigen::VectorXd& x, std::span<const Window> windows);
+  /// The Hessian of the mean loss times a direction; false where it is not finite. @throws Error where a loss has none.
+  bool product(const Eigen::VectorXd& x, const Eigen::VectorXd& direction, std::span<const Window> windows,
+               Curvature curvature, Eigen::VectorXd& result);
   /// Where a window is no longer finite, in words; "" when its states are.
   std::string why_not_finite(const Eigen::VectorXd& x, const Window& window);
 
@@ -125,8 +128,11 @@ class WindowBatches {
  private:
   void begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window, const StartNoise& noise,
              std::uint64_t number);
+  /// What is asked of a window: a number, which is added up, and a vector of the size of x where one is.
+  using Question = std::function<double(Simulation& simulation, Eigen::VectorXd& vector)>;
+  /// `sum`: of the vectors; null where there are none.
   Result over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise,
-              Eigen::VectorXd* gradient);
+              const Question& question, Eigen::VectorXd* sum);
 
   const TrainingScene& from_;
   int steps_;
@@ -141,7 +147,7 @@ class WindowBatches {
   double region_ = 0;  // of the parallel regions
   Team team_;
   std::deque<Simulation> simulations_;
-  std::vector<Eigen::VectorXd> gradients_;
+  std::vector<Eigen::VectorXd> vectors_;
 };
 
 }  // namespace dpde::training

@@ -200,26 +200,28 @@ void check_scene(Draft& draft) {
   }
 }
 
-/// L-BFGS compares losses along a line: they have to be those of one function, and the gradient its own.
-void check_for_lbfgs(Draft& draft, const ast::UsingItem& item, const Training& training) {
+/// L-BFGS and Newton's method compare losses: they have to be those of one function, and the gradient its own.
+void check_for_all_windows(Draft& draft, const ast::UsingItem& item, const std::string& method,
+                           const Training& training) {
   constexpr std::array<std::string_view, 6> of_batches{"batch", "seed", "noise", "clip", "cut", "schedule"};
   for (const ast::Argument& option : item.options) {
     const bool grows = option.name == "unroll" && training.unroll.size() > 1;
     if (!grows && std::ranges::find(of_batches, option.name) == of_batches.end()) continue;
     draft.sink.report("not-allowed-here", option.name_range,
                       {grows ? "unroll with several lengths" : option.name,
-                       "a task that learns by lbfgs, whose iterations see all windows at once"},
+                       fmt::format("a task that learns by {}, whose iterations see all windows at once", method)},
                       "leave it out, or write using adam(rate = 1e-3), batch 4, epochs 20");
   }
 }
 
-void check_optimiser(Draft& draft, const ast::UsingItem& item, SourceRange range, const Training& training) {
-  const std::optional<Optimiser>& optimiser = draft.problem.task->optimiser;
-  if (!optimiser || optimiser->kind == Optimiser::Kind::adam || optimiser->kind == Optimiser::Kind::gradient_descent)
-    return;
-  if (optimiser->kind == Optimiser::Kind::lbfgs) return check_for_lbfgs(draft, item, training);
-  refuse(draft, range, "an optimiser with second derivatives",
-         "write using lbfgs(), epochs 20, or adam(rate = 1e-3), batch 4, epochs 20");
+void check_optimiser(Draft& draft, const ast::UsingItem& item, const Training& training) {
+  if (!draft.problem.task->optimiser) return;
+  switch (draft.problem.task->optimiser->kind) {
+    case Optimiser::Kind::adam:
+    case Optimiser::Kind::gradient_descent: return;
+    case Optimiser::Kind::lbfgs: return check_for_all_windows(draft, item, "lbfgs", training);
+    case Optimiser::Kind::newton_cg: return check_for_all_windows(draft, item, "newton_cg", training);
+  }
 }
 
 /// Each from the same file as the task's own scene, unless it has one of its own.
@@ -335,7 +337,7 @@ void bind_training(Draft& draft) {
     refuse(draft, draft.task->name.range, "the want of an optimiser",
            "write using adam(rate = 1e-3), batch 4, epochs 20");
   } else {
-    check_optimiser(draft, lines[0].kind, lines[0].range, training);
+    check_optimiser(draft, lines[0].kind, training);
     check_lengths(draft, lines[0].range, training, length);
   }
   for (Datum& datum : task.data) datum.when = {When::Kind::steps, {}, length};

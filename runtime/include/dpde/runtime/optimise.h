@@ -89,6 +89,18 @@ struct LbfgsState {
   double loss = 0;
   std::deque<Pair> pairs;
 };
+/// All that the next iteration of Newton's method depends on.
+struct NewtonCgState {
+  Eigen::VectorXd x, gradient;
+  double loss = 0;
+  double first_norm = 0;  // of the first gradient: the smaller later ones are, the more exactly steps are found
+  double radius = 0;      // of the trust region; 0: not known before the first step
+};
+/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is
+/// then what it was.
+bool iterate(const NewtonCg& method, NewtonCgState& state, const Objective& objective, const HessianProduct& hessian,
+             const Bounds& bounds = {});
+
 /// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The
 /// Hessian need not be positive.
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,
