@@ -32,6 +32,12 @@ const std::vector<Rate> rates{
     {"held, of a solution of a state that an event sets",
      "  field c\n  dt(c) = 0\n  solve lap(phi) - phi = -c for phi\n" + still + "  v = 100*phi inside b\n",
      "  initial c = 0\n  after step: c = 1\n"},
+    {"held, of what is held", "  field c\n  dt(c) = 0\n" + still + "  v = 100*c inside b\n  c = 1 inside b\n",
+     "  initial c = 0\n"},
+    {"held, of what is held of what is held",
+     "  field c, d\n  dt(c) = 0\n  dt(d) = 0\n" + still +
+         "  v = 100*c inside b\n  c = d/2 inside b\n  d = 2 inside b\n",
+     "  initial c = 0\n  initial d = 0\n"},
     {"held, later", "  param length = 1\n" + still + "  v = 100*min(1, 2*t/length) inside b\n",
      "  length = length_of_run\n"},
     {"set by an event, later", still, "  after step: v = 100*b*min(1, 2*t/length_of_run)\n"},

@@ -13,6 +13,7 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "driver/pipeline.h"
+#include "stability/known_networks.h"
 #include "stencil/build.h"
 #include "support/match.h"
 
@@ -64,12 +65,17 @@ stencil::Grid grid_of(const std::vector<model::Axis>& axes) {
 State initial_inputs(driver::Session& session, const LinearStep& linear) {
   State memory = memory_for(linear, grid_of(session.axes()));
   memory.inverses = new_inverses();
+  auto networks = values_of_networks(session, linear.known_networks(), session.problem().t_begin);
   for (const std::string& input : linear.inputs()) {
     const int state = is_coordinate(input) ? -1 : session.engine().state_index(input);
     if (is_coordinate(input)) {
       const auto axis = static_cast<std::size_t>(input[0] - 'x');
       const model::Axis& along = session.axes()[axis];
       memory.set_coordinate(static_cast<int>(axis), along.topology, along.low, along.spacing());
+    } else if (linear.known_networks().contains(input)) {
+      std::vector<double>& values = networks[input];
+      values.resize(session.workspace().cell_count(), std::numeric_limits<double>::quiet_NaN());
+      memory.set(input, values);
     } else {
       std::vector<double> values = state < 0 ? session.workspace().dense(input) : session.initial(state);
       values.resize(session.workspace().cell_count());  // of a control field the first interval

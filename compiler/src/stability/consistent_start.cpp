@@ -17,7 +17,8 @@ bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
 
 ConsistentStart::ConsistentStart(driver::Session& session) : ConsistentStart(session, session.problem().t_begin) {}
 
-/// What is held depends on what events leave, which the first of the steps has not seen yet.
+/// What is held depends on what events leave, which the first of the steps has not seen yet, and on other values that
+/// are held, as they were a stage before.
 ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(session) {
   const driver::Compiled& compiled = session.compiled();
   std::vector<std::pair<int, std::string>> set, held;
@@ -29,18 +30,24 @@ ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(
     given_.push_back({state, session.initial(state)});
   }
   take(set, t);
-  if (held.size() < set.size()) take(held, t);
+  // One pass for what events leave, and one for each held value that another one reads.
+  for (std::size_t pass = held.size() < set.size() ? 0 : 1; pass <= held.size() && take(held, t); ++pass) {
+  }
 }
 
-void ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, double t) {
-  if (set.empty()) return;
+bool ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, double t) {
+  if (set.empty()) return false;
   std::vector<std::string> fields;
   for (const auto& [state, next] : set) fields.push_back(next);
   const auto found = after_step_of_no_length(session_, fields, t);
+  bool is_other = false;
   for (const auto& [state, next] : set) {
-    if (const auto values = found.find(next); values != found.end())
-      session_.rollout().initial(state).copy_in(values->second);
+    const auto values = found.find(next);
+    if (values == found.end() || values->second == session_.initial(state)) continue;
+    session_.rollout().initial(state).copy_in(values->second);
+    is_other = true;
   }
+  return is_other;
 }
 
 ConsistentStart::~ConsistentStart() {

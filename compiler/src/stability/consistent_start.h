@@ -32,7 +32,8 @@ class ConsistentStart {
     int state;
     std::vector<double> values;
   };
-  void take(const std::vector<std::pair<int, std::string>>& set, double t);
+  /// Whether any of them is another one then.
+  bool take(const std::vector<std::pair<int, std::string>>& set, double t);
 
   driver::Session& session_;
   std::vector<Given> given_;

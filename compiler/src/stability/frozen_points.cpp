@@ -293,7 +293,7 @@ bool is_same_everywhere(driver::Session& session, const LinearStep& linear, cons
   FrozenPoint spoilt = point;
   spoilt.place.fill(not_a_number);
   for (auto& [name, value] : spoilt.fields) {
-    if (session.engine().state_index(name) < 0) {
+    if (session.engine().state_index(name) < 0 && !linear.known_networks().contains(name)) {
       const std::vector<double> values = session.workspace().dense(name);
       if (std::ranges::all_of(values, [&](double v) { return v == values.front(); })) continue;
     }

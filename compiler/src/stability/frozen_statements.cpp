@@ -256,11 +256,12 @@ void Evaluation::repeat(const Repeat& repeat) {
   for (auto& [result, value] : results) set(result, std::move(value));
 }
 
+/// Networks that are left read what is perturbed.
 void Evaluation::run(const std::vector<Statement>& body) {
   for (const Statement& statement : body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
-        [](const NetworkCall&) {}, [&](const Transform& t) { transform(t); },
+        [&](const NetworkCall&) { is_too_far_ = true; }, [&](const Transform& t) { transform(t); },
         [&](const Run& r) { run_kernel(kernels_.kernel(r.kernel)); }, [&](const Solve& s) { solve(s); },
         [&](const Repeat& r) { repeat(r); });
     if (is_too_far_) return;

@@ -7,6 +7,7 @@
 #include "adjoint/plan.h"
 #include "stability/coupled_means.h"
 #include "stability/frozen_evaluation.h"
+#include "stability/known_networks.h"
 #include "stability/survey.h"
 #include "stencil/effects.h"
 #include "stencil/passes/passes.h"
@@ -56,7 +57,8 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   adjoint::Activity all;  // what the step changes is known at its start alone, whoever is perturbed
   for (const Swap& swap : program->swaps) all.fields.insert(swap.state);
   result.varied_.merge(adjoint::find_varied(module, *program, all).fields);
-  result.module_ = remove_dead_code(without_guesses(tangent.module));
+  std::set<std::string> known;
+  result.module_ = remove_dead_code(without_known_networks(without_guesses(tangent.module), known));
   Module uncoupled = without_coupled_means(result.module_, result.rates_);
   if (!(uncoupled == result.module_))
     result.coupled_ = std::exchange(result.module_, remove_dead_code(std::move(uncoupled)));
@@ -67,14 +69,19 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   result.solves_ = found.solves;
   result.has_networks_ = found.has_networks;
   result.of_constraints_ = of_constraints;
-  const Module& whole = result.coupled_module();
-  for (const std::string& input : interface_of(whole, whole.programs.front()).inputs) {
-    if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
-  }
+  result.find_inputs(known);
   why = found.why;
   if (why.empty())
     result.kernels_ = std::make_shared<const FrozenKernels>(result.module_, result.varied_, result.rates_);
   return why.empty() ? std::optional(std::move(result)) : std::nullopt;
+}
+
+void LinearStep::find_inputs(const std::set<std::string>& of_networks) {
+  const Module& whole = coupled_module();
+  for (const std::string& input : interface_of(whole, whole.programs.front()).inputs) {
+    if (!contains(perturbations_, input)) inputs_.push_back(input);
+    if (of_networks.contains(input)) known_networks_.insert(input);
+  }
 }
 
 bool LinearStep::is_rational_in_step(const FrozenStages& stages) const {

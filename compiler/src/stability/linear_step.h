@@ -65,8 +65,12 @@ class LinearStep {
   std::optional<Response> response(const FrozenPoint& point, double dt) const;
   /// The same, with what former responses at this point have found.
   std::optional<Response> response(const FrozenPoint& point, double dt, FrozenStages& stages) const;
-  /// Fields that the tangent reads beside perturbations: states, coefficients, coordinates.
+  /// Fields that the tangent reads beside perturbations: states, coefficients, coordinates, what networks give.
   const std::vector<std::string>& inputs() const { return inputs_; }
+  /// Those of them that networks give, see known_networks.h.
+  const std::set<std::string>& known_networks() const { return known_networks_; }
+  /// What is another field as the states change.
+  bool depends_on_states(const std::string& field) const { return varied_.contains(field); }
   const stencil::Module& module() const { return module_; }
   const stencil::Program& program() const { return module_.programs.front(); }
   const std::string& perturbation_of(std::size_t state) const { return perturbations_[state]; }
@@ -82,14 +86,17 @@ class LinearStep {
   bool solves() const { return solves_; }
   /// By its text a rational function of dt, where all `stages` of a response are known: see frozen_kernels.h.
   bool is_rational_in_step(const FrozenStages& stages) const;
-  /// A network is in it: the program can be run, and has no response.
+  /// A network reads what is perturbed: the program can be run, and has no response.
   bool has_networks() const { return has_networks_; }
 
  private:
+  void find_inputs(const std::set<std::string>& of_networks);
+
   stencil::Module module_;                        // the tangent alone, without what only the primal's results need
   std::shared_ptr<const FrozenKernels> kernels_;  // of it
   std::optional<stencil::Module> coupled_;
   std::vector<std::string> states_, perturbations_, results_, inputs_;
+  std::set<std::string> known_networks_;
   std::set<std::string> varied_, rates_;  // fields that depend on the states, and their perturbations
   bool follows_flow_ = false, reduces_ = false, solves_ = false, has_networks_ = false, of_constraints_ = false;
 };

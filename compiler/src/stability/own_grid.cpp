@@ -10,6 +10,8 @@
 #include "dpde/runtime/cell_colours.h"
 #include "stability/compiled_tangent.h"
 #include "stability/eigenvalues.h"
+#include "stability/known_networks.h"
+#include "stability/scene_states.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -63,6 +65,16 @@ bool reads_time(const LinearStep& linear, const model::Problem& problem) {
   return !euler || reads(*euler);
 }
 
+/// What they give at one time is not what they give at another.
+bool do_networks_vary(driver::Session& session, const LinearStep& linear) {
+  const auto at = [&](double part) {
+    return values_of_networks(session, linear.known_networks(), time_within(session, part));
+  };
+  if (linear.known_networks().empty()) return false;
+  const auto first = at(0);
+  return at(0.5) != first || at(1) != first;
+}
+
 }  // namespace
 
 OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
@@ -76,6 +88,7 @@ OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const Froze
 std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                      double step, const Equations& equations) {
   const auto is_state = [&](const std::string& name) {
+    if (linear.known_networks().contains(name)) return linear.depends_on_states(name);
     return !stencil::is_coordinate(name) && session.engine().state_index(name) >= 0;
   };
   const auto is_control = [&](const std::string& name) {
@@ -83,7 +96,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
     return found != session.problem().coefficients.end() && found->is_control();
   };
   const bool varies_in_time = reads_time(linear, session.problem()) || !session.problem().controls.empty() ||
-                              std::ranges::any_of(linear.inputs(), is_control);
+                              do_networks_vary(session, linear) || std::ranges::any_of(linear.inputs(), is_control);
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
   if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || linear.has_networks() || varies_in_time ||

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stability/consistent_start.h"
+#include "stability/known_networks.h"
 #include "stability/whole_fields.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
@@ -26,8 +27,9 @@ bool may_vary_in_time(const driver::Session& session) {
          std::ranges::any_of(problem.coefficients, &model::Coefficient::is_control);
 }
 
-SceneStates::Moment moment_at(driver::Session& session, const std::vector<std::string>& set, bool has_whole, double t) {
-  SceneStates::Moment result{t, {}, {}};
+SceneStates::Moment moment_at(driver::Session& session, const std::vector<std::string>& set,
+                              const std::set<std::string>& networks, bool has_whole, double t) {
+  SceneStates::Moment result{t, values_of_networks(session, networks, t), {}};
   for (const std::string& name : set) result.set[name] = session.initial(session.engine().state_index(name));
   if (has_whole) result.whole = whole_fields(session, t);
   return result;
@@ -42,8 +44,9 @@ double time_within(const driver::Session& session, double part) {
 
 SceneStates::SceneStates(driver::Session& session, const LinearStep& linear) {
   std::vector<std::string> set;
+  const std::set<std::string>& networks = linear.known_networks();
   for (const std::string& name : linear.inputs()) {
-    if (stencil::is_coordinate(name)) continue;
+    if (stencil::is_coordinate(name) || networks.contains(name)) continue;
     const int state = session.engine().state_index(name);
     if (state >= 0 && is_set_by_steps(session.problem(), name))
       set.push_back(name);
@@ -51,16 +54,16 @@ SceneStates::SceneStates(driver::Session& session, const LinearStep& linear) {
       fixed_[name] = state < 0 ? session.workspace().dense(name) : session.initial(state);
   }
   const bool has_whole = linear.solves() || linear.reduces();
-  moments_.push_back(moment_at(session, set, has_whole, session.problem().t_begin));
-  if ((set.empty() && moments_.front().whole.empty()) || !may_vary_in_time(session)) return;
-  const double values = static_cast<double>(session.workspace().cell_count()) *
-                        static_cast<double>(set.size() + moments_.front().whole.size());
+  moments_.push_back(moment_at(session, set, networks, has_whole, session.problem().t_begin));
+  const std::size_t fields = moments_.front().set.size() + moments_.front().whole.size();
+  if (fields == 0 || !may_vary_in_time(session)) return;
+  const double values = static_cast<double>(session.workspace().cell_count()) * static_cast<double>(fields);
   const double halves = std::floor(0.5 * std::clamp(values_kept / values, fewest_moments, most_moments));
   std::vector<Moment> moments;
   for (double k = 0; k <= 2 * halves; ++k) {
     const double t = time_within(session, k / (2 * halves));
     const ConsistentStart start(session, t);
-    moments.push_back(moment_at(session, set, has_whole, t));
+    moments.push_back(moment_at(session, set, networks, has_whole, t));
   }
   const Moment& first = moments.front();
   const bool are_alike =

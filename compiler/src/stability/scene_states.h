@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What stands in the cells of a scene at times of its run: coefficients, states as the run begins, those that steps set
-// as they are then, and what is solved for.
+// as they are then, what networks give, and what is solved for.
 #pragma once
 
 #include <map>
@@ -17,7 +17,7 @@ class SceneStates {
   using Fields = std::map<std::string, std::vector<double>>;
   struct Moment {
     double time;
-    Fields set, whole;  // states that steps set, and fields as of whole_fields.h
+    Fields set, whole;  // states that steps set, with what networks give, and fields as of whole_fields.h
   };
 
   SceneStates(driver::Session& session, const LinearStep& linear);

@@ -115,7 +115,8 @@ class SmallGrid {
     for (const std::string& input : linear_.inputs()) {
       if (stencil::is_coordinate(input)) {
         const auto axis = static_cast<std::size_t>(input[0] - 'x');
-        const double h = point_.params.at("h" + input);
+        // A network is no line: what it gives at places outside of the scene would count.
+        const double h = weights_.empty() ? point_.params.at("h" + input) : 0;
         memory.set_coordinate(static_cast<int>(axis), Topology::bounded,
                               point_.place[axis] - 0.5 * grid_.cells[axis] * h, h);
       } else {
