@@ -103,6 +103,19 @@ std::string own_growth_text(const model::Problem& problem, const Verdict& verdic
   return text;
 }
 
+/// Coefficients that are frozen as the run begins are those of a run whose states keep their size. Where the equations
+/// let them grow by more than a factor of e, those that they grow to may have a limit that these have not.
+bool grows_to_other_states(const model::Problem& problem, const Verdict& verdict) {
+  return !verdict.is_exact && verdict.growth_rate * problem.step * problem.steps > 1;
+}
+
+std::string no_limit_text(const model::Problem& problem, const Verdict& verdict) {
+  if (verdict.is_exact) return "no step is too large for it\n";
+  if (!grows_to_other_states(problem, verdict)) return "no step was found that is too large for it\n";
+  return "no step was found that is too large for it as it begins\n"
+         "  what its states grow to may have a limit, which was not looked for: begin with such a state to see it\n";
+}
+
 std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
@@ -111,9 +124,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   const std::string wave = stability::wave_text(first, problem);
   std::string text = "stability: ";
   switch (verdict.limit.kind) {
-    case StepLimit::Kind::none:
-      text += verdict.is_exact ? "no step is too large for it\n" : "no step was found that is too large for it\n";
-      break;
+    case StepLimit::Kind::none: text += no_limit_text(problem, verdict); break;
     case StepLimit::Kind::never:
       text +=
           fmt::format("unstable at every step{}: {} {}\n",

@@ -119,7 +119,10 @@ std::string verdict_of(const analysis::Certificate& certificate, const driver::C
   if (certificate.tests_nothing()) return "nothing to certify";
   const bool lacks_jumps =
       !compiled.jumps_left_out.empty() || std::ranges::any_of(compiled.watched, &driver::Watched::changes_within_steps);
-  if (certificate.untested.empty()) return lacks_jumps ? "certified but for jumps (W0609)" : "certified";
+  if (certificate.untested.empty())
+    return lacks_jumps                     ? "certified but for jumps (W0609)"
+           : certificate.is_jump_of_scheme ? "certified but for jumps at the bounds of maccormack"
+                                           : "certified";
   const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
   return fmt::format("by {0} the derivative is 0, or below rounding, and was not tested: {1}\ncertified but for {0}{2}",
                      names, analysis::causes_of_zero(compiled), lacks_jumps ? " and for jumps (W0609)" : "");

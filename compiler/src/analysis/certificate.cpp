@@ -333,6 +333,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (finite && (has_clean_slope ? driver::may_jump(*compiled) : has_kinks(*compiled)) &&
       !falls_as_squares(certificate.remainders, 10 * rounding))
     certificate.jump = jump_beside(along, slope, halved_steps(16), measured);
+  certificate.is_jump_of_scheme =
+      certificate.jump && !driver::may_jump(*compiled) && compiled->problem->scheme.has_clamp();
   if (finite && has_hessian && certificate.second && !certificate.second->is_settled())
     certificate.second->quotients = quotients_of_gradient(*inverse, point, bend);
   inverse->hold_steps(false);

@@ -78,8 +78,9 @@ struct Certificate {
   std::string note;                  // why the slope is absent, or where it was measured
   Point point;                       // where the remainders are, and along what
   std::vector<Remainder> remainders;
-  std::optional<QuotientEvidence> quotients;   // where the slope does not tell: see taylor.h
-  std::optional<JumpOnLine> jump;              // of the loss, beside the point
+  std::optional<QuotientEvidence> quotients;  // where the slope does not tell: see taylor.h
+  std::optional<JumpOnLine> jump;             // of the loss, beside the point
+  bool is_jump_of_scheme = false;  // of bounds that it keeps, as maccormack does: the derivative at the point is right
   std::optional<SecondOrderCheck> second;      // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
   std::optional<SteadyAdjoint> steady = {};    // of runs until steady

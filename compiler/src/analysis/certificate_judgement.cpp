@@ -48,8 +48,8 @@ bool SecondOrderCheck::tests_nothing() const { return are_nothing(cases); }
 bool Certificate::passed() const {
   const bool taylor =
       only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
-  return start_is_finite && worst() <= largest_dot_error && taylor && !jump && jump_at_start.empty() &&
-         (!second || !second->is_wrong()) && (!single || single->passed());
+  return start_is_finite && worst() <= largest_dot_error && taylor && (!jump || is_jump_of_scheme) &&
+         jump_at_start.empty() && (!second || !second->is_wrong()) && (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const { return largest_error_of(cases); }
