@@ -44,7 +44,8 @@ std::vector<const dpde_program*> Engine::programs() const {
                                        scene_.observe,
                                        scene_.rate,
                                        scene_.trial,
-                                       scene_.watched};
+                                       scene_.watched,
+                                       scene_.watched_step};
   all.insert(all.end(), formulas_.begin(), formulas_.end());
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];

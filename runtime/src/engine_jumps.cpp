@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradients that take for granted that nothing jumps. Formulas such as atan(1/p) jump where p is 0, and those with
 // if(u > 5, 1, 0.2) where u is 5. They are differentiable in runs where p keeps its sign and u stays on one side.
-// Before a gradient a run looks whether they do: at each state that a loss can hang on, cell by cell.
+// Before a gradient a run looks whether they do: at each state that a loss can hang on, cell by cell, and at all that
+// its steps are made of. What stages, parts of subcycles and events take is no state of a rollout: the step of that run
+// marks in states of its own where a value was below 0 and where it was above.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,6 +18,10 @@
 namespace dpde {
 
 namespace {
+
+constexpr const char* change_of(const dpde_watched& watched) {
+  return watched.is_switch != 0 ? "switches" : "changes its sign";
+}
 
 /// One value of dpde_scene::watched_values over a run.
 class Watch {
@@ -37,7 +43,7 @@ class Watch {
     before_ = step;
     if (is_alone) signs_.clear();
     const bool is_first = signs_.empty();
-    if (changes(values)) return watched_.is_switch != 0 ? "switches" : "changes its sign";
+    if (changes(values)) return change_of(watched_);
     if ((watched_.is_switch == 0 && !is_first) || !is_mixed(values)) return "";
     if (watched_.is_switch != 0) return "switches from cell to cell";
     const bool begins_so = watched_.begins_with_one_sign != 0 && starts_by_unknowns_;
@@ -93,6 +99,45 @@ class Watch {
   Signs signs_, first_;
 };
 
+/// Where the stages of the steps so far have found a value below 0, and where above.
+class Marks {
+ public:
+  /// `watched` has them.
+  Marks(const dpde_watched& watched, const Rollout& rollout, const std::vector<void*>& states,
+        const Workspace& workspace, Communicator* ranks)
+      : ranks_(ranks) {
+    const auto read = [&](const char* mark) {
+      std::vector<double> values(workspace.cell_count());
+      copy_out(workspace.layout(), states[static_cast<std::size_t>(rollout.state_index(mark))], values);
+      return values;
+    };
+    below_ = read(watched.below);
+    above_ = read(watched.above);
+  }
+
+  /// A cell was on both sides.
+  bool have_changed() const {
+    return in_any_cell([](double below, double above) { return below > 0 && above > 0; });
+  }
+  /// In a stage of a single step cells were on both sides: not all have gone to and fro alike.
+  bool are_mixed() const {
+    return in_any_cell([](double below, double) { return below > 0; }) &&
+           in_any_cell([](double, double above) { return above > 0; }) &&
+           in_any_cell([](double below, double above) { return (below > 0) != (above > 0); });
+  }
+
+ private:
+  template <class Is>
+  bool in_any_cell(const Is& is) const {
+    int any = 0;
+    for (std::size_t i = 0; i < below_.size(); ++i) any |= static_cast<int>(is(below_[i], above_[i]));
+    return largest_of(ranks_, any) > 0;
+  }
+
+  Communicator* ranks_;
+  std::vector<double> below_, above_;
+};
+
 Unsolved jump_of(const dpde_watched& watched, const std::string& what) {
   Unsolved error({.what = UnsolvedFacts::What::jump,
                   .text = fmt::format("{} {}", watched.text, what),
@@ -128,9 +173,9 @@ bool Engine::starts_by_unknowns(const dpde_program& program) const {
 }
 
 /// Of those states, with the data of the losses at state `step`.
-void Engine::keep_watched(int step, double t, const std::vector<void*>& states) {
+void Engine::keep_watched(int step, double t, const Rollout& rollout, const std::vector<void*>& states) {
   Workspace::Bound bound;
-  for (std::size_t s = 0; s < states_.size(); ++s) bound[states_[s].name] = states[s];
+  for (std::size_t s = 0; s < states.size(); ++s) bound[rollout.state_name(static_cast<int>(s))] = states[s];
   for (const Datum& datum : data_) {
     const auto found = std::ranges::find(datum.at, step);
     if (found == datum.at.end()) continue;
@@ -139,40 +184,92 @@ void Engine::keep_watched(int step, double t, const std::vector<void*>& states) 
   workspace_->execute(*scene_.watched, t, bound);
 }
 
+/// Of the step that is watched, where one is. Behind a steady state one step says what its stages take.
+Rollout& Engine::watched_run() {
+  Rollout& first = objective();
+  begin(first);
+  if (scene_.watched_step == nullptr) return first;
+  if (!watched_) {
+    RolloutSetup watched = setup();
+    watched.step = scene_.watched_step;
+    if (watched.trial != nullptr) watched.trial = scene_.watched_step;
+    if (watched.steady > 0) watched.steps = 1;
+    watched.steady = 0;
+    watched.block_steps = 1;
+    open(watched_, std::move(watched));
+  }
+  begin(*watched_);
+  for (int32_t i = 0; i < scene_.watched_count; ++i) {
+    for (const char* mark : {scene_.watched_values[i].below, scene_.watched_values[i].above}) {
+      if (mark != nullptr) watched_->initial(watched_->state_index(mark)).fill(0);
+    }
+  }
+  return *watched_;
+}
+
+/// Of a steady state, which hangs on none before it: the state itself, and the stages of the step that leaves it as it
+/// is.
+std::optional<Unsolved> Engine::jump_at_rest() {
+  const std::span<const dpde_watched> watched(scene_.watched_values, static_cast<std::size_t>(scene_.watched_count));
+  Rollout& rollout = objective();
+  begin(rollout);
+  const RunResult done = rollout.run();
+  if (!done.steady || !done.steady->is_reached) return std::nullopt;  // who takes the gradient says so
+  const auto error = [&](const dpde_watched& one, const std::string& what) {
+    Unsolved jump = jump_of(one, what);
+    jump.set_place(done.steady->step, scene_.steps, done.steady->t);
+    return jump;
+  };
+  std::vector<double> values(workspace_->cell_count());
+  keep_watched(scene_.steps, done.steady->t, rollout, rollout.final_states());
+  for (const dpde_watched& one : watched) {
+    workspace_->field(one.field).copy_out(values);
+    const std::string what = Watch(one, {}, false, options_.ranks).jump_at_rest(values);
+    if (!what.empty()) return error(one, what);
+  }
+  Rollout& step = watched_run();
+  if (&step == &rollout) return std::nullopt;
+  for (std::size_t s = 0; s < states_.size(); ++s)
+    copy_all(workspace_->layout(), step.initial(step.state_index(states_[s].name)).base(), rollout.final_states()[s]);
+  step.set_begin(done.steady->t);
+  step.run();
+  for (const dpde_watched& one : watched) {
+    if (one.below != nullptr && Marks(one, step, step.final_states(), *workspace_, options_.ranks).are_mixed())
+      return error(one, one.is_switch != 0 ? "switches from cell to cell" : "has both signs in the steady state");
+  }
+  return std::nullopt;
+}
+
 std::optional<Unsolved> Engine::jump_in_run() {
   if (scene_.watched == nullptr) return std::nullopt;
+  if (scene_.steady > 0) return jump_at_rest();
   const std::span<const dpde_watched> watched(scene_.watched_values, static_cast<std::size_t>(scene_.watched_count));
   const bool starts_so = starts_by_unknowns(*scene_.watched);
   std::vector<Watch> watches;
   for (const dpde_watched& one : watched)
     watches.emplace_back(one, one.loss > 0 ? steps_of(scene_.losses[one.loss - 1].at) : std::vector<int>(), starts_so,
                          options_.ranks);
+  Rollout& rollout = watched_run();
   std::optional<Unsolved> jump;
   std::vector<double> values(workspace_->cell_count());
-  const auto look = [&](const Snapshot& now, const auto& jump_of_watch) {
-    keep_watched(scene_.steady > 0 ? scene_.steps : now.step, now.t, now.states);
-    for (std::size_t i = 0; i < watched.size() && !jump; ++i) {
-      if (scene_.steady == 0 && !watches[i].looks_at(now)) continue;
-      workspace_->field(watched[i].field).copy_out(values);
-      const std::string what = jump_of_watch(watches[i]);
-      if (!what.empty()) jump = jump_of(watched[i], what);
-    }
-    if (jump) jump->set_place(now.step, scene_.steps, now.t);
+  const auto look_at = [&](std::size_t i, const Snapshot& now) -> std::string {
+    if (!watches[i].looks_at(now)) return "";
+    workspace_->field(watched[i].field).copy_out(values);
+    const std::string what = watches[i].jump_at(now.step, values);
+    const bool is_in_stages = what.empty() && watched[i].below != nullptr &&
+                              Marks(watched[i], rollout, now.states, *workspace_, options_.ranks).have_changed();
+    return is_in_stages ? change_of(watched[i]) : what;
   };
-  Rollout& rollout = objective();
-  begin(rollout);
-  if (scene_.steady > 0) {
-    const RunResult done = rollout.run();
-    if (!done.steady || !done.steady->is_reached) return std::nullopt;  // who takes the gradient says so
-    look({done.steady->step, done.steady->t, rollout.final_states(), true},
-         [&](const Watch& watch) { return watch.jump_at_rest(values); });
-    return jump;
-  }
   const int last = last_loss();
   const auto look_if_due = [&](const Snapshot& now) {
     if (jump || now.step > last) return;
     if (std::ranges::none_of(watches, [&](const Watch& watch) { return watch.looks_at(now); })) return;
-    look(now, [&](Watch& watch) { return watch.jump_at(now.step, values); });
+    keep_watched(now.step, now.t, rollout, now.states);
+    for (std::size_t i = 0; i < watched.size() && !jump; ++i) {
+      const std::string what = look_at(i, now);
+      if (!what.empty()) jump = jump_of(watched[i], what);
+    }
+    if (jump) jump->set_place(now.step, scene_.steps, now.t);
   };
   rollout.run({1, look_if_due, true});
   return jump;

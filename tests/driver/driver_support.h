@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,25 @@ inline std::shared_ptr<driver::Compiled> compiled(const SourceFile& source, driv
   std::optional<driver::Compiled> result = driver::compile(source, options, sink);
   EXPECT_TRUE(result.has_value()) << all_messages(source, sink);
   return result ? std::make_shared<driver::Compiled>(std::move(*result)) : nullptr;
+}
+
+/// The first error of the gradient of task t, or what it would be if a choice that runs look at switched; "" where
+/// there is none.
+inline std::string code_refused(const std::string& text, bool takes_jumps = false) {
+  const SourceFile source("test.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  options.takes_jumps = options.trusts_signs = takes_jumps;
+  DiagnosticSink sink;
+  const auto compiled = driver::compile(source, options, sink);
+  if (compiled && std::ranges::any_of(compiled->watched, &driver::Watched::is_switch)) return "E0609";
+  for (const Diagnostic& d : sink.all()) {
+    if (d.kind->severity != Severity::error) continue;
+    EXPECT_TRUE(d.range.is_known()) << all_messages(source, sink);
+    return std::string(d.kind->code);
+  }
+  return "";
 }
 
 /// Code of the stencil programs as they are now, for tests that spoil them after they were compiled.

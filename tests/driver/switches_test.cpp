@@ -7,25 +7,6 @@
 namespace dpde::testing {
 namespace {
 
-/// The first error of the gradient of task t, or what it would be if a choice that runs look at switched; "" where
-/// there is none.
-std::string refusal(const std::string& text, bool takes_jumps = false) {
-  const SourceFile source("switch.dpde", text);
-  driver::CompileOptions options;
-  options.selection.name = "t";
-  options.adjoint = true;
-  options.takes_jumps = options.trusts_signs = takes_jumps;
-  DiagnosticSink sink;
-  const auto compiled = driver::compile(source, options, sink);
-  if (compiled && std::ranges::any_of(compiled->watched, &driver::Watched::is_switch)) return "E0609";
-  for (const Diagnostic& d : sink.all()) {
-    if (d.kind->severity != Severity::error) continue;
-    EXPECT_TRUE(d.range.is_known()) << all_messages(source, sink);
-    return std::string(d.kind->code);
-  }
-  return "";
-}
-
 /// What stands in the places of a problem; the rest is smooth.
 struct Slots {
   std::string declarations, rate = "-u + 0.1*c*f", held = "", items = "", initial = "1 + x/8", coefficient = "2 + x/8",
@@ -42,7 +23,7 @@ std::string text_of(const Slots& s) {
          "\n time 0 .. 1, step 1/16\n}\ntask t : s { " + s.unknowns + " minimise mean(" + s.loss + ") + mean(v^2) }\n";
 }
 
-TEST(Switches, TheTemplateIsSmooth) { EXPECT_EQ(refusal(text_of({})), ""); }
+TEST(Switches, TheTemplateIsSmooth) { EXPECT_EQ(code_refused(text_of({})), ""); }
 
 struct Case {
   const char* name;
@@ -51,17 +32,17 @@ struct Case {
 };
 
 void expect_codes(const std::vector<Case>& cases) {
-  for (const Case& one : cases) EXPECT_EQ(refusal(text_of(one.slots)), one.code) << one.name;
+  for (const Case& one : cases) EXPECT_EQ(code_refused(text_of(one.slots)), one.code) << one.name;
 }
 
 /// As users write limiters, fluxes and phase changes: branches that meet, some where a root or a parameter's sign ends
 /// the domain.
 TEST(Switches, FormulasOfTheFieldAreTaken) {
   const auto scene = [](const std::string& declarations, const std::string& rate) {
-    return refusal(declarations + "\nmodel m { field u, v; param k = 0.7; dt(u) = " + rate +
-                   "; dt(v) = -v + 0*k }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n initial u = 0.5 + "
-                   "0.4*sin(2*pi*x); initial v = 1; time 0 .. 0.1, step 0.01 }\n"
-                   "task t : s { unknown k; unknown initial u; minimise mean(u^2) }\n");
+    return code_refused(declarations + "\nmodel m { field u, v; param k = 0.7; dt(u) = " + rate +
+                        "; dt(v) = -v + 0*k }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n initial u = 0.5 + "
+                        "0.4*sin(2*pi*x); initial v = 1; time 0 .. 0.1, step 0.01 }\n"
+                        "task t : s { unknown k; unknown initial u; minimise mean(u^2) }\n");
   };
   EXPECT_EQ(
       scene("operator r(u, k) order 1 = -k*if((u[+1] - u)*(u - u[-1]) <= 0, 0, if(abs(u[+1] - u) < abs(u - u[-1]), "
@@ -85,9 +66,9 @@ TEST(Switches, FormulasOfTheFieldAreTaken) {
 /// A window between two comparisons is narrow beside what lies around it.
 TEST(Switches, NarrowWindowsAreLookedInto) {
   const auto scene = [](const std::string& condition) {
-    return refusal("model m { field T; param k = 0.4; dt(T) = k*(290 - T) + if(" + condition +
-                   ", 30, 0) }\nscene s : m { initial T = 272; time 0 .. 1, step 1/370 }\n"
-                   "task t : s { unknown k; minimise (T/273)^2 at t = 1 }\n");
+    return code_refused("model m { field T; param k = 0.4; dt(T) = k*(290 - T) + if(" + condition +
+                        ", 30, 0) }\nscene s : m { initial T = 272; time 0 .. 1, step 1/370 }\n"
+                        "task t : s { unknown k; minimise (T/273)^2 at t = 1 }\n");
   };
   for (const char* condition : {"T > 273.15 and T < 273.2", "T > 273.15 and T < 274.15",
                                 "not (T <= 273.15 or T >= 273.16)", "T/1000 > 0.27315 and T^2 < 273.16^2"})
@@ -138,7 +119,7 @@ TEST(Switches, WhatOnlyMovesASwitchIsRefused) {
   const auto with = [](const Slots& slots) {
     std::string text = text_of(slots);
     text.replace(text.find("b = 0.7"), 7, "b = 0.7, q = 0.437");
-    return refusal(text);
+    return code_refused(text);
   };
   EXPECT_EQ(with({.rate = rate, .unknowns = "unknown q;"}), "E0607");
   EXPECT_EQ(with({.rate = rate, .unknowns = "unknown q; unknown a;"}), "E0607");
@@ -157,11 +138,11 @@ TEST(Switches, WhatOnlyMovesASwitchIsRefused) {
 /// Where u is 0 they have a value of its own: half the jump lies on each side, for whatever numbers stand beside it.
 TEST(Switches, WithAValueAtOnePlaceAreRefused) {
   const auto refused_by = [](const std::string& formula, double k) {
-    return refusal("model m { field u, v, w; param k = " + std::to_string(k) +
-                   "; dt(u) = u - 1.5*k; dt(v) = -k*v; dt(w) = " + formula +
-                   " - 0.3*k*w }\nscene s : m { grid x = 0 .. 1, cells 6, periodic\n"
-                   "initial u = sin(2*pi*x); initial v = 1; initial w = 1; time 0 .. 0.1, step 0.01 }\n"
-                   "task t : s { unknown k; minimise mean(w^2) }\n");
+    return code_refused("model m { field u, v, w; param k = " + std::to_string(k) +
+                        "; dt(u) = u - 1.5*k; dt(v) = -k*v; dt(w) = " + formula +
+                        " - 0.3*k*w }\nscene s : m { grid x = 0 .. 1, cells 6, periodic\n"
+                        "initial u = sin(2*pi*x); initial v = 1; initial w = 1; time 0 .. 0.1, step 0.01 }\n"
+                        "task t : s { unknown k; minimise mean(w^2) }\n");
   };
   for (const char* formula :
        {"sign(u)", "k*sign(u)", "k*sign(k*u)", "sign(u*v)", "k*sign(-u)", "sign(u/k)", "k*0.5*(1 + sign(u))",
@@ -203,11 +184,11 @@ TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
 TEST(Switches, PlacesOfSourcesAndSamplesAreKinks) {
   for (const char* const axis : {"", ", periodic", ", stretched x + 0.1*sin(2*pi*x)"}) {
     const std::string walls = axis == std::string(", periodic") ? "" : "boundary u: x = 0\n";
-    EXPECT_EQ(refusal("model m { field u; param p = 0.4; dt(u) = lap(u) + inject(1, at = p) }\n"
-                      "scene s : m { grid x = 0 .. 1, cells 8" +
-                      std::string(axis) + "\n" + walls +
-                      "initial u = 0; time 0 .. 0.01, step 0.001 }\n"
-                      "task t : s { unknown p; minimise (sample(u, at = p) - 1)^2 }\n"),
+    EXPECT_EQ(code_refused("model m { field u; param p = 0.4; dt(u) = lap(u) + inject(1, at = p) }\n"
+                           "scene s : m { grid x = 0 .. 1, cells 8" +
+                           std::string(axis) + "\n" + walls +
+                           "initial u = 0; time 0 .. 0.01, step 0.001 }\n"
+                           "task t : s { unknown p; minimise (sample(u, at = p) - 1)^2 }\n"),
               "")
         << axis;
   }
@@ -215,15 +196,15 @@ TEST(Switches, PlacesOfSourcesAndSamplesAreKinks) {
 
 TEST(Switches, AJumpIsTakenByForce) {
   const std::string jump = text_of({.rate = "-a*if(u > 0.5, 1, 0.2)"});
-  EXPECT_EQ(refusal(jump), "E0609");
-  EXPECT_EQ(refusal(jump, true), "");
+  EXPECT_EQ(code_refused(jump), "E0609");
+  EXPECT_EQ(code_refused(jump, true), "");
 }
 
 /// Two ways to write one formula are both taken, or both refused.
 TEST(Switches, FormsOfOneFormulaAreJudgedAlike) {
   for (const bool is_forced : {false, true}) {
     const auto is_taken = [&](const std::string& rate) {
-      return refusal(text_of({.rate = "-a*(" + rate + ")"}), is_forced).empty();
+      return code_refused(text_of({.rate = "-a*(" + rate + ")"}), is_forced).empty();
     };
     EXPECT_EQ(is_taken("fraction(0.1*u + 3.3)"), is_forced);
     EXPECT_EQ(is_taken("0.1*u + 3.3 - floor(0.1*u + 3.3)"), is_forced);
@@ -233,7 +214,7 @@ TEST(Switches, FormsOfOneFormulaAreJudgedAlike) {
 }
 
 TEST(Switches, AnUnknownThatOnlySetsTheStepsIsRefused) {
-  EXPECT_EQ(refusal(R"(model m { field u; param q = 2; dt(u) = -0.5*dx(u) }
+  EXPECT_EQ(code_refused(R"(model m { field u; param q = 2; dt(u) = -0.5*dx(u) }
 scene s : m { grid x = 0 .. 8, cells 8, periodic; initial u = sin(x); time 0 .. 1, step 1/4, courant 0.5, speed q }
 task t : s { unknown q; minimise mean(u^2) }
 )"),

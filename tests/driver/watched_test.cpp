@@ -3,16 +3,11 @@
 // condition does not switch. In each slot of a problem, differences of the loss as judge.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "dpde/runtime/unsolved.h"
-#include "driver/inverse.h"
-#include "driver/switches.h"
-#include "driver_support.h"
 #include "support/setting.h"
+#include "watched_support.h"
 
 namespace dpde::testing {
 namespace {
@@ -35,56 +30,6 @@ std::string falling(const std::string& slot, const std::string& formula, double 
          ") over time }\n";
 }
 
-struct Run {
-  std::unique_ptr<driver::Session> session;
-  std::unique_ptr<driver::Inverse> inverse;
-};
-
-std::optional<Run> open(const SourceFile& source, bool forced, driver::Backend backend) {
-  driver::CompileOptions options;
-  options.selection.name = "t";
-  options.adjoint = true;
-  options.takes_jumps = options.trusts_signs = forced;
-  options.backend = backend;
-  DiagnosticSink sink;
-  auto compiled = driver::compile(source, options, sink);
-  EXPECT_TRUE(compiled) << all_messages(source, sink);
-  if (!compiled) return std::nullopt;
-  Run run;
-  run.session = driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), {}, sink);
-  if (run.session) run.inverse = driver::Inverse::open(*run.session, source, sink);
-  EXPECT_TRUE(run.inverse) << all_messages(source, sink);
-  return run.inverse ? std::optional(std::move(run)) : std::nullopt;
-}
-
-struct Found {
-  bool is_refused = false;
-  double gradient = NAN;  // forced
-  double secant = NAN;    // over some steps of the place where p is 0
-  bool is_wrong() const { return std::abs(gradient - secant) > 0.05 * std::abs(secant) + 1e-4; }
-};
-
-Found gradient_of(const std::string& text) {
-  const SourceFile source("signs.dpde", text);
-  Found found;
-  Eigen::VectorXd gradient(1);
-  const auto watched = open(source, false, driver::Backend::interpreter);
-  if (!watched) return found;
-  try {
-    watched->inverse->value_and_gradient(watched->inverse->start(), gradient);
-  } catch (const Unsolved& error) {
-    found.is_refused = error.facts().what == UnsolvedFacts::What::jump;
-  }
-  const auto forced = open(source, true, driver::Backend::interpreter);
-  if (!forced) return found;
-  const double k = forced->inverse->start()[0], apart = 0.02;
-  forced->inverse->value_and_gradient(forced->inverse->start(), gradient);
-  const auto loss = [&](double at) { return forced->inverse->value(Eigen::VectorXd::Constant(1, at)); };
-  found.gradient = gradient[0];
-  found.secant = (loss(k + apart) - loss(k - apart)) / (2 * apart);
-  return found;
-}
-
 constexpr const char* slots_in_time[] = {"rate", "held", "boundary", "event", "loss"};
 
 /// Of these in the slot "rate" each, of one in each slot.
@@ -96,11 +41,11 @@ TEST(LostSigns, AreRefusedInEachSlot) {
   for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
     const std::string slot = slots_in_time[i];
     const std::string formula = slot == "event" ? "0.02*atan(1/p)" : "atan(1/p)";
-    const Found lost = gradient_of(falling(slot, formula, 1.3));
+    const FoundGradient lost = gradient_of(falling(slot, formula, 1.3));
     EXPECT_TRUE(lost.is_refused) << slot;
     EXPECT_TRUE(lost.is_wrong()) << slot << ": " << lost.gradient << " and " << lost.secant;
     if (!is_tried(i, 2)) continue;
-    const Found kept = gradient_of(falling(slot, formula, 0.7));
+    const FoundGradient kept = gradient_of(falling(slot, formula, 0.7));
     EXPECT_FALSE(kept.is_refused) << slot;
     EXPECT_FALSE(kept.is_wrong()) << slot << ": " << kept.gradient << " and " << kept.secant;
   }
@@ -109,7 +54,7 @@ TEST(LostSigns, AreRefusedInEachSlot) {
 TEST(LostSigns, AreRefusedInEachSpelling) {
   for (std::size_t i = 0; i < std::size(spellings); ++i) {
     if (!is_tried(i, 4)) continue;
-    const Found lost = gradient_of(falling("rate", spellings[i], 1.3));
+    const FoundGradient lost = gradient_of(falling("rate", spellings[i], 1.3));
     EXPECT_TRUE(lost.is_refused) << spellings[i];
     EXPECT_TRUE(lost.is_wrong()) << spellings[i] << ": " << lost.gradient << " and " << lost.secant;
   }
@@ -121,7 +66,7 @@ TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
                                       "atan(1/(r + 0.5*p))", "tanh(1/r)",           "sin(p)/p"};
   for (std::size_t i = 0; i < std::size(formulas); ++i) {
     if (!is_tried(i, 2)) continue;
-    const Found found = gradient_of(falling("rate", formulas[i], 1.3));
+    const FoundGradient found = gradient_of(falling("rate", formulas[i], 1.3));
     EXPECT_FALSE(found.is_refused) << formulas[i];
     EXPECT_FALSE(found.is_wrong()) << formulas[i] << ": " << found.gradient << " and " << found.secant;
   }
@@ -187,8 +132,9 @@ TEST(WatchedRuns, AreRefusedWhereALossHangsOnAJump) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const RunCase& c = cases[i];
     const std::string scheme = c.scene.find("tolerance") == std::string::npos ? "" : " with e";
-    const Found found = gradient_of("model m { " + c.model + " }\nscheme e { time = dopri5 }\nscene s : m" + scheme +
-                                    " { " + c.scene + " }\ntask t : s { unknown k; " + c.loss + " }\n");
+    const FoundGradient found =
+        gradient_of("model m { " + c.model + " }\nscheme e { time = dopri5 }\nscene s : m" + scheme + " { " + c.scene +
+                    " }\ntask t : s { unknown k; " + c.loss + " }\n");
     const std::string what = c.scene + "; " + c.loss;
     EXPECT_EQ(found.is_refused, c.is_refused) << what;
     EXPECT_EQ(found.is_wrong(), c.is_refused) << what << ": " << found.gradient << " and " << found.secant;
@@ -203,13 +149,13 @@ TEST(WatchedSwitches, AreRefusedWhereTheyAct) {
                                   "if(p > 9, 2, if(p < -4, 1, p))"};
   for (std::size_t i = 0; i < std::size(acting); ++i) {
     if (!is_tried(i, 2)) continue;
-    const Found found = gradient_of(falling("rate", "(1 + 0.1*p)*" + std::string(acting[i]), 1.3));
+    const FoundGradient found = gradient_of(falling("rate", "(1 + 0.1*p)*" + std::string(acting[i]), 1.3));
     EXPECT_TRUE(found.is_refused) << acting[i];
     EXPECT_TRUE(found.is_wrong()) << acting[i] << ": " << found.gradient << " and " << found.secant;
   }
   for (std::size_t i = 0; i < std::size(idle); ++i) {
     if (!is_tried(i, 2)) continue;
-    const Found found = gradient_of(falling("rate", idle[i], 1.3));
+    const FoundGradient found = gradient_of(falling("rate", idle[i], 1.3));
     EXPECT_FALSE(found.is_refused) << idle[i];
     EXPECT_FALSE(found.is_wrong()) << idle[i] << ": " << found.gradient << " and " << found.secant;
   }
@@ -221,7 +167,7 @@ TEST(WatchedSwitches, WithAValueAtOnePlaceAreRefused) {
                                       "if(p > 0, 1, if(p < 0, -1, 0))"};
   for (std::size_t i = 0; i < std::size(formulas); ++i) {
     if (!is_tried(i, 2)) continue;
-    const Found found = gradient_of(falling("rate", "k*" + std::string(formulas[i]), 1.3));
+    const FoundGradient found = gradient_of(falling("rate", "k*" + std::string(formulas[i]), 1.3));
     EXPECT_TRUE(found.is_refused) << formulas[i];
     EXPECT_TRUE(found.is_wrong()) << formulas[i] << ": " << found.gradient << " and " << found.secant;
   }
@@ -231,10 +177,10 @@ TEST(WatchedSwitches, ActInEachSlot) {
   for (std::size_t i = 0; i < std::size(slots_in_time); ++i) {
     if (!is_tried(i, 2)) continue;
     const std::string slot = slots_in_time[i], of_event = slot == "event" ? "0.02*" : "";
-    const Found acting = gradient_of(falling(slot, of_event + "(1 + 0.1*p)*if(p > 0.5, 1, 0.2)", 1.3));
+    const FoundGradient acting = gradient_of(falling(slot, of_event + "(1 + 0.1*p)*if(p > 0.5, 1, 0.2)", 1.3));
     EXPECT_TRUE(acting.is_refused) << slot;
     EXPECT_TRUE(acting.is_wrong()) << slot << ": " << acting.gradient << " and " << acting.secant;
-    const Found idle = gradient_of(falling(slot, of_event + "if(p > 5, 1, 0.2*p)", 1.3));
+    const FoundGradient idle = gradient_of(falling(slot, of_event + "if(p > 5, 1, 0.2*p)", 1.3));
     EXPECT_FALSE(idle.is_refused) << slot;
     EXPECT_FALSE(idle.is_wrong()) << slot << ": " << idle.gradient << " and " << idle.secant;
   }

@@ -67,11 +67,6 @@ void add_jumps(const SourceFile& source, const driver::Compiled& compiled, std::
     add(jump.origin, "what the jump at {}:{} adds, which the gradient lacks (W0609)");
   for (const Origin& origin : compiled.unwatched)
     add(origin, "whether what divides at {}:{} keeps its sign in the run (W0609)");
-  for (const driver::Watched& watched : compiled.watched) {
-    if (!watched.changes_within_steps) continue;
-    add(watched.origin, watched.is_switch ? "whether what stands at {}:{} switches within steps (W0609)"
-                                          : "whether what divides at {}:{} keeps its sign within steps (W0609)");
-  }
 }
 
 }  // namespace

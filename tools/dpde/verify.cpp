@@ -117,8 +117,7 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
 std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
-  const bool lacks_jumps =
-      !compiled.jumps_left_out.empty() || std::ranges::any_of(compiled.watched, &driver::Watched::changes_within_steps);
+  const bool lacks_jumps = !compiled.jumps_left_out.empty();
   if (certificate.untested.empty())
     return lacks_jumps                     ? "certified but for jumps (W0609)"
            : certificate.is_jump_of_scheme ? "certified but for jumps at the bounds of maccormack"
@@ -282,7 +281,6 @@ Json verify_one(Job& job) {
   const std::string target = target_of(*shared, *options);
   show(job, target, *certificate, *shared);
   driver::warn_of_jumps_left_out(*shared, job.sink());
-  driver::warn_of_changes_within_steps(*shared, job.sink());
   result = to_json(*certificate);
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   certify.window = certificate->window.start;

@@ -355,8 +355,8 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   if (options.tangent || options.adjoint) check_switches(compiled, options, sink);
   if (sink.has_errors()) return false;
   if (options.adjoint) {
-    const stencil::Module signs = run_passes(watch_jumps(compiled, options));
-    merge(compiled.stencil, with_own_kernels(signs, compiled.stencil));
+    for (stencil::Module& watched : watch_jumps(compiled, options))
+      merge(compiled.stencil, with_own_kernels(run_passes(std::move(watched)), compiled.stencil));
   }
   const auto verified = [&] { return stencil::verify(compiled.stencil); };
   if (!stages.after(

@@ -68,8 +68,8 @@ struct Watched {
   std::string field, text, help;
   Origin origin;  // of the quotient or the choice
   bool is_switch = false, begins_with_one_sign = false;
-  bool changes_within_steps = false;  // where no run looks
-  int loss = 0;                       // > 0: the number of that loss, counted from 1, in which alone it stands
+  int loss = 0;                        // > 0: the number of that loss, counted from 1, in which alone it stands
+  std::string below = {}, above = {};  // states of the program names.watched_step
 };
 
 struct Compiled {

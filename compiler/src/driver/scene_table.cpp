@@ -255,9 +255,11 @@ void SceneTable::Storage::add_facts() {
   for (const auto& [name, in] : compiled->problem->put_in) put_in.push_back({text(name), text(in)});
   for (const auto& [name, unit] : compiled->problem->units) units.push_back({text(name), text(unit)});
   for (const Watched& one : compiled->watched)
-    watched.push_back({text(one.field), text(one.text), text(one.help), one.is_switch ? 1 : 0,
-                       one.begins_with_one_sign ? 1 : 0, one.loss});
+    watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
+                       one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),
+                       one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0, one.loss});
   scene.watched = compiled->program(compiled->names.watched);
+  scene.watched_step = compiled->program(compiled->names.watched_step);
   scene.watched_count = static_cast<int32_t>(watched.size());
   scene.watched_values = watched.data();
   scene.put_in_count = static_cast<int32_t>(put_in.size());

@@ -190,18 +190,7 @@ void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink) {
     sink.report("jump-left-out", jump.origin.range, {why_of(jump)}, smooth_for(jump));
 }
 
-void warn_of_changes_within_steps(const Compiled& compiled, DiagnosticSink& sink) {
-  for (const Watched& watched : compiled.watched) {
-    if (!watched.changes_within_steps) continue;
-    const char* does = watched.is_switch ? "may switch and switch back" : "may change its sign and change it back";
-    sink.report("jump-left-out", watched.origin.range,
-                {fmt::format("{} {} within a step, where no run looks", watched.text, does)},
-                "take steps too short for that, or write a smooth function of it");
-  }
-}
-
 void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink) {
-  warn_of_changes_within_steps(compiled, sink);
   for (const Origin& origin : compiled.unwatched)
     sink.report("jump-left-out", origin.range, {"this jumps where it divides by 0, and no run looks whether it does"},
                 "dpde verify looks for jumps beside the point where a task begins");
@@ -241,43 +230,45 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
 
 namespace {
 
-using WatchedValues = std::vector<std::pair<model::Expr, Watched>>;
+/// A value and the states in whose equations alone it stands; none: elsewhere, too.
+struct ValueToWatch {
+  model::Expr value;
+  Watched watched;
+  std::set<std::string> equations;
+};
+using ValuesToWatch = std::vector<ValueToWatch>;
 
 /// What stands in several losses is watched for each of them, and what the run hangs on at all states.
-void add_watched(const model::Expr& value, const Watched& watched, WatchedValues& values) {
-  for (auto& [other, known] : values) {
-    const bool is_of_another_loss = watched.loss > 0 && known.loss > 0 && watched.loss != known.loss;
-    if (other != value || known.is_switch != watched.is_switch || is_of_another_loss) continue;
-    if (watched.loss == 0) known = watched;
+void add_watched(ValueToWatch added, ValuesToWatch& values) {
+  for (ValueToWatch& known : values) {
+    const bool is_of_another_loss =
+        added.watched.loss > 0 && known.watched.loss > 0 && added.watched.loss != known.watched.loss;
+    if (known.value != added.value || known.watched.is_switch != added.watched.is_switch || is_of_another_loss)
+      continue;
+    if (added.watched.loss > 0) return;
+    const bool is_of_equations = known.watched.loss > 0 || !known.equations.empty();
+    if (added.equations.empty() || !is_of_equations) known.equations.clear();
+    if (!added.equations.empty() && is_of_equations) known.equations.merge(added.equations);
+    known.watched = added.watched;
     return;
   }
-  values.emplace_back(value, watched);
-}
-
-/// Whether the scheme makes several steps of some states in each, and the value changes from one to the next. A loss,
-/// and a steady state, hang on the ends of steps alone.
-bool changes_within_steps(const model::Problem& problem, const model::Expr& value, int loss) {
-  const bool has_subcycles = std::ranges::any_of(problem.states, [](const model::State& s) { return s.parts > 1; });
-  if (loss > 0 || problem.steady > 0 || !has_subcycles) return false;
-  return std::ranges::any_of(model::reading_of(value).any, [&](const std::string& name) {
-    return name == "t" || problem.find_state(name) != nullptr;
-  });
+  values.push_back(std::move(added));
 }
 
 /// Of jumps that are watched the sides, of formulas that are written for signs the divisors.
-WatchedValues values_to_watch(Compiled& compiled, const CompileOptions& options) {
+ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options) {
   const model::Problem& problem = *compiled.problem;
   const model::Influence influence = influence_in(compiled);
-  WatchedValues values;
-  const auto add = [&](const model::Expr& value, const std::optional<std::size_t>& loss, Watched watched) {
-    watched.loss = loss ? static_cast<int>(*loss) + 1 : 0;
-    watched.changes_within_steps = changes_within_steps(problem, value, watched.loss);
-    add_watched(value, watched, values);
+  ValuesToWatch values;
+  const auto add = [&](const model::Expr& value, const model::FormulaPlace& in, Watched watched) {
+    watched.loss = in.loss ? static_cast<int>(*in.loss) + 1 : 0;
+    const std::set<std::string> equations = in.equation.empty() ? std::set<std::string>() : std::set{in.equation};
+    add_watched({value, std::move(watched), equations}, values);
   };
   for (const model::Jump& jump : jumps_of_formulas(compiled, influence, model::Signs::kept)) {
     if (!is_watched(problem, jump, options)) continue;
     const std::string what = jump.what.empty() ? "this choice, whose branches do not meet," : "this " + jump.what;
-    add(*jump.side, jump.loss, {"", what, smooth_for(jump) + forced, jump.origin, true});
+    add(*jump.side, jump.in, {"", what, smooth_for(jump) + forced, jump.origin, true});
   }
   for (const model::Divisor& divisor : trusted_divisors(problem, influence)) {
     if (!divisor.value || options.trusts_signs) {
@@ -285,18 +276,36 @@ WatchedValues values_to_watch(Compiled& compiled, const CompileOptions& options)
       if (std::ranges::none_of(compiled.unwatched, is_it)) compiled.unwatched.push_back(divisor.origin);
       continue;
     }
-    add(*divisor.value, divisor.loss,
+    add(*divisor.value, divisor.in,
         {"", "this divides by " + print(*divisor.value) + ", which", std::string(smooth_at_pole) + forced,
          divisor.origin, false, divisor.begins_with_one_sign});
   }
   return values;
 }
 
+/// What steps are made of, in their stages.
+stencil::Module watch_steps(Compiled& compiled, const ValuesToWatch& values) {
+  std::vector<stencil::WatchedValue> of_steps;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i].watched.loss > 0) continue;
+    of_steps.push_back({values[i].value, values[i].equations});
+    numbers.push_back(i);
+  }
+  stencil::WatchedStep step = stencil::watched_step(*compiled.problem, compiled.names.watched_step, of_steps);
+  for (std::size_t i = 0; i < step.marks.size(); ++i) {
+    Watched& watched = compiled.watched[numbers[i]];
+    watched.below = step.marks[i].below;
+    watched.above = step.marks[i].above;
+  }
+  return std::move(step.module);
+}
+
 }  // namespace
 
-stencil::Module watch_jumps(Compiled& compiled, const CompileOptions& options) {
+std::vector<stencil::Module> watch_jumps(Compiled& compiled, const CompileOptions& options) {
   if (!compiled.problem || !compiled.problem->task || options.by_everything) return {};
-  const std::vector<std::pair<model::Expr, Watched>> values = values_to_watch(compiled, options);
+  const ValuesToWatch values = values_to_watch(compiled, options);
   const stencil::Program* step = written_step(compiled);
   if (step != nullptr) {
     const auto jump = [&](model::Signs signs) {
@@ -307,13 +316,14 @@ stencil::Module watch_jumps(Compiled& compiled, const CompileOptions& options) {
   }
   if (values.empty()) return {};
   std::vector<model::Expr> formulas;
-  for (const auto& [value, watched] : values) formulas.push_back(value);
+  for (const ValueToWatch& one : values) formulas.push_back(one.value);
   stencil::Module module = stencil::program_of_values(*compiled.problem, compiled.names.watched, formulas);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    compiled.watched.push_back(values[i].second);
+    compiled.watched.push_back(values[i].watched);
     compiled.watched.back().field = module.programs.front().keeps[i];
   }
-  return module;
+  stencil::Module steps = watch_steps(compiled, values);
+  return {std::move(module), std::move(steps)};
 }
 
 }  // namespace dpde::driver

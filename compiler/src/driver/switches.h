@@ -13,10 +13,10 @@ namespace dpde::driver {
 /// parameters are all unknown, those that make switches jump are none afterwards.
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink);
 
-/// The program of what gradients look at in a run, compiled.watched afterwards: choices and signs that are on one side
+/// The programs of what gradients look at in a run, compiled.watched afterwards: choices and signs that are on one side
 /// where the run begins, as far as formulas tell, and divisors whose signs the derivatives take for granted. With
 /// options.trusts_signs there is none.
-stencil::Module watch_jumps(Compiled& compiled, const CompileOptions& options);
+std::vector<stencil::Module> watch_jumps(Compiled& compiled, const CompileOptions& options);
 
 /// Whether something jumps, or would where a field that is divided by came to another sign, as none should.
 bool may_jump(const Compiled& compiled);
@@ -27,11 +27,8 @@ void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 /// Warnings at them, for who goes on without them.
 void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 
-/// And at what may change where no run looks: divisors in solves and kernels, and all that is watched within steps.
+/// And at what may change where no run looks: divisors in solves and kernels.
 void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink);
-
-/// The latter alone.
-void warn_of_changes_within_steps(const Compiled& compiled, DiagnosticSink& sink);
 
 /// And at choices that are watched.
 void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink);

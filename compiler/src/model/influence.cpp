@@ -85,9 +85,9 @@ void for_each_formula_of_run(const Problem& problem, const std::function<void(co
       case UseKind::initial:
       case UseKind::coefficient:
       case UseKind::boundary_value:
-      case UseKind::boundary_weight: return f({use.owner, &use.formula});
-      case UseKind::courant_rate: return f({"", &use.formula, false, true});
-      case UseKind::loss: return f({"", &use.formula, true});
+      case UseKind::boundary_weight: return f({use.owner, &use.formula, use.kind});
+      case UseKind::courant_rate: return f({"", &use.formula, use.kind, false, true});
+      case UseKind::loss: return f({"", &use.formula, use.kind, true});
       case UseKind::observable:  // no loss reads them
       case UseKind::output:
       case UseKind::test:

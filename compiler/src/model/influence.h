@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/model.h"
+#include "model/uses.h"
 
 namespace dpde::model {
 
@@ -23,6 +24,7 @@ Reading reading_of(const Expr& e);
 struct Formula {
   std::string makes;  // a state, a coefficient, or nothing: a loss
   const Expr* value;
+  UseKind kind;
   bool is_of_loss = false;
   bool is_of_length = false;  // of steps, which have no derivative
 };

@@ -24,6 +24,12 @@ struct OnlySwitching {
 };
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence);
 
+/// Where a formula stands: of the task's losses in which, or in the equation of which state. Neither: elsewhere.
+struct FormulaPlace {
+  std::optional<std::size_t> loss = {};
+  std::string equation = {};
+};
+
 /// A choice whose value jumps where it switches, or what jumps where it divides by 0.
 struct Jump {
   Origin origin;
@@ -34,7 +40,7 @@ struct Jump {
   /// Positive on one side of the switch and negative on the other; nullopt where the problem's names do not say it, and
   /// where the run begins on both sides.
   std::optional<Expr> side = {};
-  std::optional<std::size_t> loss = {};  // of the task, in whose formula it stands
+  FormulaPlace in = {};
 };
 /// Of fields that something is divided by: kept, as formulas are written for, or whatever a run makes of them.
 enum class Signs { kept, any };
@@ -48,7 +54,7 @@ struct Divisor {
   Origin origin;              // of the quotient
   /// Wherever its fields are given by formulas: the text promises it, or an unknown moves the places where it is 0.
   bool begins_with_one_sign = false;
-  std::optional<std::size_t> loss = {};  // of the task, in whose formula alone it stands
+  FormulaPlace in = {};
 };
 /// Of the formulas that the losses hang on; those that jump all the same are left out.
 std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence);

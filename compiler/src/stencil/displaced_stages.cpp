@@ -16,6 +16,10 @@ class Displacer {
   void move(Stage& stage) const {
     move(stage.kernel);
     stage.time = moved(stage.time);
+    if (stage.reading) {
+      stage.reading->time = moved(stage.reading->time);
+      stage.reading->fields.insert(by_.begins.begin(), by_.begins.end());
+    }
     for (Preparation& preparation : stage.before) {
       match(
           preparation, [&](Kernel& kernel) { move(kernel); }, [&](Reduce& reduce) { rename(reduce.field); },

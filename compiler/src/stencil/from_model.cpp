@@ -21,6 +21,7 @@
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/step.h"
+#include "stencil/watched_stages.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/name_supply.h"
@@ -275,13 +276,23 @@ void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance
   stages.push_back(Lowering::stage(std::move(kernel), lowering.discretiser()));
 }
 
-/// `with_estimate`: of the error, by an embedded pair.
-void add_step(Module& module, Lowering& lowering, const std::string& name, bool with_estimate) {
-  const model::Problem& problem = lowering.problem();
+bool has_step(const model::Problem& problem) {
   const auto has_equation = [](const model::State& state) { return state.rhs || !state.history_of.empty(); };
-  if (!problem.program.empty() || problem.states.empty()) return;
-  if (!std::all_of(problem.states.begin(), problem.states.end(), has_equation)) return;
+  return problem.program.empty() && !problem.states.empty() && std::ranges::all_of(problem.states, has_equation);
+}
 
+/// Events have stages of their own behind it, which read the states as they are there.
+Stage end_of_step(const Lowering& lowering, const std::string& name, const FieldsOfStates& ends) {
+  Reading reading;
+  reading.fields = ends;
+  reading.time = param("t") + param("dt");
+  return Lowering::stage(lowering.kernel(name + "_end"), lowering.discretiser(reading), reading.time);
+}
+
+/// `with_estimate`: of the error, by an embedded pair. `watched`: null where nothing is.
+Program& add_step(Module& module, Lowering& lowering, const std::string& name, bool with_estimate,
+                  WatchedStages* watched = nullptr) {
+  const model::Problem& problem = lowering.problem();
   std::vector<std::string> next;
   for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
   std::vector<Advance> advances, guesses;
@@ -294,14 +305,21 @@ void add_step(Module& module, Lowering& lowering, const std::string& name, bool 
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
+  if (watched != nullptr && !problem.events.empty()) stages.push_back(end_of_step(lowering, name, ends));
   add_events(lowering, stages, ends);
   for (const Advance& guess : guesses)
     keep_solution(lowering, stages, guess, problem.find_state(guess.state)->history_of, name);
+  if (watched != nullptr) stages = watched->behind(std::move(stages));
   Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
   for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
-  if (with_estimate) return;
+  return program;
+}
+
+void add_step_and_loop(Module& module, Lowering& lowering, const std::string& name) {
+  if (!has_step(lowering.problem())) return;
+  add_step(module, lowering, name, false);
   Loop loop;
-  loop.to = problem.steps;
+  loop.to = lowering.problem().steps;
   loop.programs = {name};
   module.loops.push_back(loop);
 }
@@ -406,6 +424,7 @@ ProgramNames program_names(const model::Problem& problem) {
   const std::string& task = problem.task->name;
   names.start = supply.fresh(task + "_start");
   names.watched = supply.fresh(task + "_watched");
+  names.watched_step = supply.fresh(task + "_watched_step");
   for (const auto& [field, program] : names.controls) {
     names.control_starts[field] = supply.fresh(task + "_control_" + std::to_string(number_of(problem, field)));
   }
@@ -427,8 +446,8 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   if (problem.task) add_formulas(module, lowering, names.start, start_formulas(lowering, *problem.task));
   add_control_fields(module, lowering, names);
   Lowering same_names = lowering;
-  add_step(module, lowering, names.step, false);
-  if (problem.step_control) add_step(module, same_names, names.trial, true);
+  add_step_and_loop(module, lowering, names.step);
+  if (problem.step_control && has_step(problem)) add_step(module, same_names, names.trial, true);
   if (problem.rate)
     add_formulas(module, lowering, names.rate, {{names.rate_field, *problem.rate, problem.time_origin}});
   add_formulas(module, lowering, names.exact, exact_formulas(problem, lowering));
@@ -454,6 +473,21 @@ Module program_of_values(const model::Problem& problem, const std::string& name,
   add_formulas(module, lowering, name, formulas);
   place_fills(module);
   return module;
+}
+
+WatchedStep watched_step(const model::Problem& problem, const std::string& name,
+                         const std::vector<WatchedValue>& values) {
+  WatchedStep result;
+  if (!has_step(problem) || values.empty()) return result;
+  Lowering lowering(problem);
+  WatchedStages watched(lowering, name, values);
+  Program& program = add_step(result.module, lowering, name, problem.step_control.has_value(), &watched);
+  result.marks = watched.marks();
+  for (const SidesMarked& mark : result.marks) {
+    for (const Swap& swap : mark.swaps) program.swaps.push_back(swap);
+  }
+  place_fills(result.module);
+  return result;
 }
 
 }  // namespace dpde::stencil

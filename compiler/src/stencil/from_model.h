@@ -10,10 +10,12 @@
 //   S_shown         what outputs ask for beside states, kept        T_test_N   sum N
 //   T_loss_1, ...   sum `loss`, one program a `minimise` line
 //   T_watched       what derivatives take for granted, kept; made by program_of_values
+//   T_watched_step  S_step or S_trial with what it takes for granted in each stage; made by watched_step
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,7 +27,8 @@ namespace dpde::stencil {
 
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
-  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints, watched;
+  std::string step, trial, coefficients, initial, rate, exact, observe, shown, start, constraints, watched,
+      watched_step;
   std::string rate_field = "courant_rate";  // that `rate` keeps; a word that no field of a person has
   /// Sums of `constraints` for each constraint, in order: the largest value of what has to be 0, and the largest sum of
   /// its terms' magnitudes.
@@ -45,5 +48,27 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
 /// One program that keeps a field for each of the values, in their order.
 Module program_of_values(const model::Problem& problem, const std::string& name,
                          const std::vector<model::Expr>& values);
+
+/// What stands in the equations of these states alone; nothing: anywhere.
+struct WatchedValue {
+  model::Expr value;
+  std::set<std::string> equations = {};
+};
+
+/// The states of a value and what becomes of them in a step.
+struct SidesMarked {
+  std::string below, above;  // "": no stage takes the value
+  std::vector<Swap> swaps;
+};
+
+/// A step, or one that is tried where there is a tolerance, with states that say on which sides of 0 values were in its
+/// stages: for each value two, in their order; none of what no stage is made of. Without a program where the scene has
+/// no equations.
+struct WatchedStep {
+  Module module;
+  std::vector<SidesMarked> marks;
+};
+WatchedStep watched_step(const model::Problem& problem, const std::string& name,
+                         const std::vector<WatchedValue>& values);
 
 }  // namespace dpde::stencil

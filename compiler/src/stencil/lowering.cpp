@@ -244,6 +244,11 @@ bool Lowering::stands_for_state(const std::string& field) const {
   return state != nullptr && state->history_of.empty();
 }
 
+std::string Lowering::state_of(const std::string& field) const {
+  const auto found = state_of_.find(field);
+  return found == state_of_.end() ? "" : found->second;
+}
+
 std::string Lowering::field_beside(const std::string& state, const std::string& suffix) {
   const std::string field = names_.fresh(state + "_" + suffix);
   state_of_[field] = state;
@@ -266,7 +271,8 @@ Kernel Lowering::kernel(const std::string& name) const {
 
 Stage Lowering::stage(Kernel kernel, const Discretiser& at_point, Expr time) {
   kernel.lets = at_point.lets();
-  return {std::move(kernel), std::move(time), at_point.preparations(), at_point.reading().fields};
+  return {std::move(kernel),         std::move(time), at_point.preparations(),
+          at_point.reading().fields, nullptr,         at_point.reading()};
 }
 
 /// Of a field without a boundary of its own.

@@ -37,6 +37,7 @@ struct Stage {
   std::vector<Preparation> before;
   FieldsOfStates at = {};                             // what it reads in the place of states
   std::shared_ptr<const StageBlock> block = nullptr;  // which it stands in with the stages that have the same
+  std::optional<Reading> reading = std::nullopt;      // when formulas of a problem stand in it: what they read
 };
 /// All that a stage reads.
 std::vector<Signature::Read> reads_of(const Stage& stage);
@@ -52,6 +53,8 @@ class Lowering {
   std::string field_beside(const std::string& state, const std::string& suffix);
   /// Of a state that is no memory of a time scheme: itself, or beside it.
   bool stands_for_state(const std::string& field) const;
+  /// The state that a field is, or is beside; "" of others.
+  std::string state_of(const std::string& field) const;
   /// A new field with no boundary of its own, as u_exact.
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
   /// One that lies where `placement` says. On low walls, which have no point of it, it is what its straight line is.

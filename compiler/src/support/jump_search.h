@@ -21,6 +21,10 @@ constexpr double smallest_jump = 1e-7;
 /// root too: to 0.16 where the distance falls to the smallest there is from that many times as much. What is smooth
 /// changes by next to nothing over both.
 constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
+/// Where a divisor cancels, as 1 - cos(z)^2 does, what is near its zero is rounding, and values are looked at farther
+/// away: where rounding makes at most this part of what lies between both sides. A tenth root changes by 0.74 of its
+/// value over `cancelled_distance`, where 0.6, most_left_of_continuous of both sides, would be settled.
+constexpr double most_rounding = 0.01, cancelled_distance = 0x1p8;
 constexpr int enough = 12;  // judgements of a switch or a pole
 constexpr int most_tried = 4 * enough;
 constexpr int bisections = 100;
@@ -77,8 +81,11 @@ class JumpSearch {
   using Height = std::function<double(double)>;
   std::optional<Place> around_zero(Id pole, const Place& place, double widest, const Height& height);
   std::optional<Place> move_nearer(Id pole, const Place& place, bool crosses);
-  bool jumps_at_pole(Id pole, Place place, bool crosses);
-  bool jumps_at_pole(Id pole, const Place& place) const;
+  bool jumps_at_pole(Id pole, Place place, bool crosses, double widest);
+  bool jumps_at_pole(Id pole, const Place& place, double widest) const;
+  std::vector<double> rounding(const Look& look) const;
+  double rounding_at(Id id, double s) const { return rounding(look(s))[id]; }
+  std::optional<Place> beyond_rounding(const Place& place, double widest) const;
   bool is_possible_at_pole(Id pole, double s, bool at_kink) const;
   bool hangs_on_unknown_sign(Id pole) const;
   bool has_kink(const Look& low, const Look& high, const Look& beside, const std::vector<bool>& needed) const;

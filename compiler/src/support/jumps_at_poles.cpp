@@ -17,6 +17,8 @@ constexpr double golden = 0.618033988749895;
 constexpr int most_shrinks = 200, first_look = 30;
 constexpr double most_at_first_look = 1e-2;
 constexpr double widest_stair = 0x1p-20;  // of the distance looked through at first
+/// The same of places where rounding is small: what is looked at beyond lies within that distance.
+constexpr double widest_cancelled = 1 / cancelled_distance;
 constexpr int most_on_a_line = 4;
 constexpr double near_value = 0.5;  // of a parameter
 
@@ -134,11 +136,15 @@ std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, doub
 }
 
 /// Wide enough that the divisor is 0 at neither end, and wider by a stair of `height` at either: what is looked at
-/// farther away by the place's width is another value of it then. Nothing where that takes steps wider than `widest`.
+/// farther away by the place's width is another value of it then. Nothing where that takes steps wider than `widest`,
+/// unless all within is rounding.
 std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, const Place& place, double widest,
                                                          const Height& height) {
-  for (double step = place.gap(); step <= widest; step *= 2) {
+  const Id operand = divisors_.at(pole).back();
+  const auto is_rounding = [&](double s) { return std::abs(divisor(pole, s)) <= rounding_at(operand, s); };
+  for (double step = place.gap(); step <= widest * (widest_cancelled / widest_stair); step *= 2) {
     const Place wide{place.before - step, place.behind + step};
+    if (step > widest && !is_rounding(wide.before) && !is_rounding(wide.behind)) break;
     const bool is_zero = divisor(pole, wide.before) == 0 || divisor(pole, wide.behind) == 0;
     const bool is_same =
         height && (height(wide.before) == height(place.before) || height(wide.behind) == height(place.behind));
@@ -166,14 +172,14 @@ std::optional<JumpSearch::Place> JumpSearch::move_nearer(Id pole, const Place& p
 }
 
 /// As near to the zero as numbers come: of z/(abs(z) + 1e-30) both sides meet there.
-bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses) {
+bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses, double widest) {
   const std::vector<double> base = base_;
-  bool jumps = jumps_at_pole(pole, place);
+  bool jumps = jumps_at_pole(pole, place, widest);
   while (jumps && place.gap() > smallest_gap) {
     const std::optional<Place> nearer = move_nearer(pole, place, crosses);
     if (!nearer) break;
     place = *nearer;
-    jumps = jumps_at_pole(pole, place);
+    jumps = jumps_at_pole(pole, place, widest);
   }
   base_ = base;
   return jumps;
@@ -181,9 +187,12 @@ bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses) {
 
 /// Values that come to two limits jump. Those that come to none run off to infinity: where states move them that ends
 /// a run, and what is divided by keeps its sign; of parameters and places alone they do so within the run.
-bool JumpSearch::jumps_at_pole(Id pole, const Place& place) const {
-  const auto [before, behind] = place;
-  const double apart = distance * place.gap();
+bool JumpSearch::jumps_at_pole(Id pole, const Place& place, double widest) const {
+  const std::optional<Place> seen = beyond_rounding(place, widest * (widest_cancelled / widest_stair));
+  if (!seen) return false;
+  const auto [before, behind] = *seen;
+  const bool cancels = seen->gap() > place.gap();
+  const double apart = (cancels ? cancelled_distance : distance) * seen->gap();
   const Look low = look(before), high = look(behind), far_low = look(before - apart), far_high = look(behind + apart);
   const std::vector<bool> needed_low = needed(low), needed_high = needed(high);
   if (!(needed_low[pole] || needed_high[pole]) || !is_defined(low, needed_low) || !is_defined(high, needed_high))
@@ -274,7 +283,7 @@ std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>
                                                    : touching(pole, at[i - 1], at[i + 1], most_at_first_look, widest);
         ++tried_[pole];
         judged_[pole] += place && is_possible_at_pole(pole, place->before, false) ? 1 : 0;
-        if (place && jumps_at_pole(pole, *place, crosses)) return pole;
+        if (place && jumps_at_pole(pole, *place, crosses, widest)) return pole;
       }
     }
   }

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 12
+#define DPDE_SCENE_VERSION 13
 
 typedef struct dpde_axis {
   const char* name;
@@ -126,7 +126,8 @@ typedef struct dpde_put_in {
  * a change of it adds: of the sign in a cell, or of a switch at all. */
 typedef struct dpde_watched {
   const char* field;
-  const char *text, *help; /* the subject of a sentence that says what it does; what to write instead */
+  const char *below, *above; /* states of `watched_step`; null: no step is made of it */
+  const char *text, *help;   /* the subject of a sentence that says what it does; what to write instead */
   int32_t is_switch;
   int32_t begins_with_one_sign; /* it has to, in all cells, where formulas give what it is made of */
   int32_t loss;                 /* > 0: the number of that loss, counted from 1, in which alone it stands */
@@ -195,6 +196,9 @@ typedef struct dpde_scene {
   int32_t unit_count;
   const dpde_unit* units;      /* where they are known */
   const dpde_program* watched; /* null: no gradient hangs on what is taken for granted */
+  /* `program` or, where there is one, `trial`, with more states: they become 1 where a value that is watched is below 0
+   * in a stage, and where it is above. null: no step is made of what is watched */
+  const dpde_program* watched_step;
   int32_t watched_count;
   const dpde_watched* watched_values;
 } dpde_scene;

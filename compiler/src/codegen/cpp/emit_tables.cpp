@@ -308,13 +308,13 @@ std::string facts_of(const dpde_scene& s, Tables& tables) {
   const auto put_in = [](const dpde_put_in& p) { return fmt::format("{{{}, {}}}", quoted(p.name), quoted(p.in)); };
   const auto unit = [](const dpde_unit& u) { return fmt::format("{{{}, {}}}", quoted(u.name), quoted(u.unit)); };
   const auto watched = [](const dpde_watched& w) {
-    return fmt::format("{{{}, {}, {}, {}, {}, {}}}", quoted(w.field), quoted(w.text), quoted(w.help), w.is_switch,
-                       w.begins_with_one_sign, w.loss);
+    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", quoted(w.field), quoted(w.below), quoted(w.above),
+                       quoted(w.text), quoted(w.help), w.is_switch, w.begins_with_one_sign, w.loss);
   };
-  return fmt::format("{}, {}, {}, {}, {}, {}, {}", s.put_in_count,
+  return fmt::format("{}, {}, {}, {}, {}, {}, {}, {}", s.put_in_count,
                      tables.array("dpde_put_in", "put_in", texts(s.put_in, s.put_in_count, put_in)), s.unit_count,
                      tables.array("dpde_unit", "units", texts(s.units, s.unit_count, unit)), tables.program(s.watched),
-                     s.watched_count,
+                     tables.program(s.watched_step), s.watched_count,
                      tables.array("dpde_watched", "watched", texts(s.watched_values, s.watched_count, watched)));
 }
 

@@ -172,7 +172,7 @@ class Engine {
   void begin_tangent(Rollout& rollout);
   template <class Visit>
   void for_each_rollout(const Visit& visit) {
-    for (std::optional<Rollout>* rollout : {&stepper_, &losses_, &full_, &gauss_newton_, &tangent_}) {
+    for (std::optional<Rollout>* rollout : {&stepper_, &losses_, &full_, &gauss_newton_, &tangent_, &watched_}) {
       if (*rollout) visit(**rollout);
     }
   }
@@ -188,7 +188,9 @@ class Engine {
 
   int last_loss() const;
   bool starts_by_unknowns(const dpde_program& program) const;
-  void keep_watched(int step, double t, const std::vector<void*>& states);
+  void keep_watched(int step, double t, const Rollout& rollout, const std::vector<void*>& states);
+  Rollout& watched_run();
+  std::optional<Unsolved> jump_at_rest();
   std::string_view rate_of(int32_t kind, std::string_view name) const;
   std::string_view value_of_rate(std::string_view rate) const;
   bool comes_from_formula(std::string_view field) const;
@@ -215,7 +217,7 @@ class Engine {
   bool formulas_are_stale_ = true, held_are_stale_ = false;
   std::vector<double> first_numbers_;           // of the unknowns that are no fields, once others are held
   std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
-  std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_;
+  std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_, watched_;
   StepRecord held_;
   Rollout* primary_ = nullptr;
   GradientCallback watch_;

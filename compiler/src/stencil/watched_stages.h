@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step that is watched: on which sides of 0 values are where formulas are taken, in each stage, each part of a
+// subcycle or a split step, and before events. States of its own carry that through all steps: `below` becomes 1 where
+// a value is negative, `above` where it is positive. They hold signs and no values, so that what overflows, as a
+// divisor may, is no state that has blown up.
+#pragma once
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stencil/from_model.h"
+#include "stencil/lowering.h"
+
+namespace dpde::stencil {
+
+class WatchedStages {
+ public:
+  WatchedStages(Lowering& lowering, std::string name, const std::vector<WatchedValue>& values);
+
+  /// With stages that look, behind those that take formulas. What a solve tries is not looked at, but what it finds.
+  std::vector<Stage> behind(std::vector<Stage> stages);
+  /// Afterwards.
+  std::vector<SidesMarked> marks() const;
+
+ private:
+  /// A field of a value that is carried along.
+  struct Mark {
+    std::string state, now;
+    Carry carry = {};  // of the block under way, where it is looked at
+  };
+  struct Value {
+    WatchedValue watched;
+    model::Placement placement;
+    Mark below, above;
+  };
+  /// Which values are looked at behind a stage of a group, and what stands for the states.
+  struct Look {
+    std::size_t behind;
+    Reading reading;
+    std::vector<std::size_t> values;
+  };
+  using Group = std::vector<Stage>;  // stages of one block, or outside of blocks
+
+  void add_group(Group group, bool is_behind_solve, std::vector<Stage>& result);
+  std::vector<Look> looks_of(const Group& group, bool is_behind_solve) const;
+  bool is_made_of(const Stage& stage, const Value& value) const;
+  Stage stage_of(const Look& look, std::vector<std::size_t>& left);
+  void mark(Mark& mark, const Expr& is_there, bool is_last, const Value& value, Kernel& kernel);
+
+  Lowering& lowering_;
+  std::string name_;
+  std::vector<Value> values_;
+  std::set<std::string> stored_;  // by all stages
+  int looks_ = 0;
+};
+
+}  // namespace dpde::stencil
