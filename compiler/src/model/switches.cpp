@@ -217,6 +217,7 @@ Movement movement_of(const Influence& influence, Signs signs) {
 }
 
 /// All divisors at whose zeros the formula jumps, whatever the signs of fields. Zeros that nothing moves are left out.
+/// What is 0 with one sign around it is one of which nothing is known, as no run can see it pass.
 void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Influence& influence,
                   std::vector<Divisor>& divisors) {
   const Movement movement = movement_of(influence, Signs::any);
@@ -232,6 +233,9 @@ void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& pr
         const bool is_one_sign = value && (sign_at_the_start(*value, problem).value_or(0) != 0 ||
                                            moves_its_start(*value, problem, influence));
         divisors.push_back({value, pole->origin, is_one_sign, in});
+        const Expr reciprocal = binary(BinaryOp::divide, 1.0, factor, pole->origin);
+        if (touches_zero(FormulaSymbols(problem, movement, {reciprocal, next.scope, ""}).formula()))
+          divisors.push_back({std::nullopt, pole->origin, false, in});
       }
     }
     return false;

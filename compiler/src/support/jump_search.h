@@ -38,6 +38,8 @@ class JumpSearch {
   std::optional<Id> run();
   /// find_sign
   std::optional<double> sign();
+  /// The function of that name.
+  bool touches_zero();
 
  private:
   /// All nodes at a point of a line, and on which side each switch is.
@@ -50,6 +52,12 @@ class JumpSearch {
   struct Place {
     double before, behind;
     double gap() const { return behind - before; }
+  };
+
+  /// Where a divisor has a zero, perhaps, and how wide a place of it may be.
+  struct Bracket {
+    double from, to, widest;
+    bool crosses;
   };
 
   void choose_line(bool positive, bool one_moves);
@@ -71,6 +79,9 @@ class JumpSearch {
 
   bool is_judged(Id id) const { return judged_[id] >= enough || tried_[id] >= most_tried; }
   std::optional<Id> search_poles(const std::vector<double>& at, const std::vector<Look>& looks);
+  static std::vector<double> places();
+  std::vector<Bracket> brackets(Id pole, const std::vector<double>& at, const std::vector<Look>& looks) const;
+  std::optional<Place> zero_in(Id pole, const Bracket& bracket);
   std::vector<Id> parts_of_divisor(Id pole) const;
   double divisor(Id pole, const std::vector<double>& values) const;
   double divisor(Id pole, double s);

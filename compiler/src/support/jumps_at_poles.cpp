@@ -19,6 +19,7 @@ constexpr double most_at_first_look = 1e-2;
 constexpr double widest_stair = 0x1p-20;  // of the distance looked through at first
 /// The same of places where rounding is small: what is looked at beyond lies within that distance.
 constexpr double widest_cancelled = 1 / cancelled_distance;
+constexpr double least_digits = 16, least_growth = 1024;
 constexpr int most_on_a_line = 4;
 constexpr double near_value = 0.5;  // of a parameter
 
@@ -264,30 +265,67 @@ bool JumpSearch::is_of_the_run(Id pole, const Look& look) const {
   });
 }
 
+/// Between which looks the divisor changes its sign, or is least in size, the nearest first.
+std::vector<JumpSearch::Bracket> JumpSearch::brackets(Id pole, const std::vector<double>& at,
+                                                      const std::vector<Look>& looks) const {
+  std::vector<double> divisors;
+  for (const Look& look : looks) divisors.push_back(divisor(pole, look.values));
+  const auto size = [&](std::size_t i) { return std::abs(divisors[i]); };
+  const std::size_t middle = at.size() / 2;
+  std::vector<Bracket> result;
+  for (std::size_t k = 0; k < middle; ++k) {
+    for (const std::size_t i : {middle + k, middle - 1 - k}) {
+      if (std::isnan(divisors[i]) || std::isnan(divisors[i + 1])) continue;
+      const bool crosses = std::signbit(divisors[i]) != std::signbit(divisors[i + 1]);
+      const bool is_least = !crosses && i > 0 && size(i) < size(i - 1) && size(i) <= size(i + 1);
+      if (crosses || is_least)
+        result.push_back({at[crosses ? i : i - 1], at[i + 1], widest_stair * (at[i + 1] - at[i]), crosses});
+    }
+  }
+  return result;
+}
+
+std::optional<JumpSearch::Place> JumpSearch::zero_in(Id pole, const Bracket& bracket) {
+  const auto [from, to, widest, crosses] = bracket;
+  return crosses ? crossing(pole, from, to, widest) : touching(pole, from, to, most_at_first_look, widest);
+}
+
 /// Of each pole the nearest places of a line.
 std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>& at, const std::vector<Look>& looks) {
-  const std::size_t middle = at.size() / 2;
   for (const Id pole : poles_) {
-    std::vector<double> divisors;
-    for (const Look& look : looks) divisors.push_back(divisor(pole, look.values));
-    const auto size = [&](std::size_t i) { return std::abs(divisors[i]); };
     const int before = tried_[pole];
-    for (std::size_t k = 0; k < middle && !is_judged(pole) && tried_[pole] < before + most_on_a_line; ++k) {
-      for (const std::size_t i : {middle + k, middle - 1 - k}) {
-        if (std::isnan(divisors[i]) || std::isnan(divisors[i + 1])) continue;
-        const bool crosses = std::signbit(divisors[i]) != std::signbit(divisors[i + 1]);
-        const bool is_least = !crosses && i > 0 && size(i) < size(i - 1) && size(i) <= size(i + 1);
-        if (!crosses && !is_least) continue;
-        const double widest = widest_stair * (at[i + 1] - at[i]);
-        const std::optional<Place> place = crosses ? crossing(pole, at[i], at[i + 1], widest)
-                                                   : touching(pole, at[i - 1], at[i + 1], most_at_first_look, widest);
-        ++tried_[pole];
-        judged_[pole] += place && is_possible_at_pole(pole, place->before, false) ? 1 : 0;
-        if (place && jumps_at_pole(pole, *place, crosses, widest)) return pole;
-      }
+    for (const Bracket& bracket : brackets(pole, at, looks)) {
+      if (is_judged(pole) || tried_[pole] >= before + most_on_a_line) break;
+      const std::optional<Place> place = zero_in(pole, bracket);
+      ++tried_[pole];
+      judged_[pole] += place && is_possible_at_pole(pole, place->before, false) ? 1 : 0;
+      if (place && jumps_at_pole(pole, *place, bracket.crosses, bracket.widest)) return pole;
     }
   }
   return std::nullopt;
 }
+
+/// What touches 0 is rounding there, or falls with the distance as far as numbers go; a least size that is not 0 stays.
+bool JumpSearch::touches_zero() {
+  const Id pole = formula_.nodes_.size() - 1;
+  const auto touches = [&](const Bracket& bracket) {
+    const std::optional<Place> place = bracket.crosses ? std::nullopt : zero_in(pole, bracket);
+    if (!place || std::signbit(divisor(pole, place->before)) != std::signbit(divisor(pole, place->behind)))
+      return false;
+    const double size = std::abs(divisor(pole, place->behind)), farther = place->behind + least_growth * place->gap();
+    return size <= least_digits * rounding_at(divisors_.at(pole).back(), place->behind) ||
+           least_growth * size <= std::abs(divisor(pole, farther));
+  };
+  for (int line = 0; line < enough && divisors_.contains(pole); ++line) {
+    choose_line(false, false);
+    const std::vector<double> at = places();
+    std::vector<Look> looks;
+    for (const double s : at) looks.push_back(look(s));
+    if (std::ranges::any_of(brackets(pole, at, looks), touches)) return true;
+  }
+  return false;
+}
+
+bool touches_zero(const Piecewise& reciprocal) { return JumpSearch(reciprocal).touches_zero(); }
 
 }  // namespace dpde

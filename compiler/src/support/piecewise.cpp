@@ -69,15 +69,6 @@ namespace {
 constexpr int most_lines = 64;
 constexpr int most_in_a_gap = 16;  // changes between two looks
 
-/// 0 and to both sides from 1e-3 to 1e6, in order.
-std::vector<double> places() {
-  std::vector<double> result;
-  for (int k = 18; k >= -9; --k) result.push_back(-std::pow(10.0, k / 3.0));
-  result.push_back(0);
-  for (int k = -9; k <= 18; ++k) result.push_back(std::pow(10.0, k / 3.0));
-  return result;
-}
-
 }  // namespace
 
 JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
@@ -95,6 +86,15 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
   tried_ = judged_;
   of_divisor_.values.assign(formula.nodes_.size(), 0);
   for (const Id pole : poles_) divisors_.emplace(pole, parts_of_divisor(pole));
+}
+
+/// 0 and to both sides from 1e-3 to 1e6, in order.
+std::vector<double> JumpSearch::places() {
+  std::vector<double> result;
+  for (int k = 18; k >= -9; --k) result.push_back(-std::pow(10.0, k / 3.0));
+  result.push_back(0);
+  for (int k = -9; k <= 18; ++k) result.push_back(std::pow(10.0, k / 3.0));
+  return result;
 }
 
 /// Near the numbers of the formula, as thresholds are among them, or anywhere: not at 0, where u/sqrt(u^2 + v^2) jumps

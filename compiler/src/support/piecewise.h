@@ -70,6 +70,9 @@ class Piecewise {
 /// A switch of `formula`, or a node with a pole, at which the value of its last node jumps. Deterministic.
 std::optional<Piecewise::Id> find_jump(const Piecewise& formula);
 
+/// Whether the last node, a quotient, divides by what is 0 somewhere and has one sign around that, as 1 - cos(z) does.
+bool touches_zero(const Piecewise& reciprocal);
+
 /// 1 or -1 where the last node has that sign wherever its symbols may be, as far as random values tell; 0 where it has
 /// both or is 0, and nothing where a symbol is not known.
 std::optional<double> find_sign(const Piecewise& formula);
