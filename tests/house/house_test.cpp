@@ -212,8 +212,9 @@ const std::vector<Level> levels{
       "subcycles",
       "time_schemes",
       "walls",
+      "watched_stages",
       "waves"}},
-    {"loop", {"stencil/"}, {"rows", "uniforms"}},
+    {"loop", {"stencil/"}, {"float_order", "rows", "uniforms"}},
 };
 
 TEST(House, OnlyConversionsSeeTwoLevels) {

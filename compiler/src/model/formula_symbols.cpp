@@ -48,7 +48,6 @@ const Expr* operand_of_jump(const Expr& e) {
   return of_switch ? of_switch : operand_of_pole(e);
 }
 
-
 bool may_jump(const Expr& e) {
   return any_part(e, [](const Expr& part) {
     const Apply* apply = std::get_if<Apply>(&part->kind);

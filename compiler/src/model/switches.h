@@ -52,7 +52,7 @@ std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, S
 struct Divisor {
   std::optional<Expr> value;  // of the scene's fields and parameters; nullopt where it is made of others, as in solves,
                               // and where it is 0 without a change of sign
-  Origin origin;  // of the quotient
+  Origin origin;              // of the quotient
   /// Wherever its fields are given by formulas: the text promises it, or an unknown moves the places where it is 0.
   bool begins_with_one_sign = false;
   FormulaPlace in = {};

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "stencil/build.h"
+#include "support/match.h"
 
 namespace dpde::stencil {
 
@@ -21,7 +22,10 @@ std::set<std::string> stored_by(const std::vector<Stage>& stages, const model::P
   for (const Stage& stage : stages) {
     for (const Store& store : stage.kernel.stores) fields.insert(store.field);
     for (const Preparation& preparation : stage.before) {
-      if (const auto* transform = std::get_if<Transform>(&preparation)) fields.insert(transform->result);
+      match(
+          preparation, [](const Kernel&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+          [&](const Transform& transform) { fields.insert(transform.result); },  // schemes make states of waves
+          [](const PreparedSolve&) {});
     }
     if (!stage.block) continue;
     for (const Carry& carry : stage.block->carries) fields.insert(carry.result);
@@ -115,7 +119,8 @@ void WatchedStages::add_group(Group group, bool is_behind_solve, std::vector<Sta
   for (const Look& look : looks) {
     for (const std::size_t v : look.values) ++left[v];
   }
-  std::shared_ptr<StageBlock> block = group.front().block ? std::make_shared<StageBlock>(*group.front().block) : nullptr;
+  std::shared_ptr<StageBlock> block =
+      group.front().block ? std::make_shared<StageBlock>(*group.front().block) : nullptr;
   const auto for_each_mark = [&](const auto& f) {
     for (Value& value : values_) {
       f(value, value.below);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rounding near zeros of divisors. Of 1 - cos(z)^2 it is 1e-16 everywhere, and all of the value within 1e-8 of the zero.
+// Rounding near zeros of divisors. Of 1 - cos(z)^2 it is 1e-16 everywhere, and all of the value within 1e-8 of the
+// zero.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,9 +41,8 @@ std::vector<double> JumpSearch::rounding(const Look& look) const {
         errors[id] = own + of_operands([&](double x, double y) { return evaluate_binary(node.op, x, y); });
         break;
       case Piecewise::Kind::call:
-        errors[id] = own + of_operands([&](double x, double y) {
-                       return evaluate_call(node.fn, x, node.a == node.b ? x : y);
-                     });
+        errors[id] =
+            own + of_operands([&](double x, double y) { return evaluate_call(node.fn, x, node.a == node.b ? x : y); });
         break;
       case Piecewise::Kind::choice: errors[id] = a != 0 ? of_b : errors[node.c]; break;
     }
