@@ -281,11 +281,11 @@ std::optional<std::uint64_t> parse_bytes(const std::string& text) {
     return std::nullopt;
   }
   const std::string suffix = text.substr(used);
-  const double unit = suffix.empty() || suffix == "B" ? 1
-                      : suffix == "K"                 ? 1024.0
-                      : suffix == "M"                 ? 1048576.0
-                      : suffix == "G"                 ? 1073741824.0
-                                                      : 0;
+  const double unit = suffix.empty() || suffix == "B"  ? 1
+                      : suffix == "K" || suffix == "k" ? 1024.0
+                      : suffix == "M" || suffix == "m" ? 1048576.0
+                      : suffix == "G" || suffix == "g" ? 1073741824.0
+                                                       : 0;
   const double bytes = value * unit;
   if (!(bytes >= 1) || bytes > 9e18) return std::nullopt;
   return static_cast<std::uint64_t>(bytes);

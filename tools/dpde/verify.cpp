@@ -108,9 +108,11 @@ std::string second_order_text(const analysis::Certificate& certificate) {
 /// The certificate is of a point beside the start.
 std::string kink_text(const analysis::KinkAtStart& kink) {
   return fmt::format(
-      "the start lies on a kink of the loss: by {0} it has the slopes {1:.6g} behind and {2:.6g} ahead, the gradient "
+      "the start lies on a kink of the loss: by {0}{4} it has the slopes {1:.6g} behind and {2:.6g} ahead, the "
+      "gradient "
       "says {3:.6g}\n",
-      kink.unknown, kink.behind, kink.ahead, kink.gradient);
+      kink.unknown, kink.behind, kink.ahead, kink.gradient,
+      kink.is_along_a_line ? ", whose values move by 0.5 to 1.5 each," : "");
 }
 
 /// `compiled`: what was certified, in f64 where the scene is one of f32.

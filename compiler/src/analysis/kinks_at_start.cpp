@@ -35,6 +35,9 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
   inverse.hold_steps(true);
   std::uniform_real_distribution<double> part_of_one(0.5, 1.5);
   for (double& one : all) one = part_of_one(random);
+  for (const driver::Inverse::Part& part : inverse.parts()) {
+    if (part.size == 1) all[part.offset] = 1;  // of a number the slopes are those by it
+  }
   std::vector<double> steps;
   for (int k = 0; k < 12; ++k) steps.push_back(1e-2 * std::exp2(-2 * k));
   const auto look = [&](const Eigen::VectorXd& direction) -> std::optional<Quotient> {
@@ -50,7 +53,7 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(inverse.size());
     direction.segment(part.offset, part.size) = all.segment(part.offset, part.size);
     const std::optional<Quotient> at = look(direction);
-    if (at) found.push_back({part.name, at->ahead, at->behind, gradient.dot(direction)});
+    if (at) found.push_back({part.name, at->ahead, at->behind, gradient.dot(direction), part.size > 1});
   }
   inverse.hold_steps(false);
   return found;

@@ -12,11 +12,12 @@
 
 namespace dpde::analysis {
 
-/// Along a direction in one unknown.
+/// By a number, or along a direction in a field.
 struct KinkAtStart {
   std::string unknown;
-  double ahead, behind;  // the slopes of the loss on both sides
-  double gradient;       // what the gradient says
+  double ahead, behind;          // the slopes of the loss on both sides
+  double gradient;               // what the gradient says
+  bool is_along_a_line = false;  // in which the values of a field move by 0.5 to 1.5 each
 };
 
 /// One entry for each unknown along whose direction the slopes differ, for steps as small as rounding lets them be
