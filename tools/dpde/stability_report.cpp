@@ -111,8 +111,9 @@ bool grows_to_other_states(const model::Problem& problem, const Verdict& verdict
 
 std::string no_limit_text(const model::Problem& problem, const Verdict& verdict) {
   if (verdict.is_exact) return "no step is too large for it\n";
-  if (!grows_to_other_states(problem, verdict)) return "no step was found that is too large for it\n";
-  return "no step was found that is too large for it as it begins\n"
+  const std::string text = "no step was found that is too large for it as it begins\n";
+  if (!grows_to_other_states(problem, verdict)) return text;
+  return text +
          "  what its states grow to may have a limit, which was not looked for: begin with such a state to see it\n";
 }
 
