@@ -266,5 +266,21 @@ TEST_F(UnstableStep, OfWhereATaskBeginsIsRefused) {
   EXPECT_TRUE(points[1]["gradient_failure"].is_null()) << "0.3 times the limit at k = 0.01, 0.9 times that at 0.03";
 }
 
+/// u = 0 has no limit, and u = 1, to which the run goes, has one of 2.785/530: what the verdict has not seen is said.
+TEST_F(UnstableStep, WhatStatesGrowToIsSaidToBeLeftOut) {
+  const auto said = [&](const std::string& initial) {
+    write("g.dpde",
+          "model m { field u; dt(u) = 300*tanh(u) - 300*u^3 }\n"
+          "scene s : m {\n  grid x = 0 .. 1, cells 24, periodic\n  initial u = " +
+              initial + "\n  time 0 .. 0.1, step 1e-4\n}\n");
+    return dpde("check g.dpde").out;
+  };
+  const std::string grows = said("0.01*sin(2*pi*x)"), rests = said("1");
+  EXPECT_NE(grows.find("no step was found that is too large for it as it begins\n  what its states grow to may"),
+            std::string::npos)
+      << grows;
+  EXPECT_NE(rests.find("stable up to a step of"), std::string::npos) << rests;
+}
+
 }  // namespace
 }  // namespace dpde::testing

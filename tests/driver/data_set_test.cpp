@@ -80,7 +80,7 @@ TEST(DataSets, ValuesAreOfListsAndOfLogarithms) {
       "model m { field u; param a, b, c, k; dt(u) = a*b*c*k*u }\n"
       "scene s : m { grid x = 0 .. 1, cells 8, periodic; time 0 .. 1, step 1/4; a = 1; b = 1; c = 1\n"
       "  k = 1; initial u = 1 }\n"
-      "dataset d : s { runs 4000; vary a in 3, 1, 2; vary k in 1e-4 .. 1 log; vary b in 5, 7\n"
+      "dataset d : s { runs 4000; vary a in 3, 1, 2; vary k in 1e-4 .. 1 logarithmic; vary b in 5, 7\n"
       "  vary c from 8 }\n");
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -106,7 +106,7 @@ TEST(DataSets, ValuesAreOfListsAndOfLogarithms) {
 
 /// No logarithm has a range from 0 on, nor an empty one.
 TEST(DataSets, RangesThatHaveNoNumberAreRefused) {
-  for (const char* range : {"0 .. 1 log", "-1 .. 1 log", "2 .. 1 log", "2 .. 1"}) {
+  for (const char* range : {"0 .. 1 logarithmic", "-1 .. 1 logarithmic", "2 .. 1 logarithmic", "2 .. 1"}) {
     const SourceFile source("test.dpde", fmt::format("model m {{ field u; param a; dt(u) = a*u }}\n"
                                                      "scene s : m {{ grid x = 0 .. 1, cells 8, periodic; a = 1\n"
                                                      "  time 0 .. 1, step 1/4; initial u = 1 }}\n"

@@ -216,7 +216,7 @@ TEST(Items, OfDataSets) {
       "  seed 3\n"
       "  vary nu in 0.01 .. 0.1\n"
       "  vary s from 100\n"
-      "  vary k in 0.1 .. 10 log\n"
+      "  vary k in 0.1 .. 10 logarithmic\n"
       "  vary re in 100, 2*100\n"
       "  frames every 1/16 from 3 to 23\n"
       "  coarsen 4\n"

@@ -287,6 +287,16 @@ bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Co
   return true;
 }
 
+/// Where it falls as a square at small steps, too, of formulas that may jump; else of all that has kinks.
+void look_for_jump(const driver::Compiled& compiled, const Line& along, const DirectionalDerivative& derivative,
+                   Certificate& certificate) {
+  const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
+  const bool may_jump = driver::may_jump(compiled);
+  if (!(has_clean_slope ? may_jump : has_kinks(compiled))) return;
+  certificate.jump = jump_beside(along, derivative.value, halved_steps(16), derivative.rounding);
+  certificate.is_jump_of_scheme = certificate.jump && !may_jump && compiled.problem->scheme.has_clamp();
+}
+
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                 const driver::SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = driver::Session::open(source, compiled, options, sink);
@@ -329,12 +339,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
-  const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
-  if (finite && (has_clean_slope ? driver::may_jump(*compiled) : has_kinks(*compiled)) &&
-      !falls_as_squares(certificate.remainders, 10 * rounding))
-    certificate.jump = jump_beside(along, slope, halved_steps(16), measured);
-  certificate.is_jump_of_scheme =
-      certificate.jump && !driver::may_jump(*compiled) && compiled->problem->scheme.has_clamp();
+  if (finite && !falls_as_squares(certificate.remainders, 10 * rounding))
+    look_for_jump(*compiled, along, {slope, measured}, certificate);
   if (finite && has_hessian && certificate.second && !certificate.second->is_settled())
     certificate.second->quotients = quotients_of_gradient(*inverse, point, bend);
   inverse->hold_steps(false);

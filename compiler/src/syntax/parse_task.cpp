@@ -161,7 +161,7 @@ ItemKind parse_growth(Cursor& cursor) {
   return item;
 }
 
-/// nu in 0.01 .. 0.1 log, re in 100, 200, or s from 100
+/// nu in 0.01 .. 0.1 logarithmic, re in 100, 200, or s from 100
 ItemKind parse_vary(Cursor& cursor) {
   VaryItem item;
   item.name = cursor.expect_element("the name of a parameter");
@@ -174,7 +174,7 @@ ItemKind parse_vary(Cursor& cursor) {
   if (cursor.accept(TokenKind::dot_dot)) {
     item.low = std::move(first);
     item.high = parse_expression(cursor);
-    item.is_log = cursor.accept_word("log");
+    item.is_log = cursor.accept_word("logarithmic");
     return item;
   }
   item.values.push_back(std::move(first));

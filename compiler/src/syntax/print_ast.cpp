@@ -210,7 +210,7 @@ std::string print_vary(const VaryItem& item) {
   if (item.from) return fmt::format("vary {} from {}", item.name.name, print(*item.from));
   if (!item.low) return fmt::format("vary {} in {}", item.name.name, print_list(item.values));
   return fmt::format("vary {} in {} .. {}{}", item.name.name, print(*item.low), print(*item.high),
-                     item.is_log ? " log" : "");
+                     item.is_log ? " logarithmic" : "");
 }
 
 std::string print_frames(const FramesItem& item) {

@@ -68,7 +68,7 @@ struct TestItem {  // a number reported after optimising
 };
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------
-struct VaryItem {  // vary nu in 0.01 .. 0.1 [log]     vary re in 100, 200     vary s from 100
+struct VaryItem {  // vary nu in 0.01 .. 0.1 [logarithmic]     vary re in 100, 200     vary s from 100
   Identifier name;
   std::optional<Expr> low, high;  // a random number in between, of the logarithm where that is said
   bool is_log = false;
