@@ -119,14 +119,13 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
 std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
-  const bool lacks_jumps = !compiled.jumps_left_out.empty();
-  if (certificate.untested.empty())
-    return lacks_jumps                     ? "certified but for jumps (W0609)"
-           : certificate.is_jump_of_scheme ? "certified but for jumps at the bounds of maccormack"
-                                           : "certified";
+  const std::string jumps = !compiled.jumps_left_out.empty() ? "for jumps (W0609)"
+                            : certificate.is_jump_of_scheme  ? "for jumps at the bounds of maccormack"
+                                                             : "";
+  if (certificate.untested.empty()) return jumps.empty() ? "certified" : "certified but " + jumps;
   const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
   return fmt::format("by {0} the derivative is 0, or below rounding, and was not tested: {1}\ncertified but for {0}{2}",
-                     names, analysis::causes_of_zero(compiled), lacks_jumps ? " and for jumps (W0609)" : "");
+                     names, analysis::causes_of_zero(compiled), jumps.empty() ? "" : " and " + jumps);
 }
 
 /// Of a task that learns from trajectories.
