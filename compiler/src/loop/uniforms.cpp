@@ -173,8 +173,8 @@ Expr Factors::varying(UniformTable& uniforms) {
   return negative_ ? loop::negate(result) : result;
 }
 
-/// Pairs of a factor and a divisor, then what is left of these, each with its shares of the uniform: behind a factor,
-/// and around a divisor, the first before it, as derivatives are of the size of 1 over that of fields.
+/// Pairs of a factor and a divisor, then what is left of these, each with a share of the uniform: behind a factor, and
+/// before a divisor, as derivatives are of the size of 1 over that of fields.
 Expr Factors::between(const std::vector<Expr>& powers, UniformTable& uniforms) const {
   std::vector<Expr> shares = powers;
   shares.insert(shares.begin(), uniforms.use(unsigned_definition()));
@@ -183,10 +183,8 @@ Expr Factors::between(const std::vector<Expr>& powers, UniformTable& uniforms) c
   const auto multiply = [&](const Expr& e) { result = result ? make(Binary{BinaryOp::multiply, *result, e}) : e; };
   for (std::size_t i = 0; i < pairs + slots; ++i) {
     if (i < above_.size()) multiply(above_[i]);
-    const std::size_t count = i < pairs ? 0 : shares.size() / slots, first = count * (i - pairs);
-    for (std::size_t k = 0; k < (count + 1) / 2; ++k) multiply(shares[first + k]);
+    for (std::size_t share = i - pairs; i >= pairs && share < shares.size(); share += slots) multiply(shares[share]);
     if (i < below_.size()) result = make(Binary{BinaryOp::divide, *result, below_[i]});
-    for (std::size_t k = (count + 1) / 2; k < count; ++k) multiply(shares[first + k]);
   }
   return *result;
 }
