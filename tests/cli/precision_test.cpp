@@ -230,11 +230,9 @@ TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
 /// Squares of divisors, and products of two, that are no floats while all that a person wrote is one.
 TEST_F(PrecisionCommand, DivisorsOfDerivativesAreMet) {
   const std::vector<std::string> losses = {
-      "mean((c/u - 1)^2)",   "mean((c*u^(-1) - 1)^2)",  "mean((u/(c + u) - 1)^2)",  "mean((v/(u + c))^2)",
-      "mean(log(u/c)^2)",    "mean((sqrt(u/c) - 2)^2)", "mean(((c/u)^3 - 2)^2)",    "mean((c/u)^0.5)",
-      "mean(v/u*u/(u + v))", "mean(c/(u + v) + v/u/2)", "mean(tanh(c/u))",          "mean(v/u*v/u)",
-      "mean(c/u*v/(u+v))",   "mean(c*c/u/u)",           "mean((c/u)^2*v/(u+v))",    "mean(log(c/u*v/(u+v))^2)",
-      "mean(c*c/(u*u))",     "mean(c/u/u*v)",           "mean(c/u*v/(u+v)*c/(v+c))"};
+      "mean((c/u - 1)^2)",   "mean((c*u^(-1) - 1)^2)",  "mean((u/(c + u) - 1)^2)", "mean((v/(u + c))^2)",
+      "mean(log(u/c)^2)",    "mean((sqrt(u/c) - 2)^2)", "mean(((c/u)^3 - 2)^2)",   "mean((c/u)^0.5)",
+      "mean(v/u*u/(u + v))", "mean(c/(u + v) + v/u/2)", "mean(tanh(c/u))",         "mean(v/u*v/u)"};
   for (const std::string size : {"1e20", "1e-25"}) {
     for (std::size_t i = 0; i < losses.size(); ++i) {
       if (!is_tried(i, 4)) continue;

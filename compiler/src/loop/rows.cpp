@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "loop/expressions.h"
-#include "loop/float_order.h"
 #include "stencil/build.h"
 #include "stencil/decisions.h"
 #include "support/assert.h"
@@ -62,7 +61,6 @@ class Converter {
   std::optional<Term> convert_sign_or_power(const stencil::Expr& e);
   Term convert_as_written(const stencil::Expr& e);
   void add_factors(Factors& factors, const stencil::Expr& e, bool inverse);
-  FloatSize size_of(const stencil::Expr& e);
   Term convert_in_order(const stencil::Expr& e);
   Expr divided(Expr e, const stencil::Expr& by);
   Term convert_power(const stencil::Binary& b);
@@ -78,7 +76,6 @@ class Converter {
   const std::set<std::string> decisive_lets_;
   bool decisive_ = false;  // a decision hangs on what is converted
   std::map<std::string, Term> lets_;
-  std::map<std::string, FloatSize> sizes_;    // of lets, in single precision
   std::vector<std::pair<Expr, int>> shared_;  // values with a let of our own
   std::set<int> read_before_stores_;
 };
@@ -90,7 +87,6 @@ int Converter::add_row_let(const std::string& name, const Expr& value) {
 
 void Converter::add_let(const stencil::Let& let) {
   const Term term = convert(let.value, decisive_lets_.contains(let.name));
-  if (uniforms_.real() == Precision::f32) sizes_.insert_or_assign(let.name, size_of(let.value));
   if (!term.uniform) {
     lets_.insert_or_assign(let.name, Term{false, make(Local{add_row_let(let.name, term.expr)})});
   } else if (is_leaf(term.expr)) {
@@ -220,16 +216,7 @@ Term Converter::convert_factors(const stencil::Expr& e) {
   Factors factors;
   add_factors(factors, e, false);
   if (factors.is_uniform()) return {true, factors.definition()};
-  const bool is_in_order = factors.hangs_on_order(uniforms_, [&] { return size_of(e).stays; });
-  return is_in_order ? convert_in_order(e) : Term{false, factors.varying(uniforms_)};
-}
-
-FloatSize Converter::size_of(const stencil::Expr& e) {
-  return float_size(e, [&](const stencil::Expr& leaf) {
-    const auto* local = std::get_if<stencil::Local>(&leaf->kind);
-    if (local != nullptr && sizes_.contains(local->name)) return sizes_.at(local->name);
-    return FloatSize{uniforms_.value_of(convert_kind(leaf).expr)};
-  });
+  return factors.hangs_on_order(uniforms_) ? convert_in_order(e) : Term{false, factors.varying(uniforms_)};
 }
 
 /// Products and quotients as they stand: a person and the rules of derivatives write what is near floats.

@@ -128,38 +128,27 @@ Expr Factors::unsigned_definition() const {
 
 Expr Factors::definition() const { return negative_ ? loop::negate(unsigned_definition()) : unsigned_definition(); }
 
-/// Factors of fields that have no divisor, or divisors without a factor.
-std::size_t Factors::left_of_pairs() const {
-  return std::max(above_.size(), below_.size()) - std::min(above_.size(), below_.size());
-}
-
-/// What several factors make, as 1e-20 twice, may be no float although what they make of fields is one. It is taken in
-/// shares of one size, powers of two but for the first: as many for each factor of fields that is left behind pairs of
-/// one above and one below. With fields of one size, whatever it is, no part is farther from 1 than they or all of it.
-/// Of the exponents that floats have, up to 126 in size, half is left to parameters that change. Empty where one share
-/// is enough.
+/// What several factors make, as 1e-20 twice, may be no float although what they make of fields is one. Powers of two
+/// are taken out of it until a float is left: of the exponents that floats have, up to 126 in size, half is left to
+/// parameters that change. The value of fields between two such powers is then in range where all of it is.
 std::vector<Expr> Factors::take_powers(const UniformTable& uniforms) {
-  constexpr std::size_t most = 63;
+  constexpr int most = 63;
   std::vector<Expr> powers;
   const double value = uniforms.value_of(unsigned_definition());
-  const int exponent = std::isnormal(value) ? std::ilogb(value) : 0;
-  const auto size = static_cast<std::size_t>(std::abs(exponent));
-  if (size <= most) return powers;
-  const std::size_t slots = std::max<std::size_t>(left_of_pairs(), 1),
-                    shares = slots * ((size - 1) / (most * slots) + 1);
-  const double power = std::scalbn(1.0, exponent / static_cast<int>(shares));
-  for (std::size_t i = 1; i < shares; ++i) {
-    powers.emplace_back(power);
-    number_above_ /= power;
+  if (!std::isnormal(value)) return powers;
+  for (int exponent = std::ilogb(value); std::abs(exponent) > most;) {
+    const int taken = exponent > 0 ? most : -most;
+    powers.emplace_back(std::scalbn(1.0, taken));
+    number_above_ = std::scalbn(number_above_, -taken);
+    exponent -= taken;
   }
   return powers;
 }
 
-bool Factors::hangs_on_order(const UniformTable& uniforms, const std::function<bool()>& stays_as_written) const {
-  if (uniforms.real() != Precision::f32 || below_.empty() || above_.size() + below_.size() < 2) return false;
+bool Factors::hangs_on_order(const UniformTable& uniforms) const {
+  if (uniforms.real() != Precision::f32 || below_.empty() || (above_.size() < 2 && below_.size() < 2)) return false;
   Factors copy = *this;
-  if (copy.take_powers(uniforms).empty()) return above_.size() >= 2 || below_.size() >= 2;
-  return stays_as_written();
+  return copy.take_powers(uniforms).empty();
 }
 
 Expr Factors::varying(UniformTable& uniforms) {
@@ -173,20 +162,15 @@ Expr Factors::varying(UniformTable& uniforms) {
   return negative_ ? loop::negate(result) : result;
 }
 
-/// Pairs of a factor and a divisor, then what is left of these, each with a share of the uniform: behind a factor, and
-/// before a divisor, as derivatives are of the size of 1 over that of fields.
+/// Factors and divisors one by one, a power behind each: no part of it is far from the float that all of it is.
 Expr Factors::between(const std::vector<Expr>& powers, UniformTable& uniforms) const {
-  std::vector<Expr> shares = powers;
-  shares.insert(shares.begin(), uniforms.use(unsigned_definition()));
-  const std::size_t pairs = std::min(above_.size(), below_.size()), slots = std::max<std::size_t>(left_of_pairs(), 1);
-  std::optional<Expr> result;
-  const auto multiply = [&](const Expr& e) { result = result ? make(Binary{BinaryOp::multiply, *result, e}) : e; };
-  for (std::size_t i = 0; i < pairs + slots; ++i) {
-    if (i < above_.size()) multiply(above_[i]);
-    for (std::size_t share = i - pairs; i >= pairs && share < shares.size(); share += slots) multiply(shares[share]);
-    if (i < below_.size()) result = make(Binary{BinaryOp::divide, *result, below_[i]});
+  Expr result = uniforms.use(unsigned_definition());
+  for (std::size_t i = 0; i < std::max({above_.size(), below_.size(), powers.size()}); ++i) {
+    if (i < above_.size()) result = make(Binary{BinaryOp::multiply, result, above_[i]});
+    if (i < below_.size()) result = make(Binary{BinaryOp::divide, result, below_[i]});
+    if (i < powers.size()) result = make(Binary{BinaryOp::multiply, result, powers[i]});
   }
-  return *result;
+  return result;
 }
 
 }  // namespace dpde::loop

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -64,8 +63,8 @@ class Factors {
 
   bool is_uniform() const { return above_.empty() && below_.empty(); }
   /// Whether products of some of the factors may be no floats though all that a person wrote is one, as the square of a
-  /// divisor in a derivative. Of those that are shared out all the same, where `stays_as_written` (float_order.h).
-  bool hangs_on_order(const UniformTable& uniforms, const std::function<bool()>& stays_as_written) const;
+  /// divisor in a derivative.
+  bool hangs_on_order(const UniformTable& uniforms) const;
   /// All factors, when they are uniform: a definition of Params and Literals.
   Expr definition() const;
   /// uniform * above / below, in a row. What of the uniform is too large or small for a float stands between them.
@@ -73,7 +72,6 @@ class Factors {
 
  private:
   Expr unsigned_definition() const;
-  std::size_t left_of_pairs() const;
   std::vector<Expr> take_powers(const UniformTable& uniforms);
   Expr between(const std::vector<Expr>& powers, UniformTable& uniforms) const;
 
