@@ -214,7 +214,7 @@ const std::vector<Level> levels{
       "walls",
       "watched_stages",
       "waves"}},
-    {"loop", {"stencil/"}, {"float_order", "rows", "uniforms"}},
+    {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 
 TEST(House, OnlyConversionsSeeTwoLevels) {

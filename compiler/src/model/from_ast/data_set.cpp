@@ -116,7 +116,8 @@ double DataSet::value_of(std::size_t number, int run) const {
                       static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
   std::mt19937_64 random(words);  // the standard says what both give
   const double share = static_cast<double>(random() >> 11) * 0x1p-53;
-  return each.is_log ? each.low * std::pow(each.high / each.low, share) : each.low + (each.high - each.low) * share;
+  return each.is_log ? std::exp((1 - share) * std::log(each.low) + share * std::log(each.high))
+                     : each.low + (each.high - each.low) * share;
 }
 
 std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink) {

@@ -57,9 +57,10 @@ void bind_events(Draft& draft) {
     event.origin = {range};
     if (item.every) event.every = interval_of(draft, *item.every, "an event").value_or(1);
     const bool is_plain = !item.every && item.times.empty();
-    // A tolerance chooses parts of steps: behind each of them an event would make states a function of its choices.
-    event.after_step = is_plain && !draft.problem.step_control;
-    if (is_plain && draft.problem.step_control) event.every = 1;
+    // A tolerance and a Courant number choose parts of steps: behind each of them an event would make states a function
+    // of these choices.
+    event.after_step = is_plain && !draft.problem.has_parts();
+    if (is_plain && draft.problem.has_parts()) event.every = 1;
     event.at = steps_at(draft, item.times);
     std::map<std::string, SourceRange> seen;
     for (const ast::EventItem::Update& update : item.updates) bind_update(draft, update, event, seen);

@@ -45,7 +45,8 @@ const Origin* change_in_time(const Problem& problem) {
   for_each_formula(problem, [&](const Use& use) {
     if (found == nullptr && is_part_of_steps(use.kind) && is_of_time(use.formula)) found = &use.origin;
   });
-  const auto rare = std::ranges::find_if(problem.events, [](const Event& event) { return !event.after_step; });
+  const auto rare =
+      std::ranges::find_if(problem.events, [](const Event& event) { return !event.after_step && event.every != 1; });
   return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
 }
 
