@@ -181,7 +181,7 @@ void Evaluation::run_block(const Solve& solve) {
   }
 }
 
-/// What is not perturbed is nothing here but rates, which are 0.
+/// What is not perturbed is as it is known; rates are 0.
 void Evaluation::solve_coupled(const Solve& solve) {
   const std::size_t count = solve.unknowns.size();
   std::vector<std::vector<Form>> matrix(count, std::vector<Form>(count));
@@ -195,6 +195,7 @@ void Evaluation::solve_coupled(const Solve& solve) {
   std::vector<WaveSum> waves = coupled_waves(matrix, rights);
   for (std::size_t i = 0; i < count; ++i) {
     Value result;
+    if (!rates_.contains(solve.unknowns[i])) result = solved(solve.unknowns[i], solve.written.field);
     if (!waves.empty()) add_waves(result.form, std::move(waves[i]));
     set(solve.unknowns[i], std::move(result));
   }

@@ -28,7 +28,7 @@ int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_ne
 
 using Names = std::map<std::string, std::string>;  // fields of a program, and what `whole` calls them
 
-/// Fields in `body` that solves or means make, and that are known.
+/// Fields in `body` that solves or means make, and that are known: of a solve all of them, or none.
 void find_known(const std::vector<stencil::Statement>& body, const LinearStep& linear,
                 const std::map<std::string, FrozenValue>& whole, Names& found) {
   for (const stencil::Statement& statement : body) {
@@ -39,10 +39,12 @@ void find_known(const std::vector<stencil::Statement>& body, const LinearStep& l
         },
         [](const stencil::NetworkCall&) {}, [](const stencil::Transform&) {}, [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {
-          const std::string& field = solve.unknowns.front();
-          if (linear.is_perturbation(field)) return;
-          for (const std::string& name : {field, solve.written.field})
-            if (whole.contains(name)) found.emplace(field, name);
+          if (linear.is_perturbation(solve.unknowns.front())) return;
+          Names of_all;
+          for (const std::string& field : solve.unknowns)
+            for (const std::string& name : {field, solve.written.field})
+              if (whole.contains(name)) of_all.emplace(field, name);
+          if (of_all.size() == solve.unknowns.size()) found.merge(of_all);
         },
         [&](const stencil::Repeat& repeat) { find_known(repeat.body, linear, whole, found); });
   }

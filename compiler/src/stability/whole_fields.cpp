@@ -29,10 +29,11 @@ void collect(const std::vector<Statement>& body, const std::vector<const model::
           if (std::ranges::any_of(transform.terms, solves)) found.emplace(transform.result, transform.result);
         },
         [&](const Solve& solve) {
-          const std::string& field = solve.unknowns.front();
           const auto is_it = [&](const model::Solve* unknown) { return unknown->name == solve.written.field; };
-          if (unknowns == nullptr) found.emplace(field, field);
-          if (unknowns != nullptr && std::ranges::any_of(*unknowns, is_it)) found.emplace(solve.written.field, field);
+          if (unknowns == nullptr)
+            for (const std::string& field : solve.unknowns) found.emplace(field, field);
+          else if (std::ranges::any_of(*unknowns, is_it))
+            found.emplace(solve.written.field, solve.unknowns.front());
         },
         [&](const Repeat& repeat) { collect(repeat.body, unknowns, found); });
   }

@@ -178,12 +178,14 @@ class Interpreter {
     }
     return values;
   }
-  /// What a block reads from outside, with halos, where it does not spoil them.
+  /// What a block reads from outside, with halos, where it does not spoil them. What nothing has written is garbage
+  /// before and behind it.
   Values cells_kept_by(const Effects& block) const {
     Values cells;
     for (const std::string& field : block.reads) {
-      if (!is_coordinate(field) && !contains(block.spoils, field) && !contains(block.inner, field))
-        cells[field] = state_.cells(field);
+      const std::vector<double>* known = state_.find_cells(field);
+      if (known != nullptr && !is_coordinate(field) && !contains(block.spoils, field) && !contains(block.inner, field))
+        cells[field] = *known;
     }
     return cells;
   }
