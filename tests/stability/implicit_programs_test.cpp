@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes with implicit steps, written as programs and read back: they run to the same bits, and are as stable. Implicit
 // schemes x what is solved for x ends of the axis.
+#include <stdexcept>
+#include <variant>
+
 #include "driver/driver_support.h"
 #include "driver/scene_text.h"
 #include "driver/session.h"
@@ -153,6 +156,23 @@ kernel move(u: field, p: field, dt: param, out u_next: field) { u_next = u - 100
     EXPECT_EQ(seen.verdict.why, "");
     EXPECT_NEAR(seen.verdict.limit.step, 0.0204, 0.0004) << (is_ring ? "on a ring" : "between walls");
   }
+}
+
+/// None is the machine's failure, and each has the place of what runs.
+TEST(ExceptionsOfTheLibrary, AreBugsOfDpdeAtAPlace) {
+  const auto code_of = [](const std::exception& error) {
+    DiagnosticSink sink;
+    driver::report_error(error, sink, {3, 4});
+    EXPECT_TRUE(sink.all().front().range.is_known());
+    return std::string(sink.all().front().kind->code);
+  };
+  EXPECT_EQ(code_of(std::out_of_range("unordered_map::at")), "E0910");
+  EXPECT_EQ(code_of(std::invalid_argument("stod")), "E0910");
+  EXPECT_EQ(code_of(std::bad_variant_access()), "E0910");
+  EXPECT_EQ(code_of(std::bad_optional_access()), "E0910");
+  EXPECT_EQ(code_of(std::bad_alloc()), "E0903");
+  EXPECT_EQ(code_of(std::length_error("vector::reserve")), "E0903");
+  EXPECT_EQ(code_of(std::runtime_error("the disk is full")), "E0903");
 }
 
 }  // namespace

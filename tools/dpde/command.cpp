@@ -130,7 +130,10 @@ std::string Job::name() const {
   return problem.task ? problem.task->name : problem.scene;
 }
 
-SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }
+SourceRange Job::place() const {
+  const std::string named = name();
+  return driver::place_of(source_, named, named);
+}
 
 /// Of a solve its equation, of parts that are not short enough the line that asks for them.
 SourceRange Job::place(const std::exception& error) const {

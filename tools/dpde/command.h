@@ -48,7 +48,7 @@ class Job {
   bool failed() const { return sink_.has_errors(); }
   /// The task or scene that the command names, else the one that is run; "" before that is known.
   std::string name() const;
-  /// Where the task or scene that the command names is declared.
+  /// Where the task or scene of name() is declared.
   SourceRange place() const;
   /// Where the solve was written that `error` comes from, else that place.
   SourceRange place(const std::exception& error) const;

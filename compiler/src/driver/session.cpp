@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <system_error>
 
 #include "dpde/runtime/error.h"
@@ -391,8 +392,16 @@ void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange
                 "ulimit -u, or what a container allows, is the limit; --threads 1 needs fewer");
     return;
   }
-  const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-  sink.report("machine-failed", range, {memory ? std::string("not enough memory") : std::string(error.what())});
+  const bool lacks_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                            dynamic_cast<const std::length_error*>(&error) != nullptr;
+  const bool fails_as_it_runs = dynamic_cast<const std::runtime_error*>(&error) != nullptr;
+  if (!lacks_memory &&
+      !fails_as_it_runs) {  // as of a key that a map does not have: neither the user's nor the machine's
+    sink.report("broken-invariant", range, {"run", error.what()},
+                "please report it, with the text that brings it about");
+    return;
+  }
+  sink.report("machine-failed", range, {lacks_memory ? std::string("not enough memory") : std::string(error.what())});
 }
 
 }  // namespace dpde::driver
