@@ -82,8 +82,7 @@ TEST(LostSigns, OfWhatKeepsItsSignAtZeroAreTold) {
     const auto scene = compiled(source, options);
     return scene && !scene->unwatched.empty();
   };
-  for (const char* formula : {"atan(p/(1 - cos(p)))", "tanh(p/(exp(p^2) - 1))", "atan(1/(p*(1 - cos(r - p))))",
-                              "atan((p - r)/(p^2 - 2*p*r + r^2))"})
+  for (const char* formula : {"atan(p/(1 - cos(p)))", "tanh(p/(exp(p^2) - 1))", "atan(1/(p*(1 - cos(r - p))))"})
     EXPECT_TRUE(is_told(formula)) << formula;
   for (const char* formula : {"atan(1/p)", "atan(p/p^2)", "atan(1/(p*(1e-3 + p^2)))", "atan(1/(p*(1 + p^2)))",
                               "p^2/(1 - cos(p))", "atan(r/(cosh(p) - 1))", "atan(1/(exp(p) - 1))"})
