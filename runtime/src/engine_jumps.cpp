@@ -119,11 +119,14 @@ class Marks {
   bool have_changed() const {
     return in_any_cell([](double below, double above) { return below > 0 && above > 0; });
   }
+  /// Cells were on both sides.
+  bool have_both() const {
+    return in_any_cell([](double below, double) { return below > 0; }) &&
+           in_any_cell([](double, double above) { return above > 0; });
+  }
   /// In a stage of a single step cells were on both sides: not all have gone to and fro alike.
   bool are_mixed() const {
-    return in_any_cell([](double below, double) { return below > 0; }) &&
-           in_any_cell([](double, double above) { return above > 0; }) &&
-           in_any_cell([](double below, double above) { return (below > 0) != (above > 0); });
+    return have_both() && in_any_cell([](double below, double above) { return (below > 0) != (above > 0); });
   }
 
  private:
@@ -256,9 +259,10 @@ std::optional<Unsolved> Engine::jump_in_run() {
     if (!watches[i].looks_at(now)) return "";
     workspace_->field(watched[i].field).copy_out(values);
     const std::string what = watches[i].jump_at(now.step, values);
-    const bool is_in_stages = what.empty() && watched[i].below != nullptr &&
-                              Marks(watched[i], rollout, now.states, *workspace_, options_.ranks).have_changed();
-    return is_in_stages ? change_of(watched[i]) : what;
+    if (!what.empty() || watched[i].below == nullptr) return what;
+    const Marks marks(watched[i], rollout, now.states, *workspace_, options_.ranks);
+    if (marks.have_changed()) return change_of(watched[i]);
+    return watched[i].is_switch != 0 && marks.have_both() ? "switches from cell to cell" : "";
   };
   const int last = last_loss();
   const auto look_if_due = [&](const Snapshot& now) {

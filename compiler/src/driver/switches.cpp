@@ -230,11 +230,12 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
 
 namespace {
 
-/// A value and the states in whose equations alone it stands; none: elsewhere, too.
+/// A value and the states in whose equations alone it stands; none: elsewhere, too. Or the event in which it stands.
 struct ValueToWatch {
   model::Expr value;
   Watched watched;
   std::set<std::string> equations;
+  std::optional<std::size_t> event = {};
 };
 using ValuesToWatch = std::vector<ValueToWatch>;
 
@@ -243,7 +244,8 @@ void add_watched(ValueToWatch added, ValuesToWatch& values) {
   for (ValueToWatch& known : values) {
     const bool is_of_another_loss =
         added.watched.loss > 0 && known.watched.loss > 0 && added.watched.loss != known.watched.loss;
-    if (known.value != added.value || known.watched.is_switch != added.watched.is_switch || is_of_another_loss)
+    if (known.value != added.value || known.watched.is_switch != added.watched.is_switch || is_of_another_loss ||
+        known.event != added.event)
       continue;
     if (added.watched.loss > 0) return;
     const bool is_of_equations = known.watched.loss > 0 || !known.equations.empty();
@@ -255,6 +257,14 @@ void add_watched(ValueToWatch added, ValuesToWatch& values) {
   values.push_back(std::move(added));
 }
 
+/// What it hangs on is of no account between the times of the event. Of a divisor on a grid it is: how its zeros have
+/// moved from cell to cell is told by the signs since the beginning.
+std::optional<std::size_t> event_alone(const model::Problem& problem, const model::FormulaPlace& in,
+                                       const Watched& watched) {
+  const bool is_one_cell = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.cells == 1; });
+  return watched.is_switch || is_one_cell ? in.event : std::nullopt;
+}
+
 /// Of jumps that are watched the sides, of formulas that are written for signs the divisors.
 ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options) {
   const model::Problem& problem = *compiled.problem;
@@ -263,7 +273,8 @@ ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options)
   const auto add = [&](const model::Expr& value, const model::FormulaPlace& in, Watched watched) {
     watched.loss = in.loss ? static_cast<int>(*in.loss) + 1 : 0;
     const std::set<std::string> equations = in.equation.empty() ? std::set<std::string>() : std::set{in.equation};
-    add_watched({value, std::move(watched), equations}, values);
+    const std::optional<std::size_t> event = event_alone(problem, in, watched);
+    add_watched({value, std::move(watched), equations, event}, values);
   };
   for (const model::Jump& jump : jumps_of_formulas(compiled, influence, model::Signs::kept)) {
     if (!is_watched(problem, jump, options)) continue;
@@ -289,7 +300,7 @@ stencil::Module watch_steps(Compiled& compiled, const ValuesToWatch& values) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i].watched.loss > 0) continue;
-    of_steps.push_back({values[i].value, values[i].equations});
+    of_steps.push_back({values[i].value, values[i].equations, values[i].event});
     numbers.push_back(i);
   }
   stencil::WatchedStep step = stencil::watched_step(*compiled.problem, compiled.names.watched_step, of_steps);
@@ -316,7 +327,8 @@ std::vector<stencil::Module> watch_jumps(Compiled& compiled, const CompileOption
   }
   if (values.empty()) return {};
   std::vector<model::Expr> formulas;
-  for (const ValueToWatch& one : values) formulas.push_back(one.value);
+  // What states say of a value that an event alone takes is of no account: it has no sign there to change.
+  for (const ValueToWatch& one : values) formulas.push_back(one.event ? model::number(1) : one.value);
   stencil::Module module = stencil::program_of_values(*compiled.problem, compiled.names.watched, formulas);
   for (std::size_t i = 0; i < values.size(); ++i) {
     compiled.watched.push_back(values[i].watched);

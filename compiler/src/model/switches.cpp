@@ -161,7 +161,7 @@ bool moves_its_start(const Expr& e, const Problem& problem, const Influence& inf
          });
 }
 
-std::optional<Expr> side_of(const Expr& e, const LocalFields& scope, const Problem& problem) {
+std::optional<Expr> side_of(const Expr& e, const LocalFields& scope) {
   const Select* select = std::get_if<Select>(&e->kind);
   const Call* call = std::get_if<Call>(&e->kind);
   std::optional<Expr> side;
@@ -171,13 +171,12 @@ std::optional<Expr> side_of(const Expr& e, const LocalFields& scope, const Probl
   } else if (call != nullptr && call->fn == Fn::sign) {
     side = in_terms_of_problem(call->arguments.front(), scope);
   }
-  const std::optional<double> sign = side ? sign_at_the_start(*side, problem) : std::nullopt;
-  return sign && *sign == 0 ? std::nullopt : side;
+  return side;
 }
 
-Jump jump_of(const Expr& e, const FormulaSymbols::Inner& in, const Problem& problem, const Movement& movement) {
+Jump jump_of(const Expr& e, const FormulaSymbols::Inner& in, const Movement& movement) {
   Jump jump{e->origin, switching_function(e), {}, in.within, operand_of_switch(e) == nullptr};
-  jump.side = side_of(e, in.scope, problem);
+  jump.side = side_of(e, in.scope);
   for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
     if (movement.moves(name)) jump.movers.push_back(name);
   }
@@ -189,8 +188,10 @@ void add_jumps(const Expr& formula, const FormulaPlace& in, const Problem& probl
                std::vector<Jump>& jumps) {
   look_inside(formula, problem, movement, [&](FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
     while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
-      jumps.push_back(jump_of(converter.source_of(*found), next, problem, movement));
+      jumps.push_back(jump_of(converter.source_of(*found), next, movement));
       jumps.back().in = in;
+      const bool begins_on_both = jumps.back().side && sign_at_the_start(*jumps.back().side, problem) == 0.0;
+      if (begins_on_both && !in.event) jumps.back().side = std::nullopt;
       converter.trust(*found);
       if (!jumps.back().side) break;  // it is refused
     }
@@ -204,7 +205,7 @@ std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const M
   std::optional<Jump> jump;
   look_inside(formula, problem, movement, [&](const FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
     const std::optional<Piecewise::Id> found = find_jump(converter.formula());
-    if (found) jump = jump_of(converter.source_of(*found), next, problem, movement);
+    if (found) jump = jump_of(converter.source_of(*found), next, movement);
     return found.has_value();
   });
   return jump;
@@ -242,6 +243,16 @@ void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& pr
   });
 }
 
+/// Of the problem's events the one that has it, unless that is one of each step.
+std::optional<std::size_t> event_of(const Problem& problem, const Expr* formula) {
+  const auto has_it = [&](const Event& event) {
+    return std::ranges::any_of(event.updates, [&](const Event::Update& update) { return &update.value == formula; });
+  };
+  const auto found = std::ranges::find_if(problem.events, has_it);
+  if (found == problem.events.end() || found->after_step || found->every == 1) return std::nullopt;
+  return static_cast<std::size_t>(found - problem.events.begin());
+}
+
 /// Of the formulas that the losses hang on, with where they stand. Those of masks are left out, as no
 /// unknown may stand in them.
 void for_each_judged_formula(const Problem& problem, const Influence& influence,
@@ -253,6 +264,7 @@ void for_each_judged_formula(const Problem& problem, const Influence& influence,
     FormulaPlace in;
     if (loss != losses.end()) in.loss = static_cast<std::size_t>(loss - losses.begin());
     if (formula.kind == UseKind::equation) in.equation = formula.makes;
+    if (formula.kind == UseKind::event) in.event = event_of(problem, formula.value);
     if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value, in);
   });
 }

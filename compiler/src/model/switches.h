@@ -24,10 +24,12 @@ struct OnlySwitching {
 };
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence);
 
-/// Where a formula stands: of the task's losses in which, or in the equation of which state. Neither: elsewhere.
+/// Where a formula stands: of the task's losses in which, in the equation of which state, or of the problem's events
+/// that are not those of each step in which. None of them: elsewhere.
 struct FormulaPlace {
   std::optional<std::size_t> loss = {};
   std::string equation = {};
+  std::optional<std::size_t> event = {};
 };
 
 /// A choice whose value jumps where it switches, or what jumps where it divides by 0.
@@ -38,7 +40,7 @@ struct Jump {
   std::string within;               // the operator or moving mask in whose body it stands; "" else
   bool is_at_pole = false;          // where something is divided by 0
   /// Positive on one side of the switch and negative on the other; nullopt where the problem's names do not say it, and
-  /// where the run begins on both sides.
+  /// where the run begins on both sides, unless it is of an event that happens later.
   std::optional<Expr> side = {};
   FormulaPlace in = {};
 };

@@ -22,7 +22,7 @@ Expr steps_done(const model::Problem& problem) {
 }
 
 /// When the event happens that is not one of each step.
-std::optional<Expr> condition_of(const model::Event& event, const Expr& steps) {
+std::optional<Expr> condition_by_number(const model::Event& event, const Expr& steps) {
   if (event.every > 0) {
     const double every = event.every;
     return binary(BinaryOp::equal, call(Fn::floor, {steps / every}) * every, steps);
@@ -49,12 +49,11 @@ class EventStages {
   EventStages(Lowering& lowering, std::vector<Stage>& stages, std::map<std::string, std::string>& ends)
       : lowering_(lowering), stages_(stages), ends_(ends) {}
 
-  void add(const model::Event& event, int number) {
-    if (is_at_the_point(event)) {
-      join(event);
-    } else {
-      append(event, number);
-    }
+  void add(const model::Event& event, int number, const BeforeEvent& before) {
+    if (!before && is_at_the_point(event)) return join(event);
+    std::optional<Stage> first = before ? before(static_cast<std::size_t>(number) - 1, reading()) : std::nullopt;
+    if (first) stages_.push_back(std::move(*first));
+    append(event, number);
   }
 
  private:
@@ -96,12 +95,6 @@ class EventStages {
     return reading;
   }
 
-  std::optional<Expr> condition(const model::Event& event, Discretiser& at_point) const {
-    const bool is_always = event.after_step || (event.every == 1 && !lowering_.problem().has_parts());
-    if (is_always) return std::nullopt;
-    return condition_of(event, at_point.shared("steps_done", steps_done(lowering_.problem())));
-  }
-
   /// Into the last kernel, behind its stores' values.
   void join(const model::Event& event) {
     Kernel& kernel = stages_.back().kernel;
@@ -112,7 +105,7 @@ class EventStages {
       if (const Store* store = last_store(field))
         locals.emplace(field, at_point.shared(state.name + "_end", store->value));
     }
-    const std::optional<Expr> happens = condition(event, at_point);
+    const std::optional<Expr> happens = condition_of(event, lowering_.problem(), at_point);
     std::map<std::string, Expr> values;
     for (const model::Event::Update& update : event.updates) {
       const std::string& field = ends_.at(update.state);
@@ -130,7 +123,7 @@ class EventStages {
   void append(const model::Event& event, int number) {
     Kernel kernel = lowering_.kernel(lowering_.problem().scene + "_event" + std::to_string(number));
     Discretiser at_point = lowering_.discretiser(reading());
-    const std::optional<Expr> happens = condition(event, at_point);
+    const std::optional<Expr> happens = condition_of(event, lowering_.problem(), at_point);
     std::map<std::string, std::string> changed = ends_;
     for (const model::Event::Update& update : event.updates) {
       const std::string into = lowering_.field_beside(update.state, "changed");
@@ -150,10 +143,17 @@ class EventStages {
 
 }  // namespace
 
-void add_events(Lowering& lowering, std::vector<Stage>& stages, std::map<std::string, std::string>& ends) {
+void add_events(Lowering& lowering, std::vector<Stage>& stages, std::map<std::string, std::string>& ends,
+                const BeforeEvent& before) {
   EventStages events(lowering, stages, ends);
-  int number = 0;
-  for (const model::Event& event : lowering.problem().events) events.add(event, ++number);
+  const std::vector<model::Event>& all = lowering.problem().events;
+  for (std::size_t i = 0; i < all.size(); ++i) events.add(all[i], static_cast<int>(i) + 1, before);
+}
+
+std::optional<Expr> condition_of(const model::Event& event, const model::Problem& problem, Discretiser& at_point) {
+  const bool is_always = event.after_step || (event.every == 1 && !problem.has_parts());
+  if (is_always) return std::nullopt;
+  return condition_by_number(event, at_point.shared("steps_done", steps_done(problem)));
 }
 
 }  // namespace dpde::stencil

@@ -4,7 +4,9 @@
 // last kernel.
 #pragma once
 
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,15 @@
 
 namespace dpde::stencil {
 
-/// `ends`: the fields that hold the states when the stages are done; afterwards those behind the events.
-void add_events(Lowering& lowering, std::vector<Stage>& stages, std::map<std::string, std::string>& ends);
+/// Makes what is done before an event: of its place among the problem's events, and what it reads.
+using BeforeEvent = std::function<std::optional<Stage>(std::size_t event, const Reading& reading)>;
+
+/// `ends`: the fields that hold the states when the stages are done; afterwards those behind the events. With `before`
+/// each event has a stage of its own.
+void add_events(Lowering& lowering, std::vector<Stage>& stages, std::map<std::string, std::string>& ends,
+                const BeforeEvent& before = {});
+
+/// When the event happens, at the end of a step; nullopt: of each one.
+std::optional<Expr> condition_of(const model::Event& event, const model::Problem& problem, Discretiser& at_point);
 
 }  // namespace dpde::stencil

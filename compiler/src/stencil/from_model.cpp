@@ -305,8 +305,12 @@ Program& add_step(Module& module, Lowering& lowering, const std::string& name, b
   if (problem.scheme.dealias) stages = cut_to_two_thirds(lowering, std::move(stages));
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
-  if (watched != nullptr && !problem.events.empty()) stages.push_back(end_of_step(lowering, name, ends));
-  add_events(lowering, stages, ends);
+  BeforeEvent before;
+  if (watched != nullptr && !problem.events.empty()) {
+    stages.push_back(end_of_step(lowering, name, ends));
+    before = watched->before_events();
+  }
+  add_events(lowering, stages, ends, before);
   for (const Advance& guess : guesses)
     keep_solution(lowering, stages, guess, problem.find_state(guess.state)->history_of, name);
   if (watched != nullptr) stages = watched->behind(std::move(stages));

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -49,10 +50,11 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
 Module program_of_values(const model::Problem& problem, const std::string& name,
                          const std::vector<model::Expr>& values);
 
-/// What stands in the equations of these states alone; nothing: anywhere.
+/// What stands in the equations of these states alone, or in an event that is not one of each step; neither: anywhere.
 struct WatchedValue {
   model::Expr value;
   std::set<std::string> equations = {};
+  std::optional<std::size_t> event = {};  // of the problem's
 };
 
 /// The states of a value and what becomes of them in a step.

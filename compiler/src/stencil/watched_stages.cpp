@@ -78,7 +78,8 @@ std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, boo
         return other.reading.fields == look.reading.fields && other.reading.time == look.reading.time &&
                std::ranges::count(other.values, v) > 0;
       });
-      if (!is_seen && is_made_of(group[behind], values_[v])) look.values.push_back(v);
+      const bool is_of_event = values_[v].watched.event.has_value();
+      if (!is_seen && !is_of_event && is_made_of(group[behind], values_[v])) look.values.push_back(v);
     }
     if (!look.values.empty()) looks.push_back(std::move(look));
   };
@@ -111,6 +112,35 @@ Stage WatchedStages::stage_of(const Look& look, std::vector<std::size_t>& left) 
     mark(value.above, binary(BinaryOp::less, 0.0, now), is_last, value, kernel);
   }
   return Lowering::stage(std::move(kernel), at_point, look.reading.time);
+}
+
+BeforeEvent WatchedStages::before_events() {
+  const BeforeEvent look = [this](std::size_t event, const Reading& reading) { return before(event, reading); };
+  if (std::ranges::none_of(values_, [](const Value& value) { return value.watched.event.has_value(); })) return look;
+  FieldsOfStates begins;
+  for (const model::State& state : lowering_.problem().states) begins[state.name] = state.name;
+  add_events(lowering_, supposed_, begins, look);
+  return look;
+}
+
+std::optional<Stage> WatchedStages::before(std::size_t event, const Reading& reading) {
+  Kernel kernel = lowering_.kernel(name_ + "_" + std::to_string(++looks_));
+  Discretiser at_point = lowering_.discretiser(reading);
+  const std::optional<Expr> happens = condition_of(lowering_.problem().events[event], lowering_.problem(), at_point);
+  for (Value& value : values_) {
+    if (value.watched.event != event) continue;
+    const Expr now = at_point.shared("watched", at_point(value.watched.value, value.placement));
+    for (Mark* mark : {&value.below, &value.above}) {
+      const Expr is_there = mark == &value.below ? binary(BinaryOp::less, now, 0.0) : binary(BinaryOp::less, 0.0, now);
+      const Expr marked = mark->now == mark->state ? Expr(0.0) : access(mark->now);
+      const std::string to = lowering_.fresh_field_at(mark->state + "_now", value.placement);
+      kernel.stores.push_back({to, false, select(binary(BinaryOp::logical_and, *happens, is_there), 1.0, marked),
+                               value.watched.value->origin});
+      mark->now = to;
+    }
+  }
+  if (kernel.stores.empty()) return std::nullopt;
+  return Lowering::stage(std::move(kernel), at_point, reading.time);
 }
 
 void WatchedStages::add_group(Group group, bool is_behind_solve, std::vector<Stage>& result) {
@@ -152,7 +182,7 @@ void WatchedStages::add_group(Group group, bool is_behind_solve, std::vector<Sta
 
 std::vector<Stage> WatchedStages::behind(std::vector<Stage> stages) {
   stored_ = stored_by(stages, lowering_.problem());
-  std::vector<Stage> result;
+  std::vector<Stage> result = supposed_;
   bool is_behind_solve = false;
   for (auto begin = stages.begin(); begin != stages.end();) {
     const auto end = std::find_if(begin, stages.end(), [&](const Stage& stage) { return stage.block != begin->block; });

@@ -3,13 +3,18 @@
 // subcycle or a split step, and before events. States of its own carry that through all steps: `below` becomes 1 where
 // a value is negative, `above` where it is positive. They hold signs and no values, so that what overflows, as a
 // divisor may, is no state that has blown up.
+//
+// An event that is not one of each step takes its values at times that nothing moves. What these are between its times
+// is of no account. It is taken for one that switches where it would if it happened at the beginning of its step.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "stencil/events.h"
 #include "stencil/from_model.h"
 #include "stencil/lowering.h"
 
@@ -19,6 +24,9 @@ class WatchedStages {
  public:
   WatchedStages(Lowering& lowering, std::string name, const std::vector<WatchedValue>& values);
 
+  /// Looks at the values of events that are not those of each step: at first as these would find them if they happened
+  /// at the beginning of the step, and then as they do. In other steps there are no marks of them.
+  BeforeEvent before_events();
   /// With stages that look, behind those that take formulas. What a solve tries is not looked at, but what it finds.
   std::vector<Stage> behind(std::vector<Stage> stages);
   /// Afterwards.
@@ -46,6 +54,7 @@ class WatchedStages {
   void add_group(Group group, bool is_behind_solve, std::vector<Stage>& result);
   std::vector<Look> looks_of(const Group& group, bool is_behind_solve) const;
   bool is_made_of(const Stage& stage, const Value& value) const;
+  std::optional<Stage> before(std::size_t event, const Reading& reading);
   Stage stage_of(const Look& look, std::vector<std::size_t>& left);
   void mark(Mark& mark, const Expr& is_there, bool is_last, const Value& value, Kernel& kernel);
 
@@ -53,6 +62,7 @@ class WatchedStages {
   std::string name_;
   std::vector<Value> values_;
   std::set<std::string> stored_;  // by all stages
+  std::vector<Stage> supposed_;   // events at the beginning of the step; nobody reads what they make
   int looks_ = 0;
 };
 
