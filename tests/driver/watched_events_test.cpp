@@ -101,5 +101,24 @@ TEST(WatchedEvents, ThatFollowOthersAreLookedAtWhereTheyAct) {
   expect_judged(text("0.2"), false);
 }
 
+/// What equations take is not what events of each step find before they act, nor the other way round: a limiter cuts
+/// what a step has made of T before any equation takes it, and a stage midway is no state that an event finds.
+TEST(WatchedEvents, OfEachStepAreNoMatterOfEquations) {
+  const auto text = [](const std::string& scheme, const std::string& model, const std::string& event) {
+    return "scheme e { time = " + scheme + " }\nmodel m { field T, q; param k = 1\n dt(T) = k*2\n dt(q) = " + model +
+           "\n}\nscene z : m with e { grid x = 0 .. 4, cells 4, periodic\n initial T = 0.6; initial q = 0\n "
+           "after step: " +
+           event + "\n time 0 .. 4, step 1/4\n}\ntask t : z { unknown k; minimise mean(q^2) }\n";
+  };
+  const std::string passes_1 = "if(T > 1, 5, 1)*k";
+  for (const char* scheme : {"euler", "rk2"}) {
+    expect_judged(text(scheme, passes_1, "T = min(T, 0.4)"), false);
+    expect_judged(text(scheme, passes_1, "T = min(T, 2)"), true);
+  }
+  expect_judged(text("euler", passes_1, "T = min(T, 0.9)"), false);
+  // Of rk4 the stages come to 1 where a step begins with 0.5, and each step ends with what the event finds: 1.
+  expect_judged(text("rk4", "k", "q = q + if(T > 0.85, 1, 0)*k, T = 0.5"), false);
+}
+
 }  // namespace
 }  // namespace dpde::testing

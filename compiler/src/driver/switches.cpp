@@ -230,12 +230,15 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
 
 namespace {
 
-/// A value and the states in whose equations alone it stands; none: elsewhere, too. Or the event in which it stands.
+/// A value and where alone it stands: in the equations of these states, and in events of each step; in neither:
+/// elsewhere, too. Or the event in which it stands.
 struct ValueToWatch {
   model::Expr value;
   Watched watched;
   std::set<std::string> equations;
+  bool is_in_each_step = false;
   std::optional<std::size_t> event = {};
+  bool stands_elsewhere() const { return equations.empty() && !is_in_each_step; }
 };
 using ValuesToWatch = std::vector<ValueToWatch>;
 
@@ -248,9 +251,13 @@ void add_watched(ValueToWatch added, ValuesToWatch& values) {
         known.event != added.event)
       continue;
     if (added.watched.loss > 0) return;
-    const bool is_of_equations = known.watched.loss > 0 || !known.equations.empty();
-    if (added.equations.empty() || !is_of_equations) known.equations.clear();
-    if (!added.equations.empty() && is_of_equations) known.equations.merge(added.equations);
+    if (added.stands_elsewhere() || (known.watched.loss == 0 && known.stands_elsewhere())) {
+      known.equations.clear();
+      known.is_in_each_step = false;
+    } else {
+      known.equations.merge(added.equations);
+      known.is_in_each_step = known.is_in_each_step || added.is_in_each_step;
+    }
     known.watched = added.watched;
     return;
   }
@@ -274,7 +281,7 @@ ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options)
     watched.loss = in.loss ? static_cast<int>(*in.loss) + 1 : 0;
     const std::set<std::string> equations = in.equation.empty() ? std::set<std::string>() : std::set{in.equation};
     const std::optional<std::size_t> event = event_alone(problem, in, watched);
-    add_watched({value, std::move(watched), equations, event}, values);
+    add_watched({value, std::move(watched), equations, in.is_in_each_step, event}, values);
   };
   for (const model::Jump& jump : jumps_of_formulas(compiled, influence, model::Signs::kept)) {
     if (!is_watched(problem, jump, options)) continue;
@@ -300,7 +307,7 @@ stencil::Module watch_steps(Compiled& compiled, const ValuesToWatch& values) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i].watched.loss > 0) continue;
-    of_steps.push_back({values[i].value, values[i].equations, values[i].event});
+    of_steps.push_back({values[i].value, values[i].equations, values[i].is_in_each_step, values[i].event});
     numbers.push_back(i);
   }
   stencil::WatchedStep step = stencil::watched_step(*compiled.problem, compiled.names.watched_step, of_steps);

@@ -265,6 +265,7 @@ void for_each_judged_formula(const Problem& problem, const Influence& influence,
     if (loss != losses.end()) in.loss = static_cast<std::size_t>(loss - losses.begin());
     if (formula.kind == UseKind::equation) in.equation = formula.makes;
     if (formula.kind == UseKind::event) in.event = event_of(problem, formula.value);
+    in.is_in_each_step = formula.kind == UseKind::event && !in.event;
     if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value, in);
   });
 }

@@ -24,11 +24,12 @@ struct OnlySwitching {
 };
 std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence);
 
-/// Where a formula stands: of the task's losses in which, in the equation of which state, or of the problem's events
-/// that are not those of each step in which. None of them: elsewhere.
+/// Where a formula stands: of the task's losses in which, in the equation of which state, in an event of each step, or
+/// of the problem's other events in which. None of them: elsewhere.
 struct FormulaPlace {
   std::optional<std::size_t> loss = {};
   std::string equation = {};
+  bool is_in_each_step = false;
   std::optional<std::size_t> event = {};
 };
 

@@ -306,6 +306,7 @@ Program& add_step(Module& module, Lowering& lowering, const std::string& name, b
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
   BeforeEvent before;
+  const std::size_t end = stages.size();
   if (watched != nullptr && !problem.events.empty()) {
     stages.push_back(end_of_step(lowering, name, ends));
     before = watched->before_events();
@@ -313,7 +314,7 @@ Program& add_step(Module& module, Lowering& lowering, const std::string& name, b
   add_events(lowering, stages, ends, before);
   for (const Advance& guess : guesses)
     keep_solution(lowering, stages, guess, problem.find_state(guess.state)->history_of, name);
-  if (watched != nullptr) stages = watched->behind(std::move(stages));
+  if (watched != nullptr) stages = watched->behind(std::move(stages), end);
   Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
   for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
   return program;

@@ -50,10 +50,12 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
 Module program_of_values(const model::Problem& problem, const std::string& name,
                          const std::vector<model::Expr>& values);
 
-/// What stands in the equations of these states alone, or in an event that is not one of each step; neither: anywhere.
+/// What stands in the equations of these states and in events of each step alone, or in one of the other events; in
+/// none of them: anywhere.
 struct WatchedValue {
   model::Expr value;
   std::set<std::string> equations = {};
+  bool is_in_each_step = false;           // in events of each step
   std::optional<std::size_t> event = {};  // of the problem's
 };
 

@@ -57,19 +57,24 @@ WatchedStages::WatchedStages(Lowering& lowering, std::string name, const std::ve
   }
 }
 
-/// Where a stage makes none of the states whose equations it stands in, none of these is evaluated.
-bool WatchedStages::is_made_of(const Stage& stage, const Value& value) const {
+/// Where a stage makes none of the states whose equations a value stands in, none of these is evaluated; nor is one
+/// where the step ends, unless it is what a solve has found, nor behind that.
+bool WatchedStages::is_made_of(const Stage& stage, const Value& value, bool is_at_end) const {
   const std::set<std::string>& equations = value.watched.equations;
-  return equations.empty() || stage.kernel.stores.empty() ||
-         std::ranges::any_of(stage.kernel.stores, [&](const Store& store) {
-           const std::string state = lowering_.state_of(store.field);
-           return state.empty() || equations.contains(state);
-         });
+  if (equations.empty() && !value.watched.is_in_each_step) return true;
+  const bool is_empty = stage.kernel.stores.empty();
+  if (is_at_end) return value.watched.is_in_each_step || (is_empty && solves_);
+  return !equations.empty() && (is_empty || std::ranges::any_of(stage.kernel.stores, [&](const Store& store) {
+                                  const std::string state = lowering_.state_of(store.field);
+                                  return state.empty() || equations.contains(state);
+                                }));
 }
 
 /// Each place once. The first stage behind a solve has what it finds.
-std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, bool is_behind_solve) const {
+std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, std::size_t end,
+                                                         bool is_behind_solve) const {
   std::vector<Look> looks;
+  bool is_at_end = false;
   const auto add = [&](std::size_t behind, Reading reading) {
     std::erase_if(reading.fields, [&](const auto& field) { return !stored_.contains(field.second); });
     Look look{behind, std::move(reading), {}};
@@ -79,11 +84,12 @@ std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, boo
                std::ranges::count(other.values, v) > 0;
       });
       const bool is_of_event = values_[v].watched.event.has_value();
-      if (!is_seen && !is_of_event && is_made_of(group[behind], values_[v])) look.values.push_back(v);
+      if (!is_seen && !is_of_event && is_made_of(group[behind], values_[v], is_at_end)) look.values.push_back(v);
     }
     if (!look.values.empty()) looks.push_back(std::move(look));
   };
   for (std::size_t i = 0; i < group.size(); ++i) {
+    is_at_end = i >= end;
     if (group[i].reading) add(i, *group[i].reading);
     const std::optional<Reading> solution =
         is_behind_solve && i == 0 ? solution_in(group[i], lowering_) : std::optional<Reading>();
@@ -143,8 +149,8 @@ std::optional<Stage> WatchedStages::before(std::size_t event, const Reading& rea
   return Lowering::stage(std::move(kernel), at_point, reading.time);
 }
 
-void WatchedStages::add_group(Group group, bool is_behind_solve, std::vector<Stage>& result) {
-  const std::vector<Look> looks = looks_of(group, is_behind_solve);
+void WatchedStages::add_group(Group group, std::size_t end, bool is_behind_solve, std::vector<Stage>& result) {
+  const std::vector<Look> looks = looks_of(group, end, is_behind_solve);
   std::vector<std::size_t> left(values_.size());
   for (const Look& look : looks) {
     for (const std::size_t v : look.values) ++left[v];
@@ -180,16 +186,18 @@ void WatchedStages::add_group(Group group, bool is_behind_solve, std::vector<Sta
   });
 }
 
-std::vector<Stage> WatchedStages::behind(std::vector<Stage> stages) {
+std::vector<Stage> WatchedStages::behind(std::vector<Stage> stages, std::size_t end_of_step) {
   stored_ = stored_by(stages, lowering_.problem());
+  solves_ = std::ranges::any_of(stages, is_solve);
   std::vector<Stage> result = supposed_;
   bool is_behind_solve = false;
   for (auto begin = stages.begin(); begin != stages.end();) {
     const auto end = std::find_if(begin, stages.end(), [&](const Stage& stage) { return stage.block != begin->block; });
     const bool solves = is_solve(*begin);
+    const auto first = static_cast<std::size_t>(begin - stages.begin());
     Group group(std::make_move_iterator(begin), std::make_move_iterator(end));
     if (solves) std::ranges::move(group, std::back_inserter(result));
-    if (!solves) add_group(std::move(group), is_behind_solve, result);
+    if (!solves) add_group(std::move(group), end_of_step - std::min(first, end_of_step), is_behind_solve, result);
     is_behind_solve = solves;
     begin = end;
   }

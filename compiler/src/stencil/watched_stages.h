@@ -28,7 +28,8 @@ class WatchedStages {
   /// at the beginning of the step, and then as they do. In other steps there are no marks of them.
   BeforeEvent before_events();
   /// With stages that look, behind those that take formulas. What a solve tries is not looked at, but what it finds.
-  std::vector<Stage> behind(std::vector<Stage> stages);
+  /// From the stage `end_of_step` on there are events alone.
+  std::vector<Stage> behind(std::vector<Stage> stages, std::size_t end_of_step);
   /// Afterwards.
   std::vector<SidesMarked> marks() const;
 
@@ -51,9 +52,10 @@ class WatchedStages {
   };
   using Group = std::vector<Stage>;  // stages of one block, or outside of blocks
 
-  void add_group(Group group, bool is_behind_solve, std::vector<Stage>& result);
-  std::vector<Look> looks_of(const Group& group, bool is_behind_solve) const;
-  bool is_made_of(const Stage& stage, const Value& value) const;
+  /// `end`: the first of its stages where the step ends.
+  void add_group(Group group, std::size_t end, bool is_behind_solve, std::vector<Stage>& result);
+  std::vector<Look> looks_of(const Group& group, std::size_t end, bool is_behind_solve) const;
+  bool is_made_of(const Stage& stage, const Value& value, bool is_at_end) const;
   std::optional<Stage> before(std::size_t event, const Reading& reading);
   Stage stage_of(const Look& look, std::vector<std::size_t>& left);
   void mark(Mark& mark, const Expr& is_there, bool is_last, const Value& value, Kernel& kernel);
@@ -62,6 +64,7 @@ class WatchedStages {
   std::string name_;
   std::vector<Value> values_;
   std::set<std::string> stored_;  // by all stages
+  bool solves_ = false;           // for states, in blocks
   std::vector<Stage> supposed_;   // events at the beginning of the step; nobody reads what they make
   int looks_ = 0;
 };
