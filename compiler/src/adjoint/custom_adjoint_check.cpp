@@ -162,7 +162,7 @@ class Comparison {
   /// From inputs, parameters, direction, seeds and the results of all operations moved by roundings: (-1 + 1e-13)*d + d
   /// keeps three digits, and rounds in the same way for all d close by.
   double rounding(std::mt19937_64& random) {
-    constexpr double epsilon = 0x1p-52, most_roundings = 1e7;  // as terms of differences of high order have
+    constexpr double epsilon = 0x1p-52;
     const Comparison as_drawn = *this;
     double size = 0;
     for (const double value : direction_) size += std::abs(value);

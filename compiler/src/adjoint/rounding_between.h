@@ -19,6 +19,9 @@ struct TwoWays {
 /// Each value times 1, 1 +- epsilon or 1 +- 2 epsilon.
 void nudge(std::span<double> values, double epsilon, std::mt19937_64& random);
 
+/// Of values, in units of their epsilon: as much as rounding amounts to in the terms of differences of high order.
+constexpr double most_roundings = 1e7;
+
 /// Some times the spread of both and of their difference over some calls of `nudged`, each from inputs moved by the
 /// roundings that it is given. The difference is also taken from inputs moved farther: a rounding of k does not move 1
 /// + 0.1*k, and the two ways themselves may move as far as they like. 0 where the spread is more than `most`: a choice

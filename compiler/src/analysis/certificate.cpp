@@ -60,7 +60,7 @@ void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
 }
 
 /// What rounding of values that may be as large as `size` and in differences of high order can amount to.
-double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size; }
+double most_rounding(double epsilon, double size) { return adjoint::most_roundings * epsilon * size; }
 
 /// Whether the run is not finite, or a solve of it has no solution.
 bool blows_up(driver::Session& session) {

@@ -173,8 +173,8 @@ double ProgramCheck::rounding(double epsilon) {
     const double reverse = backward(scale);
     return adjoint::TwoWays{forward(), reverse};
   };
-  constexpr double most_roundings = 1e7;  // as terms of differences of high order have
-  const double result = adjoint::rounding_between(nudged, epsilon, most_roundings * epsilon * sizes * largest_seed);
+  const double result =
+      adjoint::rounding_between(nudged, epsilon, adjoint::most_roundings * epsilon * sizes * largest_seed);
   inputs_ = inputs, rates_ = rates, seeds_ = seeds, weight_rates_ = weight_rates;
   params_ = params, param_rates_ = param_rates, sum_seeds_ = sum_seeds;
   set_inputs();

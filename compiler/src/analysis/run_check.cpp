@@ -8,12 +8,14 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <random>
 #include <utility>
 
 #include "analysis/generic_point.h"
 #include "analysis/kinks.h"
+#include "analysis/rounding_of_run.h"
 #include "analysis/solve_tolerance.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
@@ -65,11 +67,15 @@ class RunChecker {
  public:
   using Clock = std::chrono::steady_clock;
 
+  /// At a point, along a direction.
+  using Rounding = std::function<RunRounding(const Eigen::VectorXd&, const Eigen::VectorXd&)>;
+
   /// To be done `seconds` after `start`. `stop`: what the session looks at before each step.
-  RunChecker(driver::Session& session, driver::Inverse& inverse, Clock::time_point start, double seconds,
-             std::atomic<bool>& stop, RunCheck& result)
+  RunChecker(driver::Session& session, driver::Inverse& inverse, Rounding rounding, Clock::time_point start,
+             double seconds, std::atomic<bool>& stop, RunCheck& result)
       : session_(session),
         inverse_(inverse),
+        rounding_(std::move(rounding)),
         stop_(stop),
         precisions_(precisions_of(session.compiled())),
         seconds_(seconds),
@@ -100,6 +106,7 @@ class RunChecker {
 
   driver::Session& session_;
   driver::Inverse& inverse_;
+  Rounding rounding_;
   std::atomic<bool>& stop_;
   Precisions precisions_;
   double seconds_;
@@ -218,8 +225,14 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
   const double standstill = (1 + result_.steps) * precisions_.unit * size;
   const double rounding =
       std::max({rounding_of(loss, precisions_.spacing, precisions_.unit), standstill, moved_at_end_});
-  const DirectionalDerivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
-  return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
+  DirectionalDerivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
+  std::vector<Quotient> quotients = quotients_of(loss, precisions_.steps, rounding);
+  const QuotientEvidence found = judge(quotients, derivative);
+  if (!found.is_elsewhere || result_.is_steady) return found;
+  const RunRounding of_terms = rounding_(point_.x, direction);  // of what cancels the sizes above know nothing
+  derivative.rounding += of_terms.derivative;
+  for (Quotient& quotient : quotients) quotient.rounding = std::max(quotient.rounding, of_terms.loss / quotient.step);
+  return judge(quotients, derivative);
 }
 
 /// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step. Says nothing where the
@@ -352,7 +365,10 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   result.is_steady = session->is_until_steady();
   result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
   result.window = window.start ? driver::text_of(*window.start) : "";
-  return RunChecker(*session, *inverse, start, seconds, stop, result).check();
+  const auto rounding = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {
+    return rounding_of_run(source, *compiled, options, x, direction);
+  };
+  return RunChecker(*session, *inverse, rounding, start, seconds, stop, result).check();
 }
 
 /// As it was compiled.
