@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
 
+#include "stability/amplification.h"
 #include "stability/eigenvalues.h"
 #include "stability/folded_products.h"
 #include "stencil/build.h"
@@ -43,19 +46,19 @@ bool is_weighted(const Module& module, const Program& program, const Reduce& red
 }
 
 void take_out(Module& module, const Program& program, std::vector<Statement>& body,
-              const std::set<std::string>& rates) {
+              const std::function<bool(const Reduce&)>& is_out) {
   for (Statement& statement : body) {
-    const Reduce* weighted = nullptr;
+    const Reduce* out = nullptr;
     match(
         statement, [](Fill&) {}, [](Fold&) {},
         [&](const Reduce& reduce) {
-          if (is_weighted(module, program, reduce, rates)) weighted = &reduce;
+          if (is_out(reduce)) out = &reduce;
         },
         [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {}, [](Solve&) {},  // of kernels alone: see survey.h
-        [&](Repeat& repeat) { take_out(module, program, repeat.body, rates); });
-    if (weighted == nullptr) continue;
-    Kernel nothing{"no_" + weighted->result, static_cast<int>(program.axes.size())};
-    nothing.stores.push_back({weighted->result, false, 0.0, {}});
+        [&](Repeat& repeat) { take_out(module, program, repeat.body, is_out); });
+    if (out == nullptr) continue;
+    Kernel nothing{"no_" + out->result, static_cast<int>(program.axes.size())};
+    nothing.stores.push_back({out->result, false, 0.0, {}});
     statement = Run{add_kernel(module, std::move(nothing))};
   }
 }
@@ -64,8 +67,69 @@ void take_out(Module& module, const Program& program, std::vector<Statement>& bo
 
 Module without_coupled_means(Module module, const std::set<std::string>& rates) {
   const Program written = module.programs.front();
-  take_out(module, written, module.programs.front().body, rates);
+  take_out(module, written, module.programs.front().body,
+           [&](const Reduce& reduce) { return is_weighted(module, written, reduce, rates); });
   return module;
+}
+
+Module without_means(Module module, const std::set<std::string>& rates) {
+  const Program written = module.programs.front();
+  take_out(module, written, module.programs.front().body,
+           [&](const Reduce& reduce) { return rates.contains(reduce.result) || rates.contains(reduce.field); });
+  return module;
+}
+
+namespace {
+
+/// What means add at a point: the wave of all cells has it, and one that is a little shorter has not.
+std::optional<Eigen::MatrixXcd> part_of_means(const LinearStep& linear, const FrozenPoint& point, int rank,
+                                              double step) {
+  constexpr double nearly_a_mean = 1e-5;  // radians a cell
+  const std::optional<Response> response = linear.response(point, step);
+  if (!response) return std::nullopt;
+  const Amplification amplification(*response, rank);
+  Angles longest{};
+  std::fill_n(longest.begin(), rank, nearly_a_mean);
+  return amplification.at(Angles{}) - amplification.at(longest);
+}
+
+bool is_mean_no_wave(driver::Session& session, const LinearStep& linear, double step) {
+  constexpr double alike = 1e-6;
+  if (!linear.reduces()) return false;
+  std::optional<Eigen::MatrixXcd> first;
+  for (const ScenePoint& point : all_frozen_points(session, linear)) {
+    const auto part = part_of_means(linear, point.point, static_cast<int>(session.axes().size()), step);
+    if (!part || !part->allFinite()) continue;
+    if (!first) first = part;
+    if ((*part - *first).norm() > alike * std::max(part->norm(), first->norm())) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+LinearStep with_means_of_runs(driver::Session& session, const LinearStep& linear, double step) {
+  if (!is_mean_no_wave(session, linear, step)) return linear;
+  LinearStep coupled = linear.with_all_coupled();
+  return CompiledTangent::of_coupled(coupled) != nullptr ? coupled : linear;
+}
+
+std::vector<FrozenPoint> moments_of(const FrozenPoint& worst, const std::vector<ScenePoint>& points) {
+  constexpr std::size_t most_others = 4;
+  const auto time_of = [](const FrozenPoint& point) {
+    const auto found = point.params.find("t");
+    return found == point.params.end() ? 0.0 : found->second;
+  };
+  std::set<double> times;
+  for (const ScenePoint& point : points) times.insert(time_of(point.point));
+  times.erase(time_of(worst));
+  std::vector<FrozenPoint> result{worst};
+  const std::size_t count = std::min(times.size(), most_others);
+  for (std::size_t i = 0; i < count; ++i) {
+    result.push_back(worst);
+    result.back().params["t"] = *std::next(times.begin(), static_cast<std::ptrdiff_t>(i * times.size() / count));
+  }
+  return result;
 }
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Means and sums of perturbations that count by other fields, as that of u^2, whose tangent is the mean of 2 u u'. They
-// tie each cell to all others, each in another way, and no wave at a frozen point stands for them. The analysis of
-// waves leaves them out; runs of the step's tangent about the initial state on the scene's own grid have them. So they
+// tie each cell to all others, each in another way, and no wave at a frozen point stands for them. So do plain means
+// that act in one way at some places and in another at others, as inside a mask. The analysis of waves leaves them out;
+// runs of the step's tangent about the initial state on the scene's own grid have them. So they
 // have what curved coordinates are, which no wave and no wall with frozen coefficients is: cells that become narrow
 // towards a pole, and what lies beyond it.
 #pragma once
@@ -16,12 +17,24 @@
 #include "driver/session.h"
 #include "stability/compiled_tangent.h"
 #include "stability/coupled_flow.h"
+#include "stability/frozen_points.h"
 #include "stability/linear_step.h"
 
 namespace dpde::stability {
 
 /// The module with 0 in the place of these means, in its first program. `rates`: fields of perturbations.
 stencil::Module without_coupled_means(stencil::Module module, const std::set<std::string>& rates);
+
+/// With 0 in the place of all means and sums of perturbations.
+stencil::Module without_means(stencil::Module module, const std::set<std::string>& rates);
+
+/// With all means left to runs where they add something else at other places, or at other times, and runs can have
+/// them. Then the mean of all cells is no wave: its factor at one point, as inside a mask, would be that of a grid that
+/// is all like it.
+LinearStep with_means_of_runs(driver::Session& session, const LinearStep& linear, double step);
+
+/// The worst point, and the same at a few other times of the points: what moves, as a mask does, stands still in runs.
+std::vector<FrozenPoint> moments_of(const FrozenPoint& worst, const std::vector<ScenePoint>& points);
 
 /// What grows is of the grid: fewer cells than differences follow, and no step is short enough.
 struct ShortWaves {

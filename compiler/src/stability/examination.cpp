@@ -56,12 +56,12 @@ class Examination {
   Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, Verdict& verdict)
       : session_(session),
         problem_(problem),
-        linear_(linear),
+        linear_(with_means_of_runs(session, linear, session.problem().step)),
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
         equations_(problem, linear.group()),
-        walls_(linear, session.axes()),
-        plain_walls_(equations_.without_events() == nullptr ? linear : *equations_.without_events(), session.axes()) {
+        walls_(linear_, session.axes()),
+        plain_walls_(equations_.without_events() == nullptr ? linear_ : *equations_.without_events(), session.axes()) {
     verdict_.parts = parts_of(session);
     verdict_.step = session.problem().step / verdict_.parts;
   }
@@ -81,8 +81,10 @@ class Examination {
       look_at_own(*grid);
       return true;
     }
-    if (const auto runs = coupled_runs()) {
+    const std::vector<FrozenPoint> moments = moments_of_means(points);
+    if (const auto runs = coupled_runs(moments.front())) {
       look_at_runs(*runs);
+      for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
       return true;
     }
     if (!are_walls_alike(problem_)) return true;
@@ -111,7 +113,12 @@ class Examination {
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
-    if (const auto runs = coupled_runs()) return runs->is_stable(verdict_.step);
+    const std::vector<FrozenPoint> moments = moments_of_means(points);
+    if (const auto runs = coupled_runs(moments.front())) {
+      return runs->is_stable(verdict_.step) && std::all_of(moments.begin() + 1, moments.end(), [&](const auto& moment) {
+               return coupled_runs(moment)->is_stable(verdict_.step);
+             });
+    }
     if (!are_walls_alike(problem_)) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
       const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
@@ -217,12 +224,17 @@ class Examination {
     return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
   }
 
-  std::unique_ptr<CoupledRuns> coupled_runs() {
+  std::vector<FrozenPoint> moments_of_means(const std::vector<ScenePoint>& points) const {
+    return linear_.couples_means() ? moments_of(worst_.point, points) : std::vector{worst_.point};
+  }
+
+  std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
+    if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
     // Limits beside poles are those of short steps: what grows there is of the differences.
     const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
-    return CoupledRuns::make(session_, linear, worst_.point, has_events_in_each_step(problem_), euler);
+    return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), euler);
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
@@ -439,7 +451,7 @@ class Examination {
 
   driver::Session& session_;
   const model::Problem& problem_;
-  const LinearStep& linear_;
+  const LinearStep linear_;
   Verdict& verdict_;
   int rank_;
   Equations equations_;

@@ -76,6 +76,14 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
   return why.empty() ? std::optional(std::move(result)) : std::nullopt;
 }
 
+LinearStep LinearStep::with_all_coupled() const {
+  LinearStep result = *this;
+  result.coupled_ = coupled_module();
+  result.module_ = remove_dead_code(without_means(coupled_module(), rates_));
+  result.kernels_ = std::make_shared<const FrozenKernels>(result.module_, varied_, rates_);
+  return result;
+}
+
 void LinearStep::find_inputs(const std::set<std::string>& of_networks) {
   const Module& whole = coupled_module();
   for (const std::string& input : interface_of(whole, whole.programs.front()).inputs) {

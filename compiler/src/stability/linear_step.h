@@ -79,6 +79,8 @@ class LinearStep {
   /// With means of perturbations that count by other fields, which the module has not: see coupled_means.h.
   const stencil::Module& coupled_module() const { return coupled_ ? *coupled_ : module_; }
   bool couples_means() const { return coupled_.has_value(); }
+  /// The same with all means of perturbations among these.
+  LinearStep with_all_coupled() const;
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
   bool follows_flow() const { return follows_flow_; }
   bool reduces() const { return reduces_; }
