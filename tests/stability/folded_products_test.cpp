@@ -43,6 +43,7 @@ bool blows_up(driver::Session& session) {
 }
 
 TEST(FoldedProducts, LimitAsRunsDo) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: a verdict by runs";
   constexpr int cells = 32;
   const auto session = vortices(cells, "dx = spectral", 0.02);
   const Verdict verdict = verdict_of(*session);

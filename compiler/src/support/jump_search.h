@@ -97,6 +97,8 @@ class JumpSearch {
   std::vector<double> rounding(const Look& look) const;
   double rounding_at(Id id, double s) const { return rounding(look(s))[id]; }
   std::optional<Place> beyond_rounding(const Place& place, double widest) const;
+  bool may_be_reached(Id pole, const Place& place) const;
+  bool may_hide_kink(const Look& look, const std::vector<bool>& needed) const;
   bool is_possible_at_pole(Id pole, double s, bool at_kink) const;
   bool hangs_on_unknown_sign(Id pole) const;
   bool has_kink(const Look& low, const Look& high, const Look& beside, const std::vector<bool>& needed) const;

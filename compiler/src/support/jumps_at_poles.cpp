@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "support/comparisons.h"
 #include "support/jump_search.h"
 
 namespace dpde {
@@ -189,6 +190,7 @@ bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses, double widest
 /// Values that come to two limits jump. Those that come to none run off to infinity: where states move them that ends
 /// a run, and what is divided by keeps its sign; of parameters and places alone they do so within the run.
 bool JumpSearch::jumps_at_pole(Id pole, const Place& place, double widest) const {
+  if (!may_be_reached(pole, place)) return false;
   const std::optional<Place> seen = beyond_rounding(place, widest * (widest_cancelled / widest_stair));
   if (!seen) return false;
   const auto [before, behind] = *seen;
@@ -211,6 +213,31 @@ bool JumpSearch::jumps_at_pole(Id pole, const Place& place, double widest) const
                            std::abs(high.result()) > 2 * std::abs(far_high.result());
   return is_infinite && is_of_the_run(pole, low) && is_possible_at_pole(pole, before, false) &&
          is_possible_at_pole(pole, behind, false);
+}
+
+/// Most poles are not, as divisors keep their signs: that is soon told.
+bool JumpSearch::may_be_reached(Id pole, const Place& place) const {
+  const Look low = look(place.before), high = look(place.behind), beside = look(place.before - distance * place.gap());
+  const std::vector<bool> needed_low = needed(low);
+  const bool at_kink = has_kink(low, high, beside, needed_low) || may_hide_kink(low, needed_low);
+  return is_possible_at_pole(pole, place.before, at_kink) && is_possible_at_pole(pole, place.behind, at_kink);
+}
+
+/// Whether rounding is as large as the argument of a root or of abs, or as what is compared.
+bool JumpSearch::may_hide_kink(const Look& look, const std::vector<bool>& needed) const {
+  const std::vector<double> errors = rounding(look);
+  for (Id id = 0; id < formula_.nodes_.size(); ++id) {
+    const Piecewise::Node& node = formula_.nodes_[id];
+    const bool is_call = node.kind == Piecewise::Kind::call, is_binary = node.kind == Piecewise::Kind::binary;
+    if (!needed[id] || !node.moves || !(is_call || is_binary)) continue;
+    const bool compares = is_call ? node.fn == Fn::min || node.fn == Fn::max : is_comparison(node.op);
+    const bool has_root =
+        (is_call && (node.fn == Fn::abs || node.fn == Fn::sqrt)) || (is_binary && node.op == BinaryOp::power);
+    const double a = look.values[node.a], b = look.values[node.b];
+    if (has_root && std::abs(a) * most_left_of_continuous <= errors[node.a]) return true;
+    if (compares && std::abs(a - b) * most_left_of_continuous <= errors[node.a] + errors[node.b]) return true;
+  }
+  return false;
 }
 
 bool JumpSearch::is_possible_at_pole(Id pole, double s, bool at_kink) const {
