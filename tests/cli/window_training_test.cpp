@@ -53,6 +53,16 @@ class AllWindows : public Command {
     write("t.dpde", text);
     return dpde("optimize t.dpde learn --json " + arguments);
   }
+  /// Stopped behind the first epochs and taken up again it is the training whose weights lie in `whole`.
+  void expect_to_go_on(const std::string& text, const Json& whole, int first, const std::string& more = "") const {
+    ASSERT_EQ(learn(text, "--out parts --epochs " + std::to_string(first) + more).status, 0);
+    const Outcome rest = learn(text, "--out parts --resume" + more);
+    ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+    EXPECT_EQ(rest.json()["resumed_iterations"], first);
+    EXPECT_EQ(rest.json()["loss"], whole["loss"]);
+    EXPECT_EQ(rest.json()["epochs"], whole["epochs"]);
+    EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
+  }
 };
 
 TEST_F(AllWindows, LbfgsFindsTheViscosity) {
@@ -86,13 +96,7 @@ TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
   const std::string text = network("lbfgs(), epochs 16, validate 0.25");
   const Outcome whole = learn(text, "--out whole");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
-  ASSERT_EQ(learn(text, "--out parts --epochs 5").status, 0);
-  const Outcome rest = learn(text, "--out parts --resume");
-  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
-  EXPECT_EQ(rest.json()["resumed_iterations"], 5);
-  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
-  EXPECT_EQ(rest.json()["epochs"], whole.json()["epochs"]);
-  EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
+  expect_to_go_on(text, whole.json(), 5);
 }
 
 /// Of a sum of squares that comes to 0 both Hessians are the same there: digits double with each iteration.
@@ -116,11 +120,7 @@ TEST_F(AllWindows, NewtonsMethodLearnsANetworkAndGoesOn) {
   const std::string text = network("newton_cg(hessian = gauss_newton), epochs 8, validate 0.25");
   const Outcome whole = learn(text, "--out whole --threads 1");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
-  ASSERT_EQ(learn(text, "--out parts --epochs 3 --threads 2").status, 0);
-  const Outcome rest = learn(text, "--out parts --resume --threads 2");
-  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
-  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
-  EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
+  expect_to_go_on(text, whole.json(), 3, " --threads 2");
   const Json lbfgs = learn(network("lbfgs(), epochs 8, validate 0.25"), "").json();
   EXPECT_LT(whole.json()["loss"].back().get<double>(), lbfgs["loss"].back().get<double>());
   const Outcome other = learn(network("newton_cg(), epochs 8, validate 0.25"), "--out parts --resume");

@@ -287,7 +287,8 @@ bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Co
   return true;
 }
 
-/// Where it falls as a square at small steps, too, of formulas that may jump; else of all that has kinks.
+/// A jump of the loss beside the point. Remainders that fall as squares at small steps may hide one of a formula that
+/// jumps; others hide one of all that has kinks.
 void look_for_jump(const driver::Compiled& compiled, const Line& along, const DirectionalDerivative& derivative,
                    Certificate& certificate) {
   const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;

@@ -395,8 +395,8 @@ void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange
   const bool lacks_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
                             dynamic_cast<const std::length_error*>(&error) != nullptr;
   const bool fails_as_it_runs = dynamic_cast<const std::runtime_error*>(&error) != nullptr;
-  if (!lacks_memory &&
-      !fails_as_it_runs) {  // as of a key that a map does not have: neither the user's nor the machine's
+  if (!lacks_memory && !fails_as_it_runs) {
+    // A key that a map does not have, for one, is a mistake of neither the user's nor the machine's.
     sink.report("broken-invariant", range, {"run", error.what()},
                 "please report it, with the text that brings it about");
     return;
