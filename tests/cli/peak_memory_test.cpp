@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <regex>
 #include <vector>
 
 #include "command_support.h"
@@ -86,6 +87,18 @@ TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
                              "data seen = u from scene s at t = 2/1024, 4/1024\n  unknown c from 1\n"
                              "  minimise mean((u - seen)^2) at t = 2/1024, 4/1024"));
   expect_within_a_tenth("gradient", "t", "gradient_peak_bytes");
+}
+
+/// A gradient first looks whether a choice switches: in states, and in a step of its own where stages read it.
+TEST_F(PeakMemory, OfRunsThatWatchSwitchesIsPredicted) {
+  for (const std::string time : {"euler", "rk4"}) {
+    const std::string text =
+        text_of("dt(u) = k*lap(u) + if(u > 5, 1, 0.2)*u", "", "unknown initial u; minimise mean(u^2)");
+    write("heat.dpde", fmt::format("scheme in_time {{ time = {} }}\n", time) +
+                           std::regex_replace(text, std::regex(": heat"), ": heat with in_time"));
+    const double predicted = dpde("check heat.dpde t --json --set cells=1024").json()["gradient_peak_bytes"];
+    expect_within_a_tenth(predicted, {"gradient", "heat.dpde", "t", "--quiet"}, 1024);
+  }
 }
 
 /// Curves and maps hold no more than pictures show; on one axis the places are as many numbers as the states.

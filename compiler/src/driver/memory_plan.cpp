@@ -103,6 +103,17 @@ class Planner {
     execute(compiled_.names.initial, true);
     release(compiled_.names.initial);
   }
+  /// Engine::jump_in_run, which keeps its rollout and fields. A byte a cell is a side; marks are read two at a time.
+  void watch() {
+    if (find(compiled_.names.watched) == nullptr) return;
+    execute(compiled_.names.watched, true);
+    keep(bytes_of_watched_run(compiled_));
+    const auto is_marked = [](const Watched& watched) { return !watched.below.empty(); };
+    const bool has_marks = std::ranges::any_of(compiled_.watched, is_marked);
+    double sides = 0;
+    for (const Watched& watched : compiled_.watched) sides += (watched.loss > 0 ? 2 : 1) * array_ / 8;
+    note(sides + array_ + (has_marks ? 2 * array_ : 0));
+  }
   /// What is said at the end of a run.
   void report() {
     execute(compiled_.names.observe, true);
@@ -215,6 +226,7 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
   planner.note(unknowns + computed);
   planner.keep(2 * unknowns);  // two gradients: the second one is timed
   planner.note(largest);
+  planner.watch();
   for (const std::string& formula : compiled.formula_programs()) {
     const auto derived = compiled.derived.find(formula);
     if (derived != compiled.derived.end() && derived->second.adjoint) planner.execute(derived->second.adjoint->program);

@@ -87,6 +87,16 @@ double bytes_of_rollout(const Compiled& compiled) {
   return static_cast<double>(plan_gradient(setup_of_run(tables, compiled)).field_bytes);
 }
 
+double bytes_of_watched_run(const Compiled& compiled) {
+  const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
+  RolloutSetup setup = setup_of_run(tables, compiled);
+  setup.step = tables.find(compiled.names.watched_step);
+  if (setup.step == nullptr) return 0;
+  if (setup.trial != nullptr) setup.trial = setup.step;
+  setup.steady = 0;
+  return static_cast<double>(plan_gradient(std::move(setup)).field_bytes);
+}
+
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {
   const model::Problem& problem = *compiled.problem;
   codegen::ProgramTables tables(compiled.loop, {}, nullptr);

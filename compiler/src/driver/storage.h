@@ -30,6 +30,9 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
 /// Of the fields that the rollout of a run holds.
 double bytes_of_rollout(const Compiled& compiled);
 
+/// The same of the run that a gradient makes first of a step that marks what is watched; 0 where none is made of it.
+double bytes_of_watched_run(const Compiled& compiled);
+
 /// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any
 /// gradient.
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options);
