@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Losses that are 0 because their terms cancel: losses and gradients are rounding, which is no bug of a gradient. One
 // that is wrong is found beside them all the same.
+#include <regex>
+
+#include "analysis/certificate.h"
 #include "analysis/quick_certificate.h"
 #include "driver/driver_support.h"
 #include "stencil/build.h"
@@ -70,6 +73,23 @@ TEST(ZeroLosses, AreCertifiedInPart) {
   }
 }
 
+/// Derivatives of f32 are certified in f64, and then compared in f32.
+TEST(ZeroLosses, AreNothingToCertify) {
+  for (const ZeroLoss& one : zero_losses) {
+    const std::string text = text_of(one);
+    const SourceFile source("zero.dpde", text),
+        in_double("zero.dpde", std::regex_replace(text, std::regex("f32"), "f64"));
+    DiagnosticSink sink;
+    auto certificate = analysis::certify(in_double, compiled_gradient(in_double), {}, sink);
+    ASSERT_TRUE(certificate) << all_messages(source, sink) << text;
+    if (text != in_double.text()) {
+      ASSERT_TRUE(analysis::certify_single_precision(source, compiled_gradient(source), {}, *certificate, sink))
+          << text;
+    }
+    EXPECT_TRUE(certificate->tests_nothing() && certificate->passed()) << certificate->worst() << text;
+  }
+}
+
 /// Sums of a step's adjoint are those of parameters.
 TEST(ZeroLosses, HideNoWrongGradientOfAnotherLoss) {
   for (const std::size_t which : {3, 6}) {
@@ -85,6 +105,9 @@ TEST(ZeroLosses, HideNoWrongGradientOfAnotherLoss) {
     }
     compile_stencil_again(*code);
     EXPECT_NE(analysis::check_run(source, code, INFINITY).wrong, "") << source.text();
+    DiagnosticSink sink;
+    const auto certificate = analysis::certify(source, code, {}, sink);
+    EXPECT_TRUE(certificate && !certificate->passed()) << source.text();
   }
 }
 
