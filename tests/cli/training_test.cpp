@@ -174,6 +174,20 @@ TEST_F(Training, DivergenceIsNamedAndTheBestKept) {
   EXPECT_EQ(outcome.json()["unknowns"]["nu"]["value"], 0.2);
 }
 
+/// Its states and losses are finite, and no rate helps.
+TEST_F(Training, ALostSignIsNoDivergence) {
+  write("t.dpde", R"(scene s : decay { grid x = -1 .. 1, cells 8, periodic; initial u = a*sin(pi*x)
+time 0 .. 1, step 1/20 } model decay { field u; param a; dt(u) = -a*u } model m { field u; param a; dt(u) = -a*atan(1/u)
+} scene r : m { grid x = -1 .. 1, cells 8, periodic; initial u = 1; time 0 .. 1, step 1/20 }
+dataset seen : s { runs 1; vary a in 0.1 .. 0.2; frames every 1/20; file "s.nc" } task learn : r { unknown a from 0.3
+data seen = trajectories("s.nc", u); minimise mean((u - seen)^2) over 4 steps; using adam(rate = 1e-2), batch 2 })");
+  ASSERT_EQ(dpde("run t.dpde seen --out . --json").status, 0);
+  const Outcome outcome = dpde("optimize t.dpde learn --json");
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0609"}) << outcome.out;
+  const std::size_t place = outcome.err.find("in epoch 1, from frame");
+  EXPECT_LT(place, outcome.err.find("this divides by u, which changes its sign: a gradient")) << outcome.err;
+}
+
 TEST_F(Training, DataThatDoNotFit) {
   const auto refused = [&](const std::string& text, const std::string& arguments = "") {
     write("t.dpde", text);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "driver/solve_report.h"
 #include "files/files.h"
 #include "find_controls.h"
 #include "interrupt.h"
@@ -148,13 +149,22 @@ void report_stop(Job& job, const training::Trials& trials) {
                     "with --out, the same command with --resume goes on from here");
 }
 
-void report_divergence(Job& job, const training::Trials& trials, std::size_t trial) {
+void report_divergence(Job& job, const driver::Compiled& compiled, const training::Trials& trials, std::size_t trial) {
   const training::Trainer& trainer = *trials.all()[trial].trainer;
   const training::Divergence& where = *trainer.divergence();
   const double last = trainer.state().losses.empty() ? std::nan("") : trainer.state().losses.back();
-  std::string hint =
-      fmt::format("in {}epoch {}, from frame {} of run {}{}; ", trial_text(trials, trial), where.epoch + 1,
-                  where.window.frame, where.window.run, where.why.empty() ? "" : ": " + where.why);
+  const std::string place = fmt::format("in {}epoch {}, from frame {} of run {}", trial_text(trials, trial),
+                                        where.epoch + 1, where.window.frame, where.window.run);
+  if (where.why.jump) {
+    const Unsolved& jump = *where.why.jump;
+    const SourceRange range = driver::place_of_solve(compiled, jump.solve_for());
+    const UnsolvedFacts& facts = jump.facts();
+    const std::string what =
+        fmt::format("{}, step {} of {} (t = {:.6g}): {}", place, facts.step, facts.steps, facts.t, facts.text);
+    job.sink().report("branches-do-not-meet", range, {what}, jump.hint());
+    return;
+  }
+  std::string hint = fmt::format("{}{}; ", place, where.why.states.empty() ? "" : ": " + where.why.states);
   if (!std::isnan(last)) hint += fmt::format("the loss before was {:.6g}; ", last);
   hint += trainer.state().best_epoch < 0
               ? "no epoch was complete; "
@@ -163,11 +173,11 @@ void report_divergence(Job& job, const training::Trials& trials, std::size_t tri
                     hint + "a smaller rate, clip 1, or shorter windows at first, as in unroll (1, 2, 4), may help");
 }
 
-void report_ends(Job& job, const training::Trials& trials) {
+void report_ends(Job& job, const driver::Compiled& compiled, const training::Trials& trials) {
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
     const training::Trial& trial = trials.all()[k];
     if (trial.end == training::TrainingEnd::stopped) report_stop(job, trials);
-    if (trial.end == training::TrainingEnd::not_finite) report_divergence(job, trials, k);
+    if (trial.end == training::TrainingEnd::not_finite) report_divergence(job, compiled, trials, k);
   }
 }
 
@@ -363,7 +373,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   if (options.resume && !checkpoint.resume(*trials)) return json;
   json["resumed_iterations"] = trials->made();
   const double seconds = run_training(job, *trials, checkpoint, options.quiet || options.json);
-  report_ends(job, *trials);
+  report_ends(job, *run.compiled, *trials);
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();

@@ -56,7 +56,7 @@ std::string describe(TrainingEnd end);
 struct Divergence {
   int update = 0, epoch = 0;
   Window window;
-  std::string why;  // of its states; "" when they are finite and the loss or its gradient is not
+  WindowBatches::Reason why;
 };
 
 class Trainer {

@@ -178,17 +178,23 @@ bool WindowBatches::product(const Eigen::VectorXd& x, const Eigen::VectorXd& dir
   return !over(x, windows, {}, question, &result).bad;
 }
 
-std::string WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {
+WindowBatches::Reason WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {
   Simulation& simulation = simulations_.front();
   try {
     begin(simulation, x, window, {}, 0);
     simulation.reset();
     for (int k = 0; k < steps_ && simulation.run_to(simulation.time() + simulation.time_step()); ++k) {
     }
+    simulation.gradient();
+  } catch (const Unsolved& error) {
+    if (error.facts().what == UnsolvedFacts::What::jump) return {"", error};
+    return {error.what()};
+  } catch (const NotFinite&) {
+    return {};  // of a loss or a gradient of states that are finite
   } catch (const Error& error) {
-    return error.what();
+    return {error.what()};
   }
-  return "";
+  return {};
 }
 
 }  // namespace dpde::training

@@ -15,6 +15,7 @@
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/simulation.h"
 #include "dpde/runtime/team.h"
+#include "dpde/runtime/unsolved.h"
 #include "driver/scene_table.h"
 #include "files/trajectories.h"
 
@@ -107,8 +108,12 @@ class WindowBatches {
   /// The Hessian of the mean loss times a direction; false where it is not finite. @throws Error where a loss has none.
   bool product(const Eigen::VectorXd& x, const Eigen::VectorXd& direction, std::span<const Window> windows,
                Curvature curvature, Eigen::VectorXd& result);
-  /// Where a window is no longer finite, in words; "" when its states are.
-  std::string why_not_finite(const Eigen::VectorXd& x, const Window& window);
+  /// Why a window has no loss or gradient.
+  struct Reason {
+    std::string states = {};            // where they are no longer finite, in words; "": they are
+    std::optional<Unsolved> jump = {};  // what the derivatives take for granted changes in the window
+  };
+  Reason why_not_finite(const Eigen::VectorXd& x, const Window& window);
 
   /// Where the task starts.
   Eigen::VectorXd unknown_values();
