@@ -2,6 +2,7 @@
 #include "stencil/lowering.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "model/wall_formula.h"
 #include "stencil/build.h"
 #include "stencil/own_names.h"
+#include "stencil/passes/displaced_values.h"
 #include "stencil/passes/place_fills.h"
 #include "stencil/walls.h"
 #include "support/bound_names.h"
@@ -100,7 +102,13 @@ std::vector<int> grows_of(const Stage& stage, const std::vector<Topology>& axes)
   };
   std::map<std::string, int> reach;
   const auto note = [&](const std::vector<Signature::Read>& reads, int grow) {
-    for (const Signature::Read& read : reads) reach[read.field] = std::max(reach[read.field], grow + width_of(read));
+    for (const Signature::Read& read : reads) {
+      int width = 0;
+      for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+        if (axes[axis] == Topology::bounded) width = std::max(width, read.halo[axis]);
+      }
+      reach[read.field] = std::max(reach[read.field], grow + width);
+    }
   };
   note(signature(stage.kernel).reads, 0);
   std::vector<int> grows(stage.before.size(), 0);
@@ -425,12 +433,25 @@ void Lowering::add_preparation(const Preparation& preparation, const Stage& stag
       });
 }
 
+namespace {
+
+/// What a stage needs at many places is made before it.
+void store_values(Stage& stage, const std::vector<Topology>& axes) {
+  StoredValues stored = with_stored_values(stage.kernel, axes);
+  stage.kernel = std::move(stored.kernel);
+  std::ranges::move(stored.before, std::back_inserter(stage.before));
+}
+
+}  // namespace
+
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
                                const Expr& time_of_results) const {
-  const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_, state_of_);
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
+  std::vector<Stage> stages = with_wall_values(given, time_of_results);
+  for (Stage& stage : stages) store_values(stage, program.axes);
+  stages = with_own_names(std::move(stages), names_, state_of_);
   const auto beyond = [this](const std::string& coefficient) { return boundary_of(coefficient); };
   Walls walls(problem_, names_, widest_read(stages, program.axes), beyond);
   std::set<std::string> grown;

@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/passes/displaced_values.h"
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/decisions.h"
+#include "support/match.h"
+#include "support/name_supply.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// Of one more field that passes through memory, in loads and operations: see adjoint/adjoint_kernel.cpp.
+constexpr int stream_cost = 12;
+
+/// Of what a point takes: a field that saves less is not worth its memory.
+constexpr int least_part = 32;
+
+Offset plus(const Offset& a, const Offset& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Offset minus(const Offset& a, const Offset& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// A value but for where it is taken: displaced values are one form.
+struct Form {
+  struct Part {
+    int form;
+    Offset from;  // of the first read of the form to that of the part
+  };
+  std::vector<Part> parts;
+  bool moves = false;      // it reads a field
+  bool is_leaf = false;    // nothing is computed
+  bool is_stored = false;  // in a field
+  bool is_fit = true;      // to be stored: no truth, no decision in it
+  std::string field;       // of a read
+  Offset low{}, high{};    // of all its reads, from the first one
+};
+
+/// A form at a place.
+struct Placed {
+  int form = 0;
+  Offset at{};
+  auto operator<=>(const Placed&) const = default;
+};
+
+/// The forms of a kernel's values; lets stand for what they are.
+class Forms {
+ public:
+  explicit Forms(const std::vector<Topology>& axes) {
+    const bool are_alike = std::ranges::count(axes, axes.front()) == std::ssize(axes);
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) shifts_[axis] = are_alike || axes[axis] == Topology::periodic;
+  }
+
+  Form& operator[](int form) { return forms_[static_cast<std::size_t>(form)]; }
+  const Form& operator[](int form) const { return forms_[static_cast<std::size_t>(form)]; }
+  int size() const { return static_cast<int>(forms_.size()); }
+
+  void define(const Let& let) { lets_[let.name] = placed(let.value); }
+
+  const Placed& placed(const Expr& e) {
+    const auto known = by_node_.find(&e.node());
+    if (known != by_node_.end()) return known->second;
+    kept_.push_back(e);
+    const Placed found = find(e);
+    return by_node_.emplace(&e.node(), found).first->second;
+  }
+
+  /// The middle of what a form reads, from its first read.
+  Offset middle(int form) const {
+    const Form& of = (*this)[form];
+    Offset middle{};
+    for (std::size_t axis = 0; axis < max_rank; ++axis) {
+      const int sum = of.low[axis] + of.high[axis];
+      if (shifts_[axis]) middle[axis] = (sum - (sum < 0)) / 2;
+    }
+    return middle;
+  }
+
+ private:
+  using Key = std::vector<std::int64_t>;
+
+  std::int64_t number_of(const std::string& name) {
+    return names_.emplace(name, static_cast<std::int64_t>(names_.size())).first->second;
+  }
+
+  /// Along axes that displacements go along; along the others it is part of the form.
+  std::pair<Offset, Offset> split(const Offset& offset) const {
+    Offset at{}, own{};
+    for (std::size_t axis = 0; axis < max_rank; ++axis) (shifts_[axis] ? at : own)[axis] = offset[axis];
+    return {at, own};
+  }
+
+  Placed find(const Expr& e) {
+    if (const Local* local = std::get_if<Local>(&e->kind)) return lets_.at(local->name);
+    Key key{static_cast<std::int64_t>(e->kind.index())};
+    Form form;
+    std::optional<Offset> at;
+    describe(e, key, form, at);
+    for_each_child(e, [&](const Expr& child) { add_part(placed(child), key, form, at); });
+    form.is_fit = form.is_fit && !is_decision(e) && !is_truth(e);
+    form.is_leaf = form.parts.empty();
+    const auto [known, is_new] = numbers_.emplace(std::move(key), size());
+    if (is_new) forms_.push_back(std::move(form));
+    return {known->second, at.value_or(Offset{})};
+  }
+
+  /// The node without its children.
+  void describe(const Expr& e, Key& key, Form& form, std::optional<Offset>& at) {
+    const auto say = [&](auto... words) { (key.push_back(static_cast<std::int64_t>(words)), ...); };
+    const auto read = [&](const Offset& offset) {
+      const auto [place, own] = split(offset);
+      at = place;
+      form.moves = true;
+      say(own[0], own[1], own[2]);
+    };
+    match(
+        e->kind, [&](const Literal& l) { say(std::bit_cast<std::int64_t>(l.value)); },
+        [&](const Param& p) { say(number_of(p.name)); }, [](const Local&) {},
+        [&](const Access& a) {
+          say(number_of(a.field));
+          form.field = a.field;
+          read(a.offset);
+        },
+        [&](const Interp& i) {
+          say(number_of(i.field), i.along[0], i.along[1], i.along[2]);
+          form.is_fit = false;
+          read(i.offset);
+        },
+        [&](const Inside& i) {
+          say(i.grow);
+          form.is_fit = false;
+          read(i.offset);
+        },
+        [](const Neg&) {}, [&](const Binary& b) { say(b.op); }, [&](const Call& c) { say(c.fn); },
+        [](const Select&) {});
+  }
+
+  void add_part(const Placed& part, Key& key, Form& form, std::optional<Offset>& at) {
+    const Form& of = (*this)[part.form];
+    if (of.moves && !at) at = part.at;
+    const Offset from = of.moves ? minus(part.at, *at) : Offset{};
+    for (const std::int64_t word : {std::int64_t{part.form}, std::int64_t{from[0]}, std::int64_t{from[1]},
+                                    std::int64_t{from[2]}})
+      key.push_back(word);
+    form.parts.push_back({part.form, from});
+    form.moves = form.moves || of.moves;
+    form.is_fit = form.is_fit && of.is_fit;
+    for (std::size_t axis = 0; of.moves && axis < max_rank; ++axis) {
+      form.low[axis] = std::min(form.low[axis], from[axis] + of.low[axis]);
+      form.high[axis] = std::max(form.high[axis], from[axis] + of.high[axis]);
+    }
+  }
+
+  std::array<bool, max_rank> shifts_{};
+  std::vector<Form> forms_;
+  std::map<Key, int> numbers_;
+  std::map<std::string, std::int64_t> names_;
+  std::map<std::string, Placed> lets_;
+  std::unordered_map<const Node*, Placed> by_node_;
+  std::vector<Expr> kept_;  // keeps the nodes of by_node_ alive
+};
+
+/// Which forms are best stored.
+class Choice {
+ public:
+  Choice(Forms& forms, const std::vector<Placed>& roots) : forms_(forms) {
+    for (const Placed& root : roots) roots_.push_back(node_of(root));
+  }
+
+  /// The forms to store; none where that does not halve the cost.
+  std::vector<int> made() {
+    const int whole = cost();
+    int now = whole;
+    while (const std::optional<int> form = best(now)) stored_.push_back(*form);
+    if (2 * now <= whole) return stored_;
+    for (const int form : stored_) forms_[form].is_stored = false;
+    return {};
+  }
+
+ private:
+  /// A form at a place, and what it is made of.
+  struct Value {
+    Placed placed;
+    std::vector<int> parts = {};
+    bool is_open = true;  // its parts are not known yet
+    int seen = 0;         // by this walk
+  };
+
+  int node_of(const Placed& placed) {
+    const auto [known, is_new] = numbers_.emplace(placed, static_cast<int>(values_.size()));
+    if (is_new) values_.push_back({placed});
+    return known->second;
+  }
+
+  const std::vector<int>& parts_of(int value) {
+    if (std::exchange(values_[value].is_open, false)) {
+      const Placed placed = values_[value].placed;
+      std::vector<int> parts;
+      for (const Form::Part& part : forms_[placed.form].parts) {
+        if (forms_[part.form].moves) parts.push_back(node_of({part.form, plus(placed.at, part.from)}));
+      }
+      values_[value].parts = std::move(parts);
+    }
+    return values_[value].parts;
+  }
+
+  /// What a kernel that makes these values takes at a point. `places`: at how many a form is needed is added.
+  int cost_of(std::vector<int> open, std::map<int, int>* places = nullptr) {
+    ++walk_;
+    std::set<std::string> fields;
+    std::set<int> stored;
+    int total = 0;
+    while (!open.empty()) {
+      const int value = open.back();
+      open.pop_back();
+      if (std::exchange(values_[value].seen, walk_) == walk_) continue;
+      const int number = values_[value].placed.form;
+      const Form& form = forms_[number];
+      if (!form.moves) continue;
+      ++total;
+      if (places != nullptr) ++(*places)[number];
+      if (form.is_stored) {
+        stored.insert(number);
+        continue;
+      }
+      if (form.is_leaf) fields.insert(form.field);
+      const std::vector<int>& parts = parts_of(value);
+      open.insert(open.end(), parts.begin(), parts.end());
+    }
+    return total + stream_cost * static_cast<int>(fields.size() + stored.size());
+  }
+
+  std::vector<int> parts_of_form(int form) { return parts_of(node_of({form, {}})); }
+
+  int cost() {
+    int total = cost_of(roots_);
+    for (const int form : stored_) total += 1 + stream_cost + cost_of(parts_of_form(form));
+    return total;
+  }
+
+  /// The form that lowers the cost most as it is stored; `now` is what is left then. The most that a form can save is
+  /// its own cost at all places but one.
+  std::optional<int> best(int& now) {
+    std::map<int, int> places;
+    cost_of(roots_, &places);
+    for (const int form : stored_) cost_of(parts_of_form(form), &places);
+    std::vector<std::pair<int, int>> bounds;  // the most that it saves, and the form
+    for (const auto& [form, count] : places) {
+      const Form& of = forms_[form];
+      if (of.is_leaf || of.is_stored || !of.is_fit) continue;
+      bounds.emplace_back((count - 1) * cost_of(parts_of_form(form)), form);
+    }
+    std::ranges::sort(bounds, std::greater());
+    std::optional<int> best;
+    int most = now / least_part;
+    const int before = now;
+    for (const auto& [bound, form] : bounds) {
+      if (bound < most) break;
+      forms_[form].is_stored = true;
+      stored_.push_back(form);
+      const int saved = before - cost();
+      stored_.pop_back();
+      forms_[form].is_stored = false;
+      if (saved < most || (saved == most && best)) continue;
+      most = saved;
+      now = before - saved;
+      best = form;
+    }
+    if (best) forms_[*best].is_stored = true;
+    return best;
+  }
+
+  Forms& forms_;
+  std::vector<Value> values_;
+  std::map<Placed, int> numbers_;
+  std::vector<int> roots_;
+  std::vector<int> stored_;
+  int walk_ = 0;
+};
+
+/// Puts reads of fields in the place of stored forms.
+class Rewriting {
+ public:
+  Rewriting(const Kernel& kernel, Forms& forms, const std::map<int, std::string>& fields)
+      : forms_(forms), fields_(fields) {
+    for (const Let& let : kernel.lets) lets_.emplace(let.name, let.value);
+  }
+
+  /// At its own point, where lets are known.
+  Expr operator()(const Expr& e) { return written(e, true); }
+
+  /// Of a form itself, from one of its values, with what lets stand for in their places.
+  Expr definition(const Expr& e) {
+    written_.clear();
+    const Placed placed = forms_.placed(e);
+    const Offset to_middle = minus({}, plus(placed.at, forms_.middle(placed.form)));
+    return shift(parts_of(e, false), to_middle, [](const std::string& name) { return name; });
+  }
+
+  /// A value of each form to be stored that stands in `e`.
+  void find(const Expr& e, std::map<int, Expr>& values) {
+    if (!looked_at_.insert(&e.node()).second) return;
+    if (const Local* local = std::get_if<Local>(&e->kind)) return find(lets_.at(local->name), values);
+    const int form = forms_.placed(e).form;
+    if (fields_.contains(form)) values.emplace(form, e);
+    for_each_child(e, [&](const Expr& child) { find(child, values); });
+  }
+
+ private:
+  Expr written(const Expr& e, bool keeps_lets) {
+    const auto known = written_.find(&e.node());
+    if (known != written_.end()) return known->second;
+    const Placed placed = forms_.placed(e);
+    const auto field = fields_.find(placed.form);
+    const Expr found = field != fields_.end() ? access(field->second, plus(placed.at, forms_.middle(placed.form)))
+                                              : parts_of(e, keeps_lets);
+    return written_.emplace(&e.node(), found).first->second;
+  }
+
+  Expr parts_of(const Expr& e, bool keeps_lets) {
+    const Local* local = std::get_if<Local>(&e->kind);
+    if (local != nullptr) return keeps_lets ? e : written(lets_.at(local->name), false);
+    return map_children(e, [&](const Expr& child) { return written(child, keeps_lets); });
+  }
+
+  Forms& forms_;
+  const std::map<int, std::string>& fields_;
+  std::map<std::string, Expr> lets_;
+  std::unordered_map<const Node*, Expr> written_;
+  std::set<const Node*> looked_at_;
+};
+
+/// Behind what it reads.
+std::vector<Kernel> in_order(std::vector<Kernel> kernels) {
+  std::vector<Kernel> ordered;
+  while (!kernels.empty()) {
+    const auto is_ready = [&](const Kernel& kernel) {
+      const Signature reads = signature(kernel);
+      return std::ranges::none_of(
+          kernels, [&](const Kernel& other) { return reads.find_read(other.stores.front().field) != nullptr; });
+    };
+    const auto ready = std::ranges::find_if(kernels, is_ready);
+    ordered.push_back(std::move(*ready));
+    kernels.erase(ready);
+  }
+  return ordered;
+}
+
+}  // namespace
+
+StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology>& axes) {
+  const StoredValues as_it_is{{}, kernel};
+  if (!kernel.scatters.empty() || !kernel.custom_adjoints.empty()) return as_it_is;
+  Forms forms(axes);
+  std::vector<Placed> roots;
+  for (const Let& let : kernel.lets) forms.define(let);
+  for (const Store& store : kernel.stores) roots.push_back(forms.placed(store.value));
+  for (const Sum& sum : kernel.sums) roots.push_back(forms.placed(sum.value));
+  const std::vector<int> chosen = Choice(forms, roots).made();
+  if (chosen.empty()) return as_it_is;
+  NameSupply names;
+  for (const Signature::Read& read : signature(kernel).reads) names.reserve(read.field);
+  for (const Store& store : kernel.stores) names.reserve(store.field);
+  std::map<int, std::string> fields;
+  for (const int form : chosen) fields.emplace(form, names.fresh("shared"));
+  Rewriting rewriting(kernel, forms, fields);
+  std::map<int, Expr> values;
+  for (const Store& store : kernel.stores) rewriting.find(store.value, values);
+  for (const Sum& sum : kernel.sums) rewriting.find(sum.value, values);
+  StoredValues result = as_it_is;
+  result.kernel = map_kernel(kernel, rewriting);
+  for (const int form : chosen)
+    result.before.push_back({"", kernel.rank, {}, {{fields.at(form), false, rewriting.definition(values.at(form)), {}}},
+                             {}, {}});
+  result.before = in_order(std::move(result.before));
+  return result;
+}
+
+}  // namespace dpde::stencil
