@@ -27,8 +27,12 @@ int cost(const Polynomial& p) {
 /// divisor * atom (or minus that) occurs in a sum.
 struct Place {
   Polynomial* sum;
+  int number;  // of the sum, in the order in which sums are gone through
   int atom;
   bool negative;
+  int saved = 0;  // where it becomes one term
+
+  auto order() const { return std::pair(number, atom); }
 };
 
 /// The terms at a place that make up divisor * atom; none if one of them is not there (any more).
@@ -48,6 +52,98 @@ struct Candidate {
   int saved = 0;
 };
 
+/// What may be taken out of sums. Taking one thing out changes few of them: the others stay as they are known.
+class Candidates {
+ public:
+  void add(Polynomial& sum, int number) {
+    for (const auto& [atom, quotient] : quotients_of(sum)) {
+      const auto [divisor, negative] = divisor_of(quotient);
+      Place place{&sum, number, atom, negative};
+      for (const auto& [monomial, c] : terms_at(place, divisor)) place.saved += cost(monomial, c);
+      place.saved -= 1;
+      const auto [entry, is_new] = divisors_.try_emplace(divisor);
+      if (is_new) entry->second.saved = -cost(divisor);
+      entry->second.saved += place.saved;
+      std::vector<Place>& places = entry->second.places;
+      places.insert(std::ranges::lower_bound(places, place.order(), {}, &Place::order), place);
+    }
+    for_each_pair(sum, [&](const Powers& pair, int saved) { pairs_[pair] += saved; });
+  }
+
+  /// Of a sum as it was added.
+  void remove(const Polynomial& sum, int number) {
+    for (const auto& [atom, quotient] : quotients_of(sum)) {
+      const auto entry = divisors_.find(divisor_of(quotient).first);
+      std::vector<Place>& places = entry->second.places;
+      const auto place = std::ranges::lower_bound(places, std::pair(number, atom), {}, &Place::order);
+      entry->second.saved -= place->saved;
+      places.erase(place);
+      if (places.empty()) divisors_.erase(entry);
+    }
+    for_each_pair(sum, [&](const Powers& pair, int saved) { pairs_[pair] -= saved; });
+  }
+
+  /// Sums that terms with one atom in common have beside it.
+  Candidate best_sum(First first) const {
+    const std::pair<const Polynomial, Found>* best = nullptr;
+    for (const auto& candidate : divisors_) {
+      const auto& [places, saved] = candidate.second;
+      const bool is_best_alone = best != nullptr && best->second.places.size() == 1,
+                 is_best_shared = best != nullptr && best->second.places.size() > 1;
+      const bool goes_first = first == First::shared && places.size() > 1 && is_best_alone && saved > 0;
+      const bool goes_last = first == First::shared && places.size() == 1 && is_best_shared;
+      if (goes_first || (saved > (best == nullptr ? 0 : best->second.saved) && !goes_last)) best = &candidate;
+    }
+    return best == nullptr ? Candidate{} : Candidate{best->first, best->second.places, best->second.saved};
+  }
+
+  Candidate best_pair() const {
+    const std::pair<const Powers, int>* best = nullptr;
+    for (const auto& candidate : pairs_) {
+      if (candidate.second - 1 > (best == nullptr ? 0 : best->second - 1)) best = &candidate;
+    }
+    return best == nullptr ? Candidate{} : Candidate{{{best->first, unit_coefficient}}, {}, best->second - 1};
+  }
+
+ private:
+  struct Found {
+    std::vector<Place> places;
+    int saved = 0;
+  };
+
+  /// Of two terms and more, by their atoms.
+  static std::map<int, Polynomial> quotients_of(const Polynomial& sum) {
+    std::map<int, Polynomial> quotients;
+    for (const auto& [monomial, c] : sum) {
+      for (const auto& [atom, exponent] : monomial) quotients[atom].emplace(without(monomial, atom), c);
+    }
+    std::erase_if(quotients, [](const auto& quotient) { return quotient.second.size() < 2; });
+    return quotients;
+  }
+
+  /// And whether the quotient is minus that.
+  static std::pair<Polynomial, bool> divisor_of(const Polynomial& quotient) {
+    const bool negative = quotient.begin()->second.begin()->second < 0;
+    return {negative ? negated(quotient) : quotient, negative};
+  }
+
+  /// Tells products of two atoms, and what a term saves where one is known.
+  template <class Tell>
+  static void for_each_pair(const Polynomial& sum, const Tell& tell) {
+    for (const auto& [monomial, c] : sum) {
+      for (auto x = monomial.begin(); x != monomial.end(); ++x) {
+        for (auto y = x; y != monomial.end(); ++y) {
+          if (x == y && x->second < 2) continue;
+          tell(product({{x->first, 1}}, {{y->first, 1}}), cost(monomial, c) - std::max(1, cost(monomial, c) - 1));
+        }
+      }
+    }
+  }
+
+  std::map<Polynomial, Found> divisors_;
+  std::map<Powers, int> pairs_;
+};
+
 class Factoring {
  public:
   Factoring(const std::vector<Polynomial>& sums, Atoms& atoms, First first) : atoms_(atoms), first_(first) {
@@ -55,6 +151,7 @@ class Factoring {
     for (int i = 0; i < atoms.size(); ++i) {
       if (atoms[i].definition) result_.definitions[i] = *atoms[i].definition;
     }
+    for (const auto& [number, sum] : all_sums()) candidates_.add(*sum, number);
   }
 
   Factored run() {
@@ -63,92 +160,66 @@ class Factoring {
   }
 
  private:
-  std::vector<Polynomial*> all_sums() {
-    std::vector<Polynomial*> all;
-    for (Polynomial& sum : result_.sums) all.push_back(&sum);
-    for (auto& [atom, sum] : result_.definitions) all.push_back(&sum);
+  int number_of_definition(int atom) const { return static_cast<int>(result_.sums.size()) + atom; }
+
+  std::vector<std::pair<int, Polynomial*>> all_sums() {
+    std::vector<std::pair<int, Polynomial*>> all;
+    for (Polynomial& sum : result_.sums) all.emplace_back(static_cast<int>(all.size()), &sum);
+    for (auto& [atom, sum] : result_.definitions) all.emplace_back(number_of_definition(atom), &sum);
     return all;
   }
 
-  Candidate find_best() {
-    Candidate best = best_sum();
-    Candidate pair = best_pair();
+  Candidate find_best() const {
+    Candidate best = candidates_.best_sum(first_);
+    Candidate pair = candidates_.best_pair();
     const bool sum_goes_first = first_ == First::shared && best.places.size() > 1;
     return pair.saved > best.saved && !sum_goes_first ? pair : best;
   }
 
-  /// Sums that terms with one atom in common have beside it.
-  Candidate best_sum() {
-    std::map<Polynomial, std::vector<Place>> divisors;
-    for (Polynomial* sum : all_sums()) {
-      std::map<int, Polynomial> quotients;
-      for (const auto& [monomial, c] : *sum) {
-        for (const auto& [atom, exponent] : monomial) quotients[atom].emplace(without(monomial, atom), c);
-      }
-      for (const auto& [atom, quotient] : quotients) {
-        if (quotient.size() < 2) continue;
-        const bool negative = quotient.begin()->second.begin()->second < 0;
-        divisors[negative ? negated(quotient) : quotient].push_back({sum, atom, negative});
-      }
-    }
-    Candidate best;
-    for (const auto& [divisor, places] : divisors) {
-      int saved = -cost(divisor);
-      for (const Place& place : places) {
-        for (const auto& [monomial, c] : terms_at(place, divisor)) saved += cost(monomial, c);
-        saved -= 1;
-      }
-      const bool goes_first = first_ == First::shared && places.size() > 1 && best.places.size() == 1 && saved > 0;
-      const bool goes_last = first_ == First::shared && places.size() == 1 && best.places.size() > 1;
-      if (goes_first || (saved > best.saved && !goes_last)) best = {divisor, places, saved};
-    }
-    return best;
-  }
-
-  Candidate best_pair() {
-    std::map<Powers, int> saved;
-    for (Polynomial* sum : all_sums()) {
-      for (const auto& [monomial, c] : *sum) {
-        for (auto x = monomial.begin(); x != monomial.end(); ++x) {
-          for (auto y = x; y != monomial.end(); ++y) {
-            if (x == y && x->second < 2) continue;
-            saved[product({{x->first, 1}}, {{y->first, 1}})] += cost(monomial, c) - std::max(1, cost(monomial, c) - 1);
-          }
-        }
-      }
-    }
-    Candidate best;
-    for (const auto& [pair, savings] : saved) {
-      if (savings - 1 > best.saved) best = {{{pair, unit_coefficient}}, {}, savings - 1};
-    }
-    return best;
+  void replace(Polynomial& sum, int number, Polynomial by) {
+    candidates_.remove(sum, number);
+    sum = std::move(by);
+    candidates_.add(sum, number);
   }
 
   void take_out(const Candidate& candidate) {
     const int atom = atoms_.of(candidate.divisor);
-    if (candidate.places.empty()) {
-      result_.definitions.erase(atom);  // it may be known: not in terms of itself
-      for (Polynomial* sum : all_sums()) *sum = with_pair_as(*sum, candidate.divisor.begin()->first, atom);
-    }
+    if (candidate.places.empty()) take_out_pair(candidate.divisor.begin()->first, atom);
     for (const Place& place : candidate.places) {
       const Polynomial terms = terms_at(place, candidate.divisor);
       if (terms.empty()) continue;
-      for (const auto& [monomial, c] : terms) place.sum->erase(monomial);
-      *place.sum = sum(*place.sum, {{product({{place.atom, 1}}, {{atom, 1}}),
-                                     place.negative ? negated(unit_coefficient) : unit_coefficient}});
+      Polynomial rest = *place.sum;
+      for (const auto& [monomial, c] : terms) rest.erase(monomial);
+      const Coefficient one = place.negative ? negated(unit_coefficient) : unit_coefficient;
+      replace(*place.sum, place.number, sum(rest, {{product({{place.atom, 1}}, {{atom, 1}}), one}}));
     }
-    result_.definitions.emplace(atom, candidate.divisor);
+    const auto [defined, is_new] = result_.definitions.emplace(atom, candidate.divisor);
+    if (is_new) candidates_.add(defined->second, number_of_definition(atom));
+  }
+
+  void take_out_pair(const Powers& pair, int atom) {
+    if (const auto known = result_.definitions.find(atom); known != result_.definitions.end()) {
+      candidates_.remove(known->second, number_of_definition(atom));
+      result_.definitions.erase(known);  // not in terms of itself
+    }
+    for (const auto& [number, sum] : all_sums()) {
+      const bool is_there = std::ranges::any_of(*sum, [&](const auto& term) { return has_pair(term.first, pair); });
+      if (is_there) replace(*sum, number, with_pair_as(*sum, pair, atom));
+    }
+  }
+
+  static bool has_pair(const Powers& monomial, const Powers& pair) {
+    return std::ranges::all_of(pair, [&](const auto& factor) {
+      const auto found = monomial.find(factor.first);
+      return found != monomial.end() && found->second >= factor.second;
+    });
   }
 
   static Polynomial with_pair_as(const Polynomial& p, const Powers& pair, int atom) {
     Polynomial result;
     for (const auto& [monomial, c] : p) {
-      const bool has = std::all_of(pair.begin(), pair.end(), [&](const auto& factor) {
-        const auto found = monomial.find(factor.first);
-        return found != monomial.end() && found->second >= factor.second;
-      });
       Powers rest = monomial;
-      if (has) {
+      if (has_pair(monomial, pair)) {
         for (const auto& [factor, exponent] : pair) rest = product(rest, {{factor, -exponent}});
         rest = product(rest, {{atom, 1}});
       }
@@ -160,6 +231,7 @@ class Factoring {
   Atoms& atoms_;
   First first_;
   Factored result_;
+  Candidates candidates_;
 };
 
 }  // namespace

@@ -194,12 +194,14 @@ class StagesOfUpdates {
     }
   }
 
-  /// Fields that an update reads and is made of, or that are stages of the same field as those.
-  std::set<std::string> carried(const Kernel& kernel, const Expr& value, Expansion& expansion) const {
+  /// Of the fields that its kernel reads, those that an update is made of, or that are stages of the same field as
+  /// those.
+  std::set<std::string> carried(const std::vector<Signature::Read>& reads, const Expr& value,
+                                Expansion& expansion) const {
     std::set<std::string> fields = expansion.carried_fields(value);
     const std::optional<std::string> root = root_of(expansion.weights(value));
     if (!root) return fields;
-    for (const Signature::Read& read : signature(kernel).reads) {
+    for (const Signature::Read& read : reads) {
       if (root_of(read.field) == *root) fields.insert(read.field);
     }
     return fields;
@@ -241,10 +243,11 @@ std::size_t defined_terms(const Atoms& atoms) {
 std::optional<Updates> updates_of(const Kernel& kernel, const StagesOfUpdates& stages) {
   Updates updates;
   Expansion expansion(kernel, updates.atoms);
+  const std::vector<Signature::Read> reads = signature(kernel).reads;
   std::size_t terms = 0;
   for (std::size_t s = 0; s < kernel.stores.size(); ++s) {
     const Expr& value = kernel.stores[s].value;
-    const std::set<std::string> carried = stages.carried(kernel, value, expansion);
+    const std::set<std::string> carried = stages.carried(reads, value, expansion);
     if (!expansion.is_complete()) return std::nullopt;
     if (carried.empty()) continue;
     updates.stores.push_back(s);
