@@ -101,7 +101,7 @@ TEST(House, StatementsAreClosed) {
   const std::regex of_model(R"(<(const )?model::)");
   const std::map<std::string, std::string> exceptions{
       {"stencil/apply.cpp", "looks for a call that is there already, among what is made before a kernel"},
-      {"stencil/discretise.cpp", "the same of a reduction"},
+      {"stencil/discretise_operands.cpp", "the same of a reduction"},
       {"stencil/discretise_waves.cpp", "the same of a transform"},
       {"stencil/passes/dead_code.cpp", "a step of Newton's method is a solve, always"},
       {"loop/from_stencil.cpp", "the same"},
@@ -193,6 +193,7 @@ const std::vector<Level> levels{
       "displaced_stages",
       "step",
       "discretise",
+      "discretise_operands",
       "discretise_solve",
       "discretise_upwind",
       "discretise_waves",

@@ -30,6 +30,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -98,6 +99,7 @@ class Discretiser {
     reading_ = std::move(reading);
     derivative_lets_.clear();
     operands_.clear();
+    known_.clear();
   }
   const std::vector<Let>& lets() const { return lets_; }
   const std::vector<Preparation>& preparations() const { return preparations_; }
@@ -134,7 +136,7 @@ class Discretiser {
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,
                                                 const model::Placements& inside, const Kernel& kernel,
                                                 const Offset& offset);
-  Quotient interpolated_at(const model::Interpolate& e, const Place& place);
+  Quotient interpolated_at(const model::Expr& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);
   Quotient binary_at(const model::Binary& e, const Place& place);
@@ -171,6 +173,14 @@ class Discretiser {
   };
   std::vector<Operand> operands_;  // what is reduced, and where it is stored
   int parts_ = 0;
+  /// Inside differences: the places of one overlap those of the next, and nested ones come to each many times.
+  struct Known {
+    model::Expr of;  // lives as long as the address that it is known by
+    Quotient value;
+    int parts;
+  };
+  using Where = std::tuple<const model::Node*, Place, std::optional<model::Placement>>;
+  std::map<Where, Known> known_;
   int nesting_ = 0;                                     // > 0 inside a difference, where nothing is named
   std::map<std::string, std::string> derivative_lets_;  // field, axis, order and accuracy -> let
 };
