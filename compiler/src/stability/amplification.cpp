@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 
 #include "stability/eigenvalues.h"
 
@@ -55,12 +56,26 @@ std::complex<double> Amplification::Reading::at(const std::vector<std::complex<d
   return {real, imaginary};
 }
 
+namespace {
+
+/// Tells the terms of each place together: they lie side by side.
+void for_each_place(const Form& form,
+                    const std::function<void(const stencil::Offset&, std::span<const Form::Term>)>& tell) {
+  const std::vector<Form::Term>& terms = form.terms();
+  const auto place_of = [](const Form::Term& term) { return term.key - Form::component_of(term.key); };
+  for (std::size_t first = 0, end = 0; first < terms.size(); first = end) {
+    while (end < terms.size() && place_of(terms[end]) == place_of(terms[first])) ++end;
+    tell(Form::offset_of(terms[first].key), std::span(terms).subspan(first, end - first));
+  }
+}
+
+}  // namespace
+
 void Amplification::note_reach(const Form& form) {
-  for (const Form::Term& term : form.terms()) {
-    const stencil::Offset offset = Form::offset_of(term.key);
+  for_each_place(form, [&](const stencil::Offset& offset, std::span<const Form::Term>) {
     for (std::size_t axis = 0; axis < reach_.size(); ++axis)
       reach_[axis] = std::max(reach_[axis], std::abs(offset[axis]));
-  }
+  });
 }
 
 Amplification::Amplification(const Response& response, int rank)
@@ -81,11 +96,12 @@ Amplification::Amplification(const Response& response, int rank)
   }
   Places places;
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    for (const Form::Term& term : rows[row].terms()) {
-      std::vector<double>& weights = places[Form::offset_of(term.key)];
+    for_each_place(rows[row], [&](const stencil::Offset& offset, std::span<const Form::Term> terms) {
+      std::vector<double>& weights = places[offset];
       weights.resize(rows.size() * rows.size());
-      weights[static_cast<std::size_t>(Form::component_of(term.key)) * rows.size() + row] = term.coefficient;
-    }
+      for (const Form::Term& term : terms)
+        weights[static_cast<std::size_t>(Form::component_of(term.key)) * rows.size() + row] = term.coefficient;
+    });
   }
   std::map<std::pair<int, int>, Line> lines;
   for (const auto& [offset, weights] : places) {

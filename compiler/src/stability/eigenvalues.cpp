@@ -217,6 +217,28 @@ Eigen::VectorXd scales_of(Eigen::MatrixXd a) { return balance(a); }
 
 namespace {
 
+Eigen::MatrixXd beside_multiple(Eigen::MatrixXd matrix) {
+  matrix.diagonal().array() -= matrix.trace() / static_cast<double>(matrix.rows());
+  return matrix;
+}
+
+/// Where all but one are multiples of 1 to rounding, as the neighbours' weights of equal diffusion are: every basis is
+/// as good for these, and eigenvalues of the one are all that is asked for.
+std::optional<Eigen::MatrixXcd> diagonals_beside_multiples(const std::vector<Eigen::MatrixXd>& matrices,
+                                                           double rounding) {
+  const Index size = matrices.front().rows();
+  Eigen::MatrixXcd diagonals(size, std::ssize(matrices));
+  std::optional<std::size_t> other;
+  for (std::size_t k = 0; k < matrices.size(); ++k) {
+    const bool is_multiple = beside_multiple(matrices[k]).norm() <= rounding;
+    if (!is_multiple && other) return std::nullopt;
+    if (!is_multiple) other = k;
+    diagonals.col(static_cast<Index>(k)).setConstant(matrices[k].trace() / static_cast<double>(size));
+  }
+  if (other) diagonals.col(static_cast<Index>(*other)) = eigenvalues(matrices[*other]);
+  return diagonals;
+}
+
 /// A sum that is like none of them: all but those that are a multiple of 1 to rounding count as much, whatever their
 /// sizes are. Weights are between a half and three halves, none twice, so that matrices that are one another's opposite
 /// do not cancel. Those that do by chance cost time alone: whether all are triangular is asked afterwards.
@@ -224,8 +246,7 @@ Eigen::MatrixXcd generic_sum(const std::vector<Eigen::MatrixXd>& matrices, doubl
   const Index size = matrices.front().rows();
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size, size);
   for (std::size_t k = 0; k < matrices.size(); ++k) {
-    Eigen::MatrixXd part = matrices[k];
-    part.diagonal().array() -= part.trace() / static_cast<double>(size);
+    const Eigen::MatrixXd part = beside_multiple(matrices[k]);
     const double norm = part.norm();
     if (!(norm > rounding)) continue;
     const double weight = 1 + 0.5 * std::sin(static_cast<double>(k * k + 1));
@@ -249,6 +270,7 @@ std::optional<Eigen::MatrixXcd> common_diagonals(std::vector<Eigen::MatrixXd> ma
   for (Eigen::MatrixXd& matrix : matrices)
     matrix = (scales.cwiseInverse().asDiagonal() * matrix * scales.asDiagonal()).eval();
   const double rounding = roundings * static_cast<double>(size) * std::numeric_limits<double>::epsilon() * sizes.norm();
+  if (std::optional<Eigen::MatrixXcd> diagonals = diagonals_beside_multiples(matrices, rounding)) return diagonals;
   Eigen::MatrixXcd sum = generic_sum(matrices, rounding), basis = Eigen::MatrixXcd::Identity(size, size);
   reduce_to_hessenberg(sum, &basis);
   Eigen::ComplexSchur<Eigen::MatrixXcd> schur(size);
