@@ -328,5 +328,32 @@ TEST(StepOfRates, HasOneBasisWhereWeightsCommute) {
   }
 }
 
+/// Against sums two by two; what was taken leaves nothing behind.
+TEST(FormSum, AddsUpAsFormsDo) {
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> cells(-3, 3), component(0, 39), count(1, 60);
+  std::uniform_real_distribution<double> number(-1, 1);
+  FormSum sum;
+  for (int turn = 0; turn < 20; ++turn) {
+    Form by_two;
+    for (int part = count(random) * count(random) / 8; part >= 0; --part) {
+      Form form;
+      for (int term = 0; term < 5; ++term)
+        form = form.plus(Form(component(random)).shifted({cells(random), cells(random), cells(random)}));
+      const stencil::Offset offset{cells(random), cells(random), 0};
+      const double factor = number(random);
+      by_two = by_two.plus(form.shifted(offset).times(factor));
+      sum.add(form, offset, factor);
+    }
+    const Form at_once = sum.take();
+    ASSERT_EQ(at_once.terms().size(), by_two.terms().size());
+    for (std::size_t i = 0; i < at_once.terms().size(); ++i) {
+      EXPECT_EQ(at_once.terms()[i].key, by_two.terms()[i].key);
+      EXPECT_NEAR(at_once.terms()[i].coefficient, by_two.terms()[i].coefficient, 1e-13);
+    }
+  }
+  EXPECT_TRUE(sum.take().is_zero());
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -2,6 +2,7 @@
 #include "stability/form.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace dpde::stability {
@@ -81,6 +82,51 @@ Form Form::renumbered(int by) const {
     result.terms_.push_back({term.key + (is_wave ? by : 0), term.coefficient});
   }
   std::ranges::sort(result.terms_, {}, &Term::key);
+  return result;
+}
+
+/// The place of the key, or the free one where it belongs: the next ones are tried by turns.
+std::size_t FormSum::place_of(std::int64_t key) const {
+  constexpr std::uint64_t golden = 0x9E3779B97F4A7C15;  // 2^64 times the golden ratio: it spreads keys that are near
+  const std::size_t last = places_.size() - 1;
+  std::size_t place = static_cast<std::size_t>((static_cast<std::uint64_t>(key) * golden) >> 32) & last;
+  while (places_[place] != 0 && terms_[places_[place] - 1].key != key) place = (place + 1) & last;
+  return place;
+}
+
+/// To a power of two, and four times what is in it.
+void FormSum::grow() {
+  constexpr std::size_t fewest = 256;
+  places_.assign(std::max(fewest, 4 * std::bit_ceil(terms_.size())), 0);
+  for (std::size_t i = 0; i < terms_.size(); ++i) {
+    taken_[i] = place_of(terms_[i].key);
+    places_[taken_[i]] = static_cast<std::uint32_t>(i + 1);
+  }
+}
+
+void FormSum::add(const Form& form, const stencil::Offset& offset, double factor) {
+  const std::int64_t way = Form::key_of(offset);
+  for (const Form::Term& term : form.terms_) {
+    if (2 * terms_.size() >= places_.size()) grow();
+    const std::size_t place = place_of(term.key + way);
+    std::uint32_t& known = places_[place];
+    if (known == 0) {
+      terms_.push_back({term.key + way, factor * term.coefficient});
+      taken_.push_back(place);
+      known = static_cast<std::uint32_t>(terms_.size());
+    } else {
+      terms_[known - 1].coefficient += factor * term.coefficient;
+    }
+  }
+}
+
+Form FormSum::take() {
+  for (const std::size_t place : taken_) places_[place] = 0;
+  Form result;
+  result.terms_.assign(terms_.begin(), terms_.end());
+  std::ranges::sort(result.terms_, {}, &Form::Term::key);
+  terms_.clear();
+  taken_.clear();
   return result;
 }
 

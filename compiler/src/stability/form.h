@@ -2,6 +2,7 @@
 // Sums of displaced perturbations: what a linear step makes of a state.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -38,7 +39,26 @@ class Form {
   static int component_of(std::int64_t key);
 
  private:
+  friend class FormSum;
   std::vector<Term> terms_;
+};
+
+/// Adds many forms up. What it does for each term does not depend on how many there are: it finds keys by hashing, and
+/// its memory is kept from sum to sum.
+class FormSum {
+ public:
+  /// The form displaced by `offset`, times the factor.
+  void add(const Form& form, const stencil::Offset& offset, double factor);
+  /// What was added since it was last taken.
+  Form take();
+
+ private:
+  void grow();
+  std::size_t place_of(std::int64_t key) const;
+
+  std::vector<Form::Term> terms_;      // in the order in which their keys came
+  std::vector<std::uint32_t> places_;  // of keys, by hashing: 0, or one more than the number of the term
+  std::vector<std::size_t> taken_;     // places of the terms
 };
 
 }  // namespace dpde::stability

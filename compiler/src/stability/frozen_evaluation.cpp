@@ -19,14 +19,6 @@ constexpr std::size_t most_terms = 50'000;
 constexpr std::size_t terms_beside_waves = 24;  // where more are one component: put into each other, they multiply
 constexpr double tie = 1e-11;  // relative: what rounding leaves, and less than what a maximum calls equal
 
-Value operator+(const Value& a, const Value& b) { return {a.number + b.number, a.form.plus(b.form)}; }
-Value operator-(const Value& a) { return {-a.number, a.form.times(-1)}; }
-Value operator-(const Value& a, const Value& b) { return a + -b; }
-/// Linear in perturbations: at most one of them has any in what tangents do.
-Value operator*(const Value& a, const Value& b) {
-  return {a.number * b.number, a.form.times(b.number).plus(b.form.times(a.number))};
-}
-
 /// Cells along one axis that an interpolation takes, with their weights.
 struct Tap {
   int cell;
@@ -117,32 +109,30 @@ double Evaluation::number_at(Id field, const Offset& offset) {
   return number;
 }
 
-Value Evaluation::access(Id field, const Offset& offset) {
-  const double number = number_at(field, offset);
-  if (kernels_.fields()[static_cast<std::size_t>(field)].axis >= 0) return {number};
-  const Form& form = field_value(field).form;
-  return {number, offset == Offset{} ? form : form.shifted(offset)};
-}
-
-Value Evaluation::interpolate(const FrozenKernels::Interp& interp) {
+template <class Tell>
+void Evaluation::for_each_tap(const FrozenKernels::Interp& interp, const Tell& tell) {
   std::array<std::vector<Tap>, 3> taps;
   taps.fill({{0, 1}});
   for (std::size_t axis = 0; axis < interp.displacement.size(); ++axis) {
     const double displacement = number(interp.displacement[axis]);
     is_too_far_ = is_too_far_ || !(std::abs(displacement) < farthest_offset / 4);
-    if (is_too_far_) return {};
+    if (is_too_far_) return;
     displacement_ = std::max(displacement_, std::abs(displacement));
     taps[axis] = taps_along(displacement, interp.along[axis]);
   }
-  Value sum;
   for (const Tap& z : taps[2]) {
     for (const Tap& y : taps[1]) {
       for (const Tap& x : taps[0]) {
         const Offset place{interp.offset[0] + x.cell, interp.offset[1] + y.cell, interp.offset[2] + z.cell};
-        sum = sum + access(interp.field, place) * Value{x.weight * y.weight * z.weight, {}};
+        tell(place, x.weight * y.weight * z.weight);
       }
     }
   }
+}
+
+double Evaluation::number_of_interp(const FrozenKernels::Interp& interp) {
+  double sum = 0;
+  for_each_tap(interp, [&](const Offset& place, double weight) { sum += number_at(interp.field, place) * weight; });
   return sum;
 }
 
@@ -154,29 +144,6 @@ double known_binary(BinaryOp op, double left, double right) {
 }
 
 }  // namespace
-
-Value Evaluation::binary(const FrozenKernels::Binary& b) {
-  switch (b.op) {
-    case BinaryOp::add: return value(b.left) + value(b.right);
-    case BinaryOp::subtract: return value(b.left) - value(b.right);
-    case BinaryOp::multiply: return value(b.left) * value(b.right);
-    case BinaryOp::divide: {
-      Value left = value(b.left);
-      const double right = number(b.right);
-      return {left.number / right, left.form.times(1 / right)};
-    }
-    case BinaryOp::power:
-    case BinaryOp::less:
-    case BinaryOp::less_equal:
-    case BinaryOp::greater:
-    case BinaryOp::greater_equal:
-    case BinaryOp::equal:
-    case BinaryOp::not_equal:
-    case BinaryOp::logical_and:
-    case BinaryOp::logical_or: return {number_of_binary(b), {}};
-  }
-  unreachable("binary operator");
-}
 
 double Evaluation::number_of_binary(const FrozenKernels::Binary& b) {
   const double left = number(b.left), right = number(b.right);
@@ -231,54 +198,91 @@ double Evaluation::call(const FrozenKernels::Call& c) {
 }
 
 double Evaluation::number(Id id) {
-  const FrozenKernels::Node& node = kernels_.node(id);
-  if (!node.is_number) return value(id).number;
   return match(
-      node.kind, [](const FrozenKernels::Literal& l) { return l.value; },
+      kernels_.node(id).kind, [](const FrozenKernels::Literal& l) { return l.value; },
       [&](const FrozenKernels::Param& p) { return numbers_.parameter(p.param); },
       [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)].number; },
       [&](const FrozenKernels::Access& a) { return number_at(a.field, a.offset); },
-      [&](const FrozenKernels::Interp& i) { return interpolate(i).number; },
+      [&](const FrozenKernels::Interp& i) { return number_of_interp(i); },
       [](const FrozenKernels::Inside&) { return 1.0; }, [&](const FrozenKernels::Neg& n) { return -number(n.operand); },
       [&](const FrozenKernels::Binary& b) { return number_of_binary(b); },
       [&](const FrozenKernels::Call& c) { return call(c); },
       [&](const FrozenKernels::Select& s) { return number_of_select(s); });
 }
 
-Value Evaluation::value(Id id) {
+Form Evaluation::form(Id id) {
+  if (kernels_.node(id).is_number) return {};
+  add_form(id, 1);
+  return sum_.take();
+}
+
+/// It is linear in perturbations: a sum goes by its parts, with the numbers before them as factors. So each term that a
+/// part has is added once, however deep it stands.
+void Evaluation::add_form(Id id, double factor) {
   const FrozenKernels::Node& node = kernels_.node(id);
-  if (node.is_number) return {number(id), {}};
-  return match(
-      node.kind,
-      [](const FrozenKernels::Literal& l) {
-        return Value{l.value, {}};
+  if (node.is_number) return;
+  match(
+      node.kind, [](const FrozenKernels::Literal&) {}, [](const FrozenKernels::Param&) {},
+      [&](const FrozenKernels::Local& l) { sum_.add(locals_[static_cast<std::size_t>(l.local)].form, {}, factor); },
+      [&](const FrozenKernels::Access& a) { add_form_of(a.field, a.offset, factor); },
+      [&](const FrozenKernels::Interp& i) {
+        for_each_tap(i, [&](const Offset& place, double weight) {
+          if (weight != 0) add_form_of(i.field, place, factor * weight);
+        });
       },
-      [&](const FrozenKernels::Param& p) {
-        return Value{numbers_.parameter(p.param), {}};
-      },
-      [&](const FrozenKernels::Local& l) { return locals_[static_cast<std::size_t>(l.local)]; },
-      [&](const FrozenKernels::Access& a) { return access(a.field, a.offset); },
-      [&](const FrozenKernels::Interp& i) { return interpolate(i); },
-      [](const FrozenKernels::Inside&) {
-        return Value{1, {}};
-      },
-      [&](const FrozenKernels::Neg& n) { return -value(n.operand); },
-      [&](const FrozenKernels::Binary& b) { return binary(b); },
-      [&](const FrozenKernels::Call& c) {
-        return Value{call(c), {}};
-      },
-      [&](const FrozenKernels::Select& s) { return select(s); });
+      [](const FrozenKernels::Inside&) {}, [&](const FrozenKernels::Neg& n) { add_form(n.operand, -factor); },
+      [&](const FrozenKernels::Binary& b) { add_form_of_binary(b, factor); }, [](const FrozenKernels::Call&) {},
+      [&](const FrozenKernels::Select& s) { add_form_of_select(s, factor); });
+}
+
+void Evaluation::add_form_of(Id field, const Offset& offset, double factor) {
+  if (kernels_.fields()[static_cast<std::size_t>(field)].axis >= 0) return;
+  sum_.add(field_value(field).form, offset, factor);
+}
+
+void Evaluation::add_form_of_binary(const FrozenKernels::Binary& b, double factor) {
+  // What has 0 before it has no terms at all, not such with 0.
+  const auto add_times = [&](Id perturbed, Id by) {
+    if (kernels_.node(perturbed).is_number) return;
+    const double times = number(by);
+    if (times != 0) {
+      add_form(perturbed, factor * times);
+    } else {
+      number(perturbed);  // what it interpolates may be far all the same
+    }
+  };
+  switch (b.op) {
+    case BinaryOp::add: add_form(b.left, factor), add_form(b.right, factor); return;
+    case BinaryOp::subtract: add_form(b.left, factor), add_form(b.right, -factor); return;
+    case BinaryOp::multiply: add_times(b.left, b.right), add_times(b.right, b.left); return;
+    case BinaryOp::divide:
+      if (const double by = 1 / number(b.right); by != 0) add_form(b.left, factor * by);
+      return;
+    case BinaryOp::power:
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return;
+  }
+  unreachable("binary operator");
 }
 
 /// At a kink the tangent is the mean of those of both sides: rounding would choose one of them.
-Value Evaluation::select(const FrozenKernels::Select& s) {
+void Evaluation::add_form_of_select(const FrozenKernels::Select& s, double factor) {
   const auto [truth, is_tie] = condition_of(s);
-  if (std::isnan(truth)) return (value(s.yes) + value(s.no)) * Value{unknown_value} + Value{unknown_value};
-  Value result = value(truth != 0 ? s.yes : s.no);
-  if (!is_tie) return result;
-  const Value other = value(truth != 0 ? s.no : s.yes);
-  const bool is_kink = std::abs(other.number - result.number) <= tie * std::abs(result.number);
-  return is_kink ? (result + other) * Value{0.5} : result;
+  if (std::isnan(truth)) {
+    add_form(s.yes, unknown_value), add_form(s.no, unknown_value);
+    return;
+  }
+  const Id taken = truth != 0 ? s.yes : s.no, left_out = truth != 0 ? s.no : s.yes;
+  const double result = is_tie ? number(taken) : 0, other = is_tie ? number(left_out) : 0;
+  const bool is_kink = is_tie && std::abs(other - result) <= tie * std::abs(result);
+  add_form(taken, is_kink ? 0.5 * factor : factor);
+  if (is_kink) add_form(left_out, 0.5 * factor);
 }
 
 double Evaluation::number_of_select(const FrozenKernels::Select& s) {
@@ -295,7 +299,8 @@ std::vector<Value> Evaluation::stored_values(const FrozenKernels::Kernel& kernel
   for (std::size_t i = 0; i < kernel.lets.size(); ++i) locals_[i] = value(kernel.lets[i]);
   std::vector<Value> values;
   values.reserve(kernel.stores.size());
-  for (const FrozenKernels::Store& store : kernel.stores) values.push_back(value(store.value));
+  for (const FrozenKernels::Store& store : kernel.stores)
+    values.push_back({store.is_perturbation ? 0 : number(store.value), form(store.value)});
   return values;
 }
 
@@ -331,7 +336,7 @@ std::optional<std::vector<Value>> Evaluation::values_of_states(const FrozenKerne
 namespace {
 
 Value with_sum_of_slopes(const Value& a, const Value& b) {
-  Value sum = a + b;
+  Value sum{a.number + b.number, a.form.plus(b.form)};
   for (std::size_t axis = 0; axis < sum.slopes_of_form.size(); ++axis)
     sum.slopes_of_form[axis] = a.slopes_of_form[axis].plus(b.slopes_of_form[axis]);
   return sum;

@@ -77,12 +77,20 @@ class Evaluation {
   void set(const std::string& name, Value value) { set(kernels_.field(name), std::move(value)); }
   double coordinate(int axis, const stencil::Offset& offset) const;
   double number_at(Id field, const stencil::Offset& offset);
-  Value access(Id field, const stencil::Offset& offset);
-  Value interpolate(const FrozenKernels::Interp& interp);
-  Value binary(const FrozenKernels::Binary& b);
-  Value value(Id node);
-  /// The same without the perturbation.
+  /// Tells the places that it takes, with their weights, unless they are too far.
+  template <class Tell>
+  void for_each_tap(const FrozenKernels::Interp& interp, const Tell& tell);
+  Value value(Id node) { return {number(node), form(node)}; }
+  /// How it is perturbed.
+  Form form(Id node);
+  /// The same, times the factor, into `sum_`.
+  void add_form(Id node, double factor);
+  void add_form_of(Id field, const stencil::Offset& offset, double factor);
+  void add_form_of_binary(const FrozenKernels::Binary& b, double factor);
+  void add_form_of_select(const FrozenKernels::Select& s, double factor);
+  /// Without the perturbation.
   double number(Id node);
+  double number_of_interp(const FrozenKernels::Interp& interp);
   double number_of_binary(const FrozenKernels::Binary& b);
   double number_of_select(const FrozenKernels::Select& s);
   double call(const FrozenKernels::Call& c);
@@ -92,7 +100,6 @@ class Evaluation {
   };
   Condition condition_of(const FrozenKernels::Select& s);
   Condition compared(Id node);
-  Value select(const FrozenKernels::Select& s);
   std::vector<Value> stored_values(const FrozenKernels::Kernel& kernel);
   std::optional<std::vector<FrozenValue>> frozen_values(const FrozenKernels::Kernel& kernel);
   std::optional<std::vector<Value>> values_of_states(const FrozenKernels::Kernel& kernel);
@@ -123,6 +130,7 @@ class Evaluation {
   std::size_t runs_ = 0;       // of kernels that make states
   std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::vector<Value> fields_, locals_;
+  FormSum sum_;               // of the form that is being made: its memory is kept
   std::vector<bool> is_set_;  // fields
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;

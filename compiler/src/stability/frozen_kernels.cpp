@@ -104,7 +104,7 @@ class FrozenKernels::Reader {
  public:
   Reader(FrozenKernels& kernels, const Unperturbed& unperturbed) : kernels_(kernels), unperturbed_(unperturbed) {}
 
-  Kernel read(const stencil::Kernel& kernel, const std::set<std::string>& varied) {
+  Kernel read(const stencil::Kernel& kernel, const std::set<std::string>& varied, const std::set<std::string>& rates) {
     Kernel result{kernel.rank, {}, {}, true};
     for (const stencil::Let& let : kernel.lets) {
       result.lets.push_back(id_of(let.value));
@@ -112,7 +112,8 @@ class FrozenKernels::Reader {
       is_number_.push_back(is_number(result.lets.back()));
     }
     for (const stencil::Store& store : kernel.stores) {
-      result.stores.push_back({kernels_.add_field(store.field), store.accumulate, id_of(store.value)});
+      const Id field = kernels_.add_field(store.field), value = id_of(store.value);
+      result.stores.push_back({field, store.accumulate, value, rates.contains(store.field)});
       result.makes_states = result.makes_states && varied.contains(store.field);
     }
     return result;
@@ -312,7 +313,7 @@ FrozenKernels::FrozenKernels(const stencil::Module& module, const std::set<std::
   const stencil::Program& program = module.programs.front();
   const Unperturbed unperturbed(module, varied, rates);
   for (const stencil::Kernel& kernel : module.kernels)
-    kernels_[kernel.name] = Reader(*this, unperturbed).read(kernel, varied);
+    kernels_[kernel.name] = Reader(*this, unperturbed).read(kernel, varied, rates);
   for (const stencil::Swap& swap : program.swaps) add_field(swap.state), add_field(swap.next);
   std::ptrdiff_t known = -1;
   for (std::ptrdiff_t count = 0; count != known; count = count_waves()) {

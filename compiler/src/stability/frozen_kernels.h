@@ -61,6 +61,7 @@ class FrozenKernels {
     Id field;
     bool accumulate;
     Id value;
+    bool is_perturbation;  // its number is 0: that of a perturbation which is none
   };
   struct Kernel {
     int rank = 1;

@@ -117,8 +117,10 @@ class Scales {
     constexpr double least = 1e-4, middle = 1e-3, most = 1e-2, far = 1e6;  // of what a step changes, without unit
     constexpr int looks = 8;
     short_ = step;
+    std::vector<Rest> rests;
+    for (const ScenePoint& point : points) rests.push_back(rest_at(point));
     for (int i = 0; i < looks; ++i) {
-      const double change = largest_change(points, short_);
+      const double change = largest_change(points, rests, short_);
       if (change == 0 || (change >= least && change <= most)) break;
       short_ *= std::isfinite(change) ? std::clamp(middle / change, 1 / far, far) : middle;
     }
@@ -127,16 +129,29 @@ class Scales {
   }
 
   const std::vector<double>& steps() const { return steps_; }
-  double weight(const ScenePoint& point, double step) const { return weight_of(linear_.response(point.point, step)); }
+  double weight(const ScenePoint& point, double step, FrozenStages& stages) const {
+    return weight_of(linear_.response(point.point, step, stages));
+  }
 
  private:
-  double largest_change(const std::vector<ScenePoint>& points, double step) const {
+  /// A step of length 0 from a point: what it weighs, and stages of steps of any length.
+  struct Rest {
+    FrozenStages stages;
+    std::optional<double> weight;
+  };
+  Rest rest_at(const ScenePoint& point) const {
+    Rest rest;
+    const std::optional<Response> response = linear_.response(point.point, 0, rest.stages);
+    if (response) rest.weight = weight_of(response);
+    return rest;
+  }
+
+  double largest_change(const std::vector<ScenePoint>& points, std::vector<Rest>& rests, double step) const {
     double largest = 0;
-    for (const ScenePoint& point : points) {
-      const std::optional<Response> response = linear_.response(point.point, step);
-      const double change = std::abs(weight_of(response) - weight(point, 0));
-      if (!response && linear_.response(point.point, 0)) return std::numeric_limits<double>::infinity();
-      largest = std::max(largest, change);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::optional<Response> response = linear_.response(points[i].point, step, rests[i].stages);
+      if (!response && rests[i].weight) return std::numeric_limits<double>::infinity();
+      largest = std::max(largest, std::abs(weight_of(response) - rests[i].weight.value_or(0)));
     }
     return largest;
   }
@@ -150,9 +165,10 @@ class Scales {
 std::vector<ScenePoint> by_weight(std::vector<ScenePoint> points, const Scales& scales) {
   std::vector<std::pair<std::size_t, std::size_t>> ranks;  // and which point it is
   for (std::size_t i = 0; i < points.size(); ++i) ranks.emplace_back(points.size(), i);
+  std::vector<FrozenStages> stages(points.size());
   for (const double step : scales.steps()) {
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < points.size(); ++i) order.emplace_back(-scales.weight(points[i], step), i);
+    for (std::size_t i = 0; i < points.size(); ++i) order.emplace_back(-scales.weight(points[i], step, stages[i]), i);
     std::ranges::sort(order);
     for (std::size_t rank = 0; rank < order.size(); ++rank) {
       std::size_t& known = ranks[order[rank].second].first;
@@ -214,9 +230,10 @@ std::vector<ScenePoint> heaviest_points(const driver::Session& session, const Li
       const double part = times == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(times - 1);
       const ScenePoint point =
           sampler.at(cells == 1 ? session.workspace().cell_count() / 2 : spread(i, cells), time_within(session, part));
+      FrozenStages stages;
       for (std::size_t scale = 0; scale < found.size(); ++scale) {
         auto& own = found[scale];
-        const double weight = scales.weight(point, scales.steps()[scale]);
+        const double weight = scales.weight(point, scales.steps()[scale], stages);
         if (own.size() == most && !(weight > (1 + alike) * own.back().first)) continue;
         own.emplace_back(weight, point);
         std::ranges::stable_sort(own, std::greater(), &std::pair<double, ScenePoint>::first);

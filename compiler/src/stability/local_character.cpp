@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <functional>
-#include <map>
+#include <iterator>
 #include <numbers>
 
 #include "stability/amplification.h"
@@ -42,13 +42,13 @@ bool is_positive(const Response& response) {
 /// What the rates make of what they have made: each place that a row reads is what `inner` has there.
 Response applied_to(const Response& outer, const Response& inner) {
   Response result;
+  FormSum sum;
   for (const Form& row : outer.rows) {
-    Form sum;
     for (const Form::Term& term : row.terms()) {
       const Form& read = inner.rows[static_cast<std::size_t>(Form::component_of(term.key))];
-      sum = sum.plus(read.shifted(Form::offset_of(term.key)).times(term.coefficient));
+      sum.add(read, Form::offset_of(term.key), term.coefficient);
     }
-    result.rows.push_back(std::move(sum));
+    result.rows.push_back(sum.take());
   }
   return result;
 }
@@ -58,23 +58,29 @@ Response applied_to(const Response& outer, const Response& inner) {
 class WeightsByLength {
  public:
   WeightsByLength(const Response& rates, const std::vector<double>& polynomial) {
-    std::map<std::pair<std::size_t, std::int64_t>, std::vector<double>> weights;
-    Response power;
-    for (std::size_t row = 0; row < rates.rows.size(); ++row) power.rows.emplace_back(static_cast<int>(row));
-    for (std::size_t k = 0; k < polynomial.size(); ++k) {
-      for (std::size_t row = 0; row < power.rows.size(); ++row) {
-        for (const Form::Term& term : power.rows[row].terms()) {
-          std::vector<double>& by_powers = weights[{row, term.key}];
-          by_powers.resize(polynomial.size());
-          by_powers[k] = polynomial[k] * term.coefficient;
+    std::vector<Response> powers(1);
+    for (std::size_t row = 0; row < rates.rows.size(); ++row) powers[0].rows.emplace_back(static_cast<int>(row));
+    while (powers.size() < polynomial.size()) powers.push_back(applied_to(rates, powers.back()));
+    std::vector<std::vector<std::int64_t>> places;  // that some power reads, of each row
+    for (std::size_t row = 0; row < rates.rows.size(); ++row) {
+      std::vector<std::int64_t>& of_row = places.emplace_back();
+      for (const Response& power : powers)
+        std::ranges::transform(power.rows[row].terms(), std::back_inserter(of_row), &Form::Term::key);
+      std::ranges::sort(of_row);
+      of_row.erase(std::unique(of_row.begin(), of_row.end()), of_row.end());
+    }
+    by_powers_.setZero(count_of(places), std::ssize(polynomial));
+    Eigen::Index first = 0;
+    for (std::size_t row = 0; row < places.size(); first += std::ssize(places[row++])) {
+      for (std::size_t k = 0; k < powers.size(); ++k) {
+        auto place = places[row].begin();  // terms are in their order
+        for (const Form::Term& term : powers[k].rows[row].terms()) {
+          place = std::find(place, places[row].end(), term.key);
+          by_powers_(first + (place - places[row].begin()), static_cast<Eigen::Index>(k)) =
+              polynomial[k] * term.coefficient;
         }
       }
-      if (k + 1 < polynomial.size()) power = applied_to(rates, power);
     }
-    by_powers_.resize(std::ssize(weights), std::ssize(polynomial));
-    Eigen::Index line = 0;
-    for (const auto& [place, by_powers] : weights)
-      by_powers_.row(line++) = Eigen::Map<const Eigen::RowVectorXd>(by_powers.data(), std::ssize(by_powers));
   }
 
   bool are_positive(double length) const {
@@ -85,6 +91,12 @@ class WeightsByLength {
   }
 
  private:
+  static Eigen::Index count_of(const std::vector<std::vector<std::int64_t>>& places) {
+    Eigen::Index count = 0;
+    for (const std::vector<std::int64_t>& of_row : places) count += std::ssize(of_row);
+    return count;
+  }
+
   Eigen::MatrixXd by_powers_;  // a line each
 };
 

@@ -108,10 +108,11 @@ void Sampler::find_dependences(const LinearStep& linear) {
     if (std::ranges::none_of(different_, is_it)) different_.push_back(std::move(here));
   }
   // Where the response is not known all would count.
-  const auto is_known = [&](const ScenePoint& here) { return linear.response(here.point, step).has_value(); };
-  const bool is_any_known = std::ranges::any_of(different_, is_known);
-  for (const ScenePoint& here : different_) {
-    if (!is_any_known || is_known(here)) add_dependences(linear, here.point, step);
+  std::vector<bool> is_known;
+  for (const ScenePoint& here : different_) is_known.push_back(linear.response(here.point, step).has_value());
+  const bool is_any_known = std::ranges::find(is_known, true) != is_known.end();
+  for (std::size_t i = 0; i < different_.size(); ++i) {
+    if (!is_any_known || is_known[i]) add_dependences(linear, different_[i].point, step);
   }
 }
 
