@@ -127,7 +127,8 @@ class LargestNumbers {
         next.rings = is_central && t.diffusion > 0 && next.number > largest_smooth;
         next.place = at.place;
         CellNumber* const known = find(next.field, next.axis);
-        if (known != nullptr && !(next.number > known->number)) continue;
+        constexpr double more_than_rounding = 1 + 1e-9;  // of places that mirror each other the first is told
+        if (known != nullptr && !(next.number > more_than_rounding * known->number)) continue;
         // another response: of what is kept alone
         next.is_reynolds = carries_itself(central_, point, next.field, row, axis, h, t.speed);
         if (known == nullptr) {
