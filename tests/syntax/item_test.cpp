@@ -218,7 +218,7 @@ TEST(Items, OfDataSets) {
       "  vary s from 100\n"
       "  vary k in 0.1 .. 10 logarithmic\n"
       "  vary re in 100, 2*100\n"
-      "  frames every 1/16 from 3 to 23\n"
+      "  frames of u, q.x, c[1], omega = curl(u), w on nodes = u*v every 1/16 from 3 to 23\n"
       "  coarsen 4\n"
       "  file \"train.nc\"\n"
       "}\n";
@@ -232,6 +232,12 @@ TEST(Items, OfDataSets) {
   EXPECT_EQ(print(get<VaryItem>(set.items[5].kind).values.at(1)), "2*100");
   EXPECT_EQ(print(get<FramesItem>(set.items[6].kind).every), "1/16");
   EXPECT_EQ(print(*get<FramesItem>(set.items[6].kind).to), "23");
+  const std::vector<NamedFormula>& of = get<FramesItem>(set.items[6].kind).of;
+  ASSERT_EQ(of.size(), 5U);
+  EXPECT_EQ(of[1].name.name, "q.x");
+  EXPECT_FALSE(of[2].value.has_value());
+  EXPECT_EQ(print(of[3].value.value()), "curl(u)");
+  EXPECT_EQ(of[4].on.value().name, "nodes");
 }
 
 TEST(Items, OfCharts) {

@@ -38,12 +38,13 @@ class Part {
     driver::ByteWriter out;
     out.number(key_);
     out.values(data.params);
-    out.number(static_cast<std::int64_t>(data.states.size()));
-    for (const std::vector<double>& state : data.states) out.values(state);
+    out.number(static_cast<std::int64_t>(data.frames.size()));
+    for (const std::vector<double>& frames : data.frames) out.values(frames);
     for (const analysis::Integrals& integrals : data.integrals) {
       out.values(integrals.values);
       out.values({integrals.magnitude});
     }
+    out.number(static_cast<std::int64_t>(data.residuals.size()));
     for (const analysis::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
     out.values({data.cpu_seconds});
     return files::write_file(path_, driver::sealed(out.bytes()), sink);
@@ -60,15 +61,15 @@ class Part {
     if (in.number() != key_) return std::nullopt;
     training::DataRun data;
     data.params = in.values();
-    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.states.push_back(in.values());
-    for (std::size_t s = 0; s < data.states.size() && in.is_fine(); ++s) {
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.frames.push_back(in.values());
+    for (std::size_t v = 0; v < data.frames.size() && in.is_fine(); ++v) {
       analysis::Integrals integrals{in.values(), 0};
       const std::vector<double> magnitude = in.values();
       if (magnitude.size() != 1) return std::nullopt;
       integrals.magnitude = magnitude[0];
       data.integrals.push_back(std::move(integrals));
     }
-    for (std::size_t s = 0; s < data.states.size() && in.is_fine(); ++s) {
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
       const std::vector<double> residual = in.values();
       if (residual.size() != 2) return std::nullopt;
       data.residuals.push_back({residual[0], residual[1]});
@@ -106,21 +107,21 @@ std::string file_text(const Job& job, const std::string& name) {
   return print(file);
 }
 
-/// The integral of a state at each frame, and how far it drifts in each run.
-void add_integrals(NetcdfContent& content, const std::string& state, std::size_t s, const std::string& time,
+/// The integral of a variable at each frame, and how far it drifts in each run.
+void add_integrals(NetcdfContent& content, const std::string& name, std::size_t v, const std::string& time,
                    const std::vector<training::DataRun>& runs, NetcdfNames& names) {
   NetcdfVariable integral{
-      names.free(state + "_integral"), {"run", time}, described("integral of " + state + " over the domain"), {}};
-  NetcdfVariable drift{names.free(state + "_drift"),
+      names.free(name + "_integral"), {"run", time}, described("integral of " + name + " over the domain"), {}};
+  NetcdfVariable drift{names.free(name + "_drift"),
                        {"run"},
-                       described("largest distance of the integral of " + state + " from that of the first frame"),
+                       described("largest distance of the integral of " + name + " from that of the first frame"),
                        {}};
-  NetcdfVariable relative{names.free(state + "_relative_drift"),
+  NetcdfVariable relative{names.free(name + "_relative_drift"),
                           {"run"},
                           described("the same in parts of the integral of its magnitude, a mean over the frames"),
                           {}};
   for (const training::DataRun& run : runs) {
-    const analysis::Integrals& own = run.integrals[s];
+    const analysis::Integrals& own = run.integrals[v];
     integral.values.insert(integral.values.end(), own.values.begin(), own.values.end());
     drift.values.push_back(own.drift());
     relative.values.push_back(own.relative_drift());
@@ -149,6 +150,36 @@ void add_residuals(NetcdfContent& content, const std::string& state, std::size_t
   content.variables.insert(content.variables.end(), {std::move(rate), std::move(relative)});
 }
 
+NetcdfAttributes attributes_of(const training::OrderEstimate& estimate) {
+  if (!estimate.is_known()) return {{"no_error_estimate", estimate.why_not}};
+  return {{"order_estimate", estimate.order},
+          {"difference_to_twice_the_spacing", estimate.difference},
+          {"error_estimate", estimate.error()}};
+}
+
+/// The frames of a field or formula, and what is known of them.
+void add_variable(NetcdfContent& content, training::DataSetMaker& maker, std::size_t v, const AxisNames& axes,
+                  const std::string& time, const std::vector<training::DataRun>& runs,
+                  const std::vector<training::OrderEstimate>& estimates, NetcdfNames& names) {
+  const model::Problem& problem = maker.session().problem();
+  const training::FrameVariable& frames = maker.variables()[v];
+  NetcdfVariable variable{
+      frames.name,
+      {"run", time},
+      described((frames.is_state ? "field " : "formula ") + frames.name, problem.unit_of(frames.name)),
+      {},
+      problem.scheme.real == Precision::f32};
+  for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][frames.placement[a] ? 1 : 0]);
+  for (const training::DataRun& run : runs)
+    variable.values.insert(variable.values.end(), run.frames[v].begin(), run.frames[v].end());
+  const auto estimate = std::ranges::find(estimates, frames.name, &training::OrderEstimate::variable);
+  const NetcdfAttributes told = attributes_of(*estimate);
+  variable.attributes.insert(variable.attributes.end(), told.begin(), told.end());
+  content.variables.push_back(std::move(variable));
+  add_integrals(content, frames.name, v, time, runs, names);
+  if (frames.is_state) add_residuals(content, frames.name, v, runs, names);
+}
+
 NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
                          const std::vector<training::OrderEstimate>& estimates) {
   NetcdfContent content;
@@ -163,27 +194,8 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(maker.times().size())}});
   content.variables.push_back(time_variable(session.problem(), time, maker.times()));
-  for (int s = 0; s < session.rollout().state_count(); ++s) {
-    const std::string& name = session.rollout().state_name(s);
-    const model::Placement placement = placement_of(session, name);
-    NetcdfVariable variable{name,
-                            {"run", time},
-                            described("field " + name, session.problem().unit_of(name)),
-                            {},
-                            session.problem().scheme.real == Precision::f32};
-    for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    for (const training::DataRun& run : runs)
-      variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(),
-                             run.states[static_cast<std::size_t>(s)].end());
-    const auto estimate = std::ranges::find(estimates, name, &training::OrderEstimate::state);
-    if (estimate != estimates.end()) {
-      variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order},
-                                                             {"difference_to_twice_the_spacing", estimate->difference},
-                                                             {"error_estimate", estimate->error()}});
-    }
-    content.variables.push_back(std::move(variable));
-    add_integrals(content, name, static_cast<std::size_t>(s), time, runs, names);
-    add_residuals(content, name, static_cast<std::size_t>(s), runs, names);
+  for (std::size_t v = 0; v < maker.variables().size(); ++v) {
+    if (maker.variables()[v].is_kept) add_variable(content, maker, v, axes, time, runs, estimates, names);
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
@@ -219,28 +231,34 @@ bool is_memory(training::DataSetMaker& maker, const std::string& name) {
 
 void report_estimates(Job& job, training::DataSetMaker& maker, const std::vector<training::OrderEstimate>& estimates,
                       Told& told) {
-  Json all = Json::object();
+  Json all = Json::object(), reasons = Json::object();
   for (const training::OrderEstimate& each : estimates) {
-    if (is_memory(maker, each.state)) continue;
-    all[each.state] = {{"order", json_number(each.order)},
-                       {"difference", json_number(each.difference)},
-                       {"error", json_number(each.error())}};
+    if (is_memory(maker, each.variable)) continue;
+    if (!each.is_known()) {
+      reasons[each.variable] = each.why_not;
+      told.say(job, fmt::format("{}: its error is not known: {}\n", each.variable, each.why_not));
+      continue;
+    }
+    all[each.variable] = {{"order", json_number(each.order)},
+                          {"difference", json_number(each.difference)},
+                          {"error", json_number(each.error())}};
     told.say(
         job,
         fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n",
-                    each.state, each.order, each.error()));
+                    each.variable, each.order, each.error()));
   }
   told.json["estimates"] = std::move(all);
+  told.json["without_estimate"] = std::move(reasons);
 }
 
 void report_drifts(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs, Told& told) {
   Json all = Json::object();
-  for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
-    const std::string& name = maker.session().rollout().state_name(s);
-    if (is_memory(maker, name)) continue;
-    const auto drift = [s](const training::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
+  for (std::size_t v = 0; v < maker.variables().size(); ++v) {
+    const std::string& name = maker.variables()[v].name;
+    if (!maker.variables()[v].is_kept || is_memory(maker, name)) continue;
+    const auto drift = [v](const training::DataRun& run) { return run.integrals[v].drift(); };
     const auto most = std::ranges::max_element(runs, {}, drift);
-    const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
+    const double relative = most->integrals[v].relative_drift();
     all[name] = {
         {"drift", json_number(drift(*most))}, {"relative_drift", json_number(relative)}, {"run", most - runs.begin()}};
     told.say(job, fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n",

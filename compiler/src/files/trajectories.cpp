@@ -95,7 +95,8 @@ class Reader {
       fail(fmt::format("it has no variable {}{}; it has {}", name,
                        near.empty() ? "" : fmt::format(" (did you mean {}?)", near), fmt::join(there, ", ")));
     }
-    const std::vector<model::Axis> axes = model::axes_at(problem_.axes, placement_of(name));
+    const model::Placement placement = placement_of(name);
+    const std::vector<model::Axis> axes = model::axes_at(problem_.axes, placement);
     const std::size_t rank = axes.size();
     const bool has_runs = variable->shape.size() == rank + 2;
     if (!has_runs && variable->shape.size() != rank + 1) {
@@ -112,7 +113,15 @@ class Reader {
                          dimension, axes[a].cells));
       }
       const std::string why = axis_mismatch(file_, axes[a], dimension);
-      if (!why.empty()) fail(why);
+      if (why.empty()) continue;
+      model::Placement other = placement;
+      other[a] = !other[a];
+      if (axis_mismatch(file_, model::axes_at(problem_.axes, other)[a], dimension).empty()) {
+        fail(fmt::format("{} lies {} along {} there and {} here: its line says where, as in data r on faces.{} = ...",
+                         name, other[a] ? "on faces" : "at centres", axes[a].name,
+                         placement[a] ? "on faces" : "at centres", "xyz"[a]));
+      }
+      fail(why);
     }
     take(*variable, has_runs);
   }

@@ -26,11 +26,12 @@ struct DataSet {
                                       // each turn of the first, and so on
   };
   std::vector<Vary> vary;
-  double every = 0;                // time from frame to frame; 0: one step
-  std::optional<double> from, to;  // of the frames; else the scene's own
-  int coarsen = 1;                 // cells along each axis that become one
-  std::string file;                // its name
-  SourceRange range;               // of the block's name
+  double every = 0;                   // time from frame to frame; 0: one step
+  std::optional<double> from, to;     // of the frames; else the scene's own
+  std::vector<ast::NamedFormula> of;  // what is kept; none: all states
+  int coarsen = 1;                    // cells along each axis that become one
+  std::string file;                   // its name
+  SourceRange range;                  // of the block's name
 
   /// Of parameter `number` of the list in a run.
   double value_of(std::size_t number, int run) const;

@@ -88,6 +88,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_observables(draft);
   bind_accuracy(draft);
   bind_outputs(draft);
+  bind_shown(draft);
   bind_events(draft);
   bind_task(draft);
   if (draft.model) drop_idle_guesses(draft);

@@ -23,6 +23,7 @@ struct Selection {
   bool keeps_params = false;                     // hosts set parameters later: none may be folded into the equations
   std::string beside;  // a scene that the task's tests name: in place of its own, with nothing of the task but data and
                        // these tests
+  std::vector<ast::NamedFormula> shown = {};  // what a run keeps beside what its outputs ask for
 };
 
 /// The selected problem; nullopt when there are errors in `sink` afterwards.

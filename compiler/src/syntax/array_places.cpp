@@ -93,9 +93,34 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](AccuracyItem& i) { all(i.tolerance); }, [&](ObserveItem& i) { all(i.value); },
       [&](UnknownItem& i) { all(i.from, i.low, i.high); }, [&](DataItem& i) { all(i.value, i.when); },
       [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](VaryItem& i) { all(i.low, i.high, i.from, i.values); },
-      [&](ErrorItem& i) { all(i.norms, i.at); }, [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
+      [&](ErrorItem& i) { all(i.norms, i.at); },
+      [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
+      [&](FramesItem& i) {
+        all(i.every, i.from, i.to);
+        for (NamedFormula& each : i.of) all(each.value);
+      },
       [](auto&) {});
   return found;
+}
+
+void take_part(Expr& value, const std::vector<int>& at) {
+  for (const int index : at) {
+    const auto* tuple = std::get_if<Tuple>(&value->kind);
+    if (tuple != nullptr) value = Expr(tuple->elements[static_cast<std::size_t>(index - 1)]);
+  }
+}
+
+void put_names(std::vector<NamedFormula>& list,
+               const std::function<std::vector<Identifier>(const Identifier& name)>& elements) {
+  std::vector<NamedFormula> all;
+  for (const NamedFormula& each : list) {
+    if (each.value) {
+      all.push_back(each);
+    } else {
+      for (const Identifier& name : elements(each.name)) all.push_back({name, {}, {}});
+    }
+  }
+  list = std::move(all);
 }
 
 }  // namespace dpde::ast

@@ -2,6 +2,7 @@
 // Where names of arrays stand in a line of a model, a scene or a task.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "syntax/ast.h"
@@ -18,5 +19,10 @@ std::vector<UnitText>* units_of(Item& item);
 std::vector<Expr*> values_of(Item& item);
 /// All formulas, that one too.
 std::vector<Expr*> formulas_of(Item& item);
+/// What is given to the element `at` by a tuple; what is no tuple stays.
+void take_part(Expr& value, const std::vector<int>& at);
+/// Those of `elements` in the place of each name that has no formula.
+void put_names(std::vector<NamedFormula>& list,
+               const std::function<std::vector<Identifier>(const Identifier& name)>& elements);
 
 }  // namespace dpde::ast

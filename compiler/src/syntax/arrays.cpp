@@ -297,13 +297,6 @@ class ArrayBlock {
                                [&](const Expr& part) { return has_parts(part, extents, index + 1, name); });
   }
 
-  static void take_part(Expr& value, const std::vector<int>& at) {
-    for (const int index : at) {
-      const auto* tuple = std::get_if<Tuple>(&value->kind);
-      if (tuple != nullptr) value = Expr(tuple->elements[static_cast<std::size_t>(index - 1)]);
-    }
-  }
-
   /// Each element by itself.
   void add_declared(Item& item) {
     if (auto* param = get_if<ParamItem>(&item.kind)) {
@@ -322,6 +315,8 @@ class ArrayBlock {
       }
       *param = std::move(all);
     }
+    if (auto* frames = get_if<FramesItem>(&item.kind))
+      put_names(frames->of, [&](const Identifier& name) { return elements_of(name, false, [](const auto&) {}); });
     std::vector<Identifier>* list = list_of(item);
     if (list == nullptr) return;
     std::vector<UnitText>* units = units_of(item);

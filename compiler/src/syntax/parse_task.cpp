@@ -182,9 +182,29 @@ ItemKind parse_vary(Cursor& cursor) {
   return item;
 }
 
+/// u, u.x, omega = curl(u), w on centres = curl(u)
+NamedFormula parse_frames_of(Cursor& cursor) {
+  constexpr const char* hint = "a formula has a name in the file, as in: frames of omega = curl(u) every 0.1";
+  if (!cursor.at(TokenKind::identifier) || cursor.peek_second().kind == TokenKind::left_paren)
+    cursor.fail_expected("the name of a field, or a name and its formula", hint);
+  NamedFormula formula{cursor.expect_element("the name of a field"), {}, {}};
+  const bool is_whole = formula.name.name.find_first_of(".[") == std::string::npos;
+  if (is_whole) formula.on = parse_placement(cursor);
+  if (formula.on ? cursor.expect(TokenKind::assign) : is_whole && cursor.accept(TokenKind::assign))
+    formula.value = parse_expression(cursor);
+  if (!cursor.at(TokenKind::comma) && !cursor.at_word("every")) cursor.fail_expected("',' or 'every'", hint);
+  return formula;
+}
+
 ItemKind parse_frames(Cursor& cursor) {
+  std::vector<NamedFormula> of;
+  if (cursor.accept_word("of")) {
+    do {
+      of.push_back(parse_frames_of(cursor));
+    } while (cursor.accept(TokenKind::comma));
+  }
   cursor.expect_word("every");
-  FramesItem item{parse_expression(cursor), {}, {}};
+  FramesItem item{parse_expression(cursor), {}, {}, std::move(of)};
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
   if (cursor.accept_word("to")) item.to = parse_expression(cursor);
   return item;

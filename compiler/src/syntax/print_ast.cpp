@@ -214,7 +214,8 @@ std::string print_vary(const VaryItem& item) {
 }
 
 std::string print_frames(const FramesItem& item) {
-  return fmt::format("frames every {}{}{}", print(item.every), item.from ? " from " + print(*item.from) : "",
+  return fmt::format("frames {}every {}{}{}", item.of.empty() ? "" : fmt::format("of {} ", print_formulas(item.of)),
+                     print(item.every), item.from ? " from " + print(*item.from) : "",
                      item.to ? " to " + print(*item.to) : "");
 }
 

@@ -40,6 +40,15 @@ std::string print_when(const When& when) {
 
 std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }
 
+std::string print_formulas(const std::vector<NamedFormula>& formulas) {
+  std::string text;
+  for (const NamedFormula& each : formulas) {
+    text += (text.empty() ? "" : ", ") + each.name.name + print_placement(each.on);
+    if (each.value) text += " = " + print(*each.value);
+  }
+  return text;
+}
+
 std::string print_unit(const UnitText& unit) { return unit ? " in " + unit->name : ""; }
 
 namespace {

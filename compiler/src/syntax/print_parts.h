@@ -18,6 +18,8 @@ std::string print_list(const std::vector<Expr>& values);
 std::string print_when(const When& when);
 /// " on faces", or nothing.
 std::string print_placement(const std::optional<Identifier>& on);
+/// u, omega = curl(u), w on centres = curl(u)
+std::string print_formulas(const std::vector<NamedFormula>& formulas);
 /// " in m/s", or nothing.
 std::string print_unit(const UnitText& unit);
 

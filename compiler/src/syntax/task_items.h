@@ -50,6 +50,12 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
   Expr optimiser;
   std::vector<Argument> options;  // batch 4 has the name batch and the value 4
 };
+/// omega = curl(u), w on centres = curl(u); or a name alone
+struct NamedFormula {
+  Identifier name;
+  std::optional<Identifier> on;
+  std::optional<Expr> value;
+};
 /// test mae = mean(abs(u - u_true)) over time        growth rate on trajectories("test.nc") for 250 steps
 /// test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
 /// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
@@ -75,9 +81,10 @@ struct VaryItem {  // vary nu in 0.01 .. 0.1 [logarithmic]     vary re in 100, 2
   std::vector<Expr> values;  // one after the other
   std::optional<Expr> from;  // 100, 101, ...
 };
-struct FramesItem {  // frames every 0.1 from 3 to 23
+struct FramesItem {  // frames every 0.1 from 3 to 23     frames of u, omega = curl(u) every 0.1
   Expr every;
   std::optional<Expr> from, to;
+  std::vector<NamedFormula> of;  // in place of all states
 };
 struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
   Identifier name;

@@ -61,6 +61,7 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
   maker->session_ = maker->open_run(0, {}, sink);
   if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
+  maker->plan_variables();
   const model::Problem& problem = maker->session_->problem();
   if (problem.steady > 0) {
     sink.report("not-allowed-here", problem.time_origin.range, {"until steady", "a scene of a data set"},
@@ -87,6 +88,7 @@ DataSetMaker::Shared DataSetMaker::compile_run(int run, const std::map<std::stri
   if (!set_.scheme.empty()) compile_options.selection.scheme = set_.scheme;
   for (std::size_t v = 0; v < set_.vary.size(); ++v)
     compile_options.selection.overrides[set_.vary[v].param] = fmt::format("{}", set_.value_of(v, run));
+  compile_options.selection.shown = set_.of;
   if (set_.to) compile_options.selection.overrides["end"] = fmt::format("{}", *set_.to);
   for (const auto& [name, value] : more) compile_options.selection.overrides[name] = value;
   compile_options.backend = options_.backend;
@@ -119,17 +121,56 @@ DataSetMaker::Shared DataSetMaker::compile_stored(int run, Shared own) const {
 
 /// Where they are not known they stay so: a scene may be unstable on the coarser grid, whose frames are none the worse.
 void DataSetMaker::add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const {
-  data.residuals.assign(data.states.size(), {});
+  const auto count = static_cast<std::size_t>(std::ranges::count(variables_, true, &FrameVariable::is_state));
+  const std::vector<std::vector<double>> states(data.frames.begin(),
+                                                data.frames.begin() + static_cast<std::ptrdiff_t>(count));
+  data.residuals.assign(count, {});
   DiagnosticSink silent;
   std::atomic<bool> stop = false;
   try {
     const std::unique_ptr<driver::Session> session = session_of(std::move(stored), &stop, silent);
-    if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
-    data.residuals = analysis::residuals_of(
-        *session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
+    if (!session || session->rollout().state_count() != static_cast<int>(count)) return;
+    data.residuals = analysis::residuals_of(*session, stop, {states, first_, every_, static_cast<int>(times_.size())},
+                                            most_intervals);
   } catch (const Error&) {
-    data.residuals.assign(data.states.size(), {});
+    data.residuals.assign(count, {});
   }
+}
+
+/// A name stands for the field or shorthand, of a vector for its components.
+void DataSetMaker::plan_variables() {
+  const model::Problem& problem = session_->problem();
+  const auto is_asked_for = [&](const std::string& name) {
+    return std::ranges::any_of(set_.of, [&](const ast::NamedFormula& each) {
+      return each.name.name == name || name.starts_with(each.name.name + ".");
+    });
+  };
+  for (int s = 0; s < session_->rollout().state_count(); ++s) {
+    const std::string& name = session_->rollout().state_name(s);
+    const model::State* state = problem.find_state(name);
+    variables_.push_back(
+        {name, state != nullptr ? state->placement : model::Placement{}, true, set_.of.empty() || is_asked_for(name)});
+  }
+  for (const model::Shown& shown : problem.shown) {
+    if (is_asked_for(shown.name)) variables_.push_back({shown.name, shown.placement, false, true});
+  }
+}
+
+/// Of all variables, at a state of a run.
+std::vector<std::vector<double>> DataSetMaker::values_at(driver::Session& session, double t,
+                                                         const std::vector<void*>& states) const {
+  std::vector<std::vector<double>> all;
+  std::map<std::string, std::vector<double>> shown;
+  if (!set_.of.empty()) shown = session.shown(t, states);
+  for (const FrameVariable& variable : variables_) {
+    if (!variable.is_state) {
+      all.push_back(std::move(shown.at(variable.name)));
+      continue;
+    }
+    std::vector<double>& values = all.emplace_back(session.workspace().cell_count());
+    copy_out(session.workspace().layout(), states[all.size() - 1], values);
+  }
+  return all;
 }
 
 bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
@@ -196,20 +237,18 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
   const std::vector<model::Axis>& axes = session.axes();
   const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
   Rollout& rollout = session.rollout();
-  to.states.assign(static_cast<std::size_t>(rollout.state_count()), {});
-  to.integrals.assign(to.states.size(), {});
-  std::vector<double> values(session.workspace().cell_count());
+  to.frames.assign(variables_.size(), {});
+  to.integrals.assign(variables_.size(), {});
   const auto keep = [&](const Snapshot& snapshot) {
     if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count)
       return;
-    for (std::size_t s = 0; s < to.states.size(); ++s) {
-      const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
-      const model::Placement placement = state != nullptr ? state->placement : model::Placement{};
-      copy_out(session.workspace().layout(), snapshot.states[s], values);
-      to.integrals[s].add(values, model::cell_volumes(axes, session.problem().metric, placement));
+    const std::vector<std::vector<double>> all = values_at(session, snapshot.t, snapshot.states);
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      const model::Placement& placement = variables_[v].placement;
+      to.integrals[v].add(all[v], model::cell_volumes(axes, session.problem().metric, placement));
       const std::vector<double> frame =
-          set_.coarsen == 1 ? values : driver::average_down(values, axes, coarse, placement);
-      to.states[s].insert(to.states[s].end(), frame.begin(), frame.end());
+          set_.coarsen == 1 ? all[v] : driver::average_down(all[v], axes, coarse, placement);
+      to.frames[v].insert(to.frames[v].end(), frame.begin(), frame.end());
     }
   };
   const RunResult result = rollout.run({std::gcd(first, every), keep});
@@ -217,12 +256,12 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
   if (result.blow_up || result.stopped) return false;
   std::size_t wanted = static_cast<std::size_t>(count);
   for (const model::Axis& axis : coarse) wanted *= static_cast<std::size_t>(axis.cells);
-  for (std::size_t s = 0; s < to.states.size();
-       ++s) {  // runs are put one after the other into a file: a shorter one would shift the rest
-    if (to.states[s].size() == wanted) continue;
+  for (std::size_t v = 0; v < variables_.size();
+       ++v) {  // runs are put one after the other into a file: a shorter one would shift the rest
+    if (to.frames[v].size() == wanted) continue;
     sink.report("run-failed", set_.range,
-                {fmt::format("its frames of {} have {} values in all, not {}", rollout.state_name(static_cast<int>(s)),
-                             to.states[s].size(), wanted)});
+                {fmt::format("its frames of {} have {} values in all, not {}", variables_[v].name, to.frames[v].size(),
+                             wanted)});
     return false;
   }
   return true;
@@ -279,6 +318,9 @@ void DataSetMaker::make_run(int run, Making& all) const {
         frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
       data.cpu_seconds = spent + driver::thread_cpu_seconds();
       add_residuals(std::move(stored), data);
+      for (std::size_t v = 0; v < variables_.size(); ++v) {
+        if (!variables_[v].is_kept) data.frames[v] = {};
+      }
       const std::lock_guard lock(all.mutex);
       (*all.take)(run, data);
       done = true;
@@ -300,38 +342,107 @@ void DataSetMaker::make_run(int run, Making& all) const {
   }
 }
 
-std::vector<OrderEstimate> DataSetMaker::estimate_order() {
+/// "" where runs with twice and four times the spacing and step have a state at step `at`.
+std::string DataSetMaker::why_no_order(int at) const {
   const model::Problem& problem = session_->problem();
-  const std::vector<model::Axis> axes = session_->axes();
-  for (const model::Axis& axis : axes) {
-    if (axis.cells % 4 != 0 || axis.cells / 4 < fewest_cells) return {};
+  for (const model::Axis& axis : session_->axes()) {
+    if (axis.cells % 4 == 0 && axis.cells / 4 >= fewest_cells) continue;
+    return fmt::format("four times the spacing is no grid of {} or more cells along {}, which has {}", fewest_cells,
+                       axis.name, axis.cells);
   }
-  const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
-  if (at > problem.steps || problem.has_parts()) return {};
-  std::vector<DataRun> runs(3);
-  const std::vector<model::Axis> coarsest = with_cells(axes, 4);
-  DiagnosticSink silent;
-  for (int level = 0; level < 3; ++level) {
-    std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))},
-                                            {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
-    for (const model::Axis& axis : axes) more["cells." + axis.name] = fmt::format("{}", axis.cells >> level);
-    const std::unique_ptr<driver::Session> session = open_run(0, more, silent);
-    if (!session || session->steps() != at >> level) return {};
-    const RunResult result = session->rollout().run();
-    if (result.blow_up || result.stopped) return {};
-    for (int s = 0; s < session->rollout().state_count(); ++s) {
-      const model::State* state = problem.find_state(session->rollout().state_name(s));
-      runs[static_cast<std::size_t>(level)].states.push_back(
-          driver::average_down(session->final_state(s), session->axes(), coarsest,
-                               state != nullptr ? state->placement : model::Placement{}));
+  if (problem.has_parts()) return "its steps are as long as they can be, which is no fixed part of the spacing";
+  if (at > problem.steps)
+    return fmt::format(
+        "twice and four times the step have no state between the first frame behind the start and the "
+        "end: it ends at step {}, they meet at step {}",
+        problem.steps, at);
+  return "";
+}
+
+/// The variables on the coarsest of the three grids. Why there are none, else "".
+std::string DataSetMaker::run_for_order(int at, int level, std::vector<std::vector<double>>& values) const {
+  const model::Problem& problem = session_->problem();
+  const std::string which =
+      level == 0 ? "the run itself" : fmt::format("the run with {} times the spacing", 1 << level);
+  std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))},
+                                          {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
+  for (const model::Axis& axis : session_->axes()) more["cells." + axis.name] = fmt::format("{}", axis.cells >> level);
+  DiagnosticSink sink;
+  const std::unique_ptr<driver::Session> session = open_run(0, more, sink);
+  if (!session) {
+    for (const Diagnostic& each : sink.all()) {
+      if (each.kind->severity == Severity::error) return fmt::format("{} cannot be made: {}", which, each.message);
     }
+    return which + " cannot be made";
   }
+  if (session->steps() != at >> level) return which + " has other steps";
+  try {
+    const RunResult result = session->rollout().run();
+    if (result.stopped) return which + " was stopped";
+    if (result.blow_up) return which + " blows up";
+  } catch (const Error& error) {
+    return fmt::format("{} fails: {}", which, error.what());
+  }
+  const double t = session->time_of(session->steps());
+  values = values_at(*session, t, session->rollout().final_states());
+  for (std::size_t v = 0; v < values.size(); ++v)
+    values[v] =
+        driver::average_down(values[v], session->axes(), with_cells(session_->axes(), 4), variables_[v].placement);
+  return "";
+}
+
+namespace {
+
+/// Root of the mean square of what is left of a - b without its mean.
+double deviation(const std::vector<double>& a, const std::vector<double>& b) {
+  const double mean = (std::accumulate(a.begin(), a.end(), 0.0) - std::accumulate(b.begin(), b.end(), 0.0)) /
+                      static_cast<double>(a.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i] - mean) * (a[i] - b[i] - mean);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+/// What three runs tell of an order. Two fields of the same deviation s with the correlation c differ by
+/// s*sqrt(2 - 2c) in the root of the mean square: by s or more where c is 1/2 or less. Such runs have gone ways of
+/// their own, as those of a chaotic flow do, and their differences have no order. Where most of the difference is one
+/// of the means, it is told: what varies may be small.
+OrderEstimate order_of(const std::string& name, const std::vector<std::vector<double>>& runs, double t) {
+  OrderEstimate estimate{name, root_of_mean_square(runs[0], runs[1])};
+  const double far = root_of_mean_square(runs[1], runs[2]), apart = deviation(runs[1], runs[2]);
+  const double own = deviation(runs[0], std::vector<double>(runs[0].size(), 0.0));
+  estimate.order = std::log2(far / estimate.difference);
+  if (estimate.difference == 0) {
+    estimate.why_not = "the run with twice the spacing gives the same";
+  } else if (own > 0 && apart >= own && 2 * apart * apart >= far * far) {
+    estimate.why_not = fmt::format(
+        "at t = {:.6g} the runs with twice and four times the spacing differ by {:.2g} of the field's own deviation: "
+        "they go ways of their own, as in a chaotic flow or on grids that are too coarse",
+        t, apart / own);
+  } else if (!(far > estimate.difference)) {
+    estimate.why_not = fmt::format(
+        "the difference to twice the spacing, {:.2g}, is no less than that of twice to four "
+        "times the spacing, {:.2g}",
+        estimate.difference, far);
+  }
+  return estimate;
+}
+
+}  // namespace
+
+std::vector<OrderEstimate> DataSetMaker::estimate_order() {
+  const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
+  std::string why = why_no_order(at);
+  std::vector<std::vector<std::vector<double>>> runs(3);
+  for (int level = 0; level < 3 && why.empty(); ++level)
+    why = run_for_order(at, level, runs[static_cast<std::size_t>(level)]);
   std::vector<OrderEstimate> estimates;
-  for (int s = 0; s < session_->rollout().state_count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    const double near = root_of_mean_square(runs[0].states[i], runs[1].states[i]),
-                 far = root_of_mean_square(runs[1].states[i], runs[2].states[i]);
-    if (near > 0 && far > near) estimates.push_back({session_->rollout().state_name(s), near, std::log2(far / near)});
+  for (std::size_t v = 0; v < variables_.size(); ++v) {
+    const std::string& name = variables_[v].name;
+    if (!variables_[v].is_kept) continue;
+    if (why.empty())
+      estimates.push_back(order_of(name, {runs[0][v], runs[1][v], runs[2][v]}, session_->time_of(at)));
+    else
+      estimates.push_back({name, 0, 0, why});
   }
   return estimates;
 }

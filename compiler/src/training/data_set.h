@@ -14,22 +14,32 @@
 
 namespace dpde::training {
 
-/// One run's frames: of each state of the scene, one after the other.
+/// What frames are of: a state of the scene, or a formula of the states.
+struct FrameVariable {
+  std::string name;
+  model::Placement placement{};
+  bool is_state = true;
+  bool is_kept = true;  // else it is there for what is told of the runs
+};
+
+/// One run's frames: of each variable, one after the other; of those that are not kept none in the end.
 struct DataRun {
   std::vector<double> params;  // in the order of DataSet::vary
-  std::vector<std::vector<double>> states;
-  std::vector<analysis::Integrals> integrals;  // of the states, on the scene's own grid
+  std::vector<std::vector<double>> frames;
+  std::vector<analysis::Integrals> integrals;  // of the variables, on the scene's own grid
   std::vector<analysis::Residual> residuals;   // of the states, on the grid of the frames
   double cpu_seconds = 0;                      // for the frames
 };
 
 /// How far a run is from finer ones: from runs on grids of the scene's, twice and four times its spacing and step.
 struct OrderEstimate {
-  std::string state;
-  double difference = 0;  // root of the mean square of the difference to the run with twice the spacing, about the
-                          // first frame behind the start
-  double order = 0;       // log2 of how much larger the next difference is
-  double error() const;   // of the run itself, were it of that order
+  std::string variable;
+  double difference = 0;     // root of the mean square of the difference to the run with twice the spacing, about the
+                             // first frame behind the start
+  double order = 0;          // log2 of how much larger the next difference is
+  std::string why_not = {};  // the numbers mean nothing; "" where they do
+  bool is_known() const { return why_not.empty(); }
+  double error() const;  // of the run itself, were it of that order
 };
 
 struct DataSetOptions {
@@ -51,6 +61,8 @@ class DataSetMaker {
   /// The scene as it is without variation, for names, grid and text.
   driver::Session& session() { return *session_; }
   const std::vector<double>& times() const { return times_; }
+  /// The states in the order of the rollout, behind them formulas.
+  const std::vector<FrameVariable>& variables() const { return variables_; }
   /// Of the frames: the scene's axes, coarsened.
   std::vector<int> cells() const;
   /// Stands for everything that the runs depend on.
@@ -60,7 +72,7 @@ class DataSetMaker {
   /// when stopped.
   using Take = std::function<void(int run, const DataRun& data)>;
   bool make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink);
-  /// Of the first run; empty where the grid is too small or a coarse run fails.
+  /// Of the first run, for each variable that is kept.
   std::vector<OrderEstimate> estimate_order();
 
  private:
@@ -69,6 +81,9 @@ class DataSetMaker {
   struct Making;
   void make_run(int run, Making& all) const;
   bool plan_frames(DiagnosticSink& sink);
+  void plan_variables();
+  std::vector<std::vector<double>> values_at(driver::Session& session, double t,
+                                             const std::vector<void*>& states) const;
   using Shared = std::shared_ptr<const driver::Compiled>;
   Shared compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
   std::unique_ptr<driver::Session> session_of(std::shared_ptr<const driver::Compiled> compiled,
@@ -78,6 +93,8 @@ class DataSetMaker {
   Shared compile_stored(int run, Shared own) const;
   void add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const;
   bool is_like_first(driver::Session& session, DiagnosticSink& sink) const;
+  std::string why_no_order(int at) const;
+  std::string run_for_order(int at, int level, std::vector<std::vector<double>>& values) const;
   bool frames_of(driver::Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const;
 
   const SourceFile& source_;
@@ -85,6 +102,7 @@ class DataSetMaker {
   DataSetOptions options_;
   std::unique_ptr<driver::Session> session_;
   std::vector<double> times_;
+  std::vector<FrameVariable> variables_;
   int first_ = 0, every_ = 1;  // steps of the frames
   std::uint64_t files_ = 0;    // hash of what the scene takes from files
 };

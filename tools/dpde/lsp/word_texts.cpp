@@ -178,7 +178,7 @@ constexpr WordText of_data_sets[] = {
     {"runs", "runs 10", "how many"},
     {"seed", "seed 3", "of the random numbers"},
     {"vary", "vary nu in 0.01 .. 0.1", "a parameter that differs from run to run"},
-    {"frames", "frames every 0.1 from 3 to 23", "which states are kept"},
+    {"frames", "frames of u, omega = curl(u) every 0.1 from 3 to 23", "what is kept of each run, and when"},
     {"coarsen", "coarsen 4", "keeps means of so many cells along each axis"},
     {"file", "file \"train.nc\"", "where they are written"},
 };

@@ -37,6 +37,7 @@ class Reader {
     for (const auto& [item, range] : items_of<ast::FramesItem>(source_.items)) {
       refuse_second("frames", range);
       set_.every = number(item.every);
+      set_.of = item.of;
       if (item.from) set_.from = number(*item.from);
       if (item.to) set_.to = number(*item.to);
       if (!(set_.every > 0))

@@ -24,9 +24,11 @@ std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char*
 
 namespace {
 
-/// What the model has a name for that is no field, each component where it lies (at the centre where no field is on
-/// faces): a number, vector or tensor; what is solved for. `written`: the name, or that of a component, slope.x.
-std::vector<std::string> show(Draft& draft, const ast::Identifier& written, const std::string& name, const Typed& let) {
+/// What the model has a name for that is no field, or a formula that gets one, each component where it lies (at the
+/// centre where no field is on faces) or where it is wanted: a number, vector or tensor; what is solved for. `written`:
+/// the name, or that of a component, slope.x.
+std::vector<std::string> show(Draft& draft, const ast::Identifier& written, const std::string& name, const Typed& let,
+                              const std::optional<ast::Identifier>& on = {}) {
   std::vector<std::string> names;
   const std::size_t axes = draft.problem.axes.size();
   const Placements placements(draft.problem);
@@ -37,11 +39,20 @@ std::vector<std::string> show(Draft& draft, const ast::Identifier& written, cons
     if (written.name != name && written.name != component) continue;
     const Expr value = over_one_cell(draft, let.parts[i]);
     const std::optional<Placement> own = placements.is_staggered() ? placements.natural(value) : std::nullopt;
-    if (!draft.problem.find_shown(component))
-      draft.problem.shown.push_back({component, value, own.value_or(Placement{}), {written.range}});
+    const int number = let.type == Typed::Type::vector ? static_cast<int>(i) : -1;
+    const Placement place = on ? placement_of(draft, on, number) : own.value_or(Placement{});
+    if (!draft.problem.find_shown(component)) draft.problem.shown.push_back({component, value, place, {written.range}});
     names.push_back(std::move(component));
   }
   return names;
+}
+
+/// A formula with a name of its own.
+void bind_formula(Draft& draft, const ast::NamedFormula& formula, std::map<std::string, SourceRange>& seen) {
+  const ast::Identifier& name = formula.name;
+  const Typed value = Expressions(draft, Purpose::quantity, name.name).numeric(*formula.value);
+  if (can_name_a_quantity(draft, name, seen) && value.type != Typed::Type::none)
+    show(draft, name, name.name, value, formula.on);
 }
 
 /// The states and what else is written down under that name; none after a diagnostic.
@@ -76,6 +87,19 @@ void bind_outputs(Draft& draft) {
     }
     if (item.every) output.every = interval_of(draft, *item.every, "an output").value_or(0);
     draft.problem.outputs.push_back(std::move(output));
+  }
+}
+
+void bind_shown(Draft& draft) {
+  std::map<std::string, SourceRange> seen;
+  for (const ast::NamedFormula& each : draft.selection.shown) {
+    if (each.value) {
+      bind_formula(draft, each, seen);
+      continue;
+    }
+    const auto [first, is_new] = seen.emplace(each.name.name, each.name.range);
+    if (!is_new) report_duplicate(draft, each.name.name, each.name.range, first->second);
+    written_down(draft, each.name);
   }
 }
 

@@ -170,6 +170,8 @@ std::optional<double> whole_steps(double length, double step);
 
 // outputs.cpp
 void bind_outputs(Draft& draft);
+/// What the selection asks for beside them.
+void bind_shown(Draft& draft);
 /// Steps that make the interval `every` of `what`; nullopt after a diagnostic.
 std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char* what);
 

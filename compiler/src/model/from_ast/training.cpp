@@ -268,19 +268,49 @@ bool learns_from_trajectories(const Draft& draft) {
   return std::ranges::any_of(items, [](const auto& item) { return as_trajectories(item.kind.value) != nullptr; });
 }
 
+namespace {
+
+constexpr const char* variable_hint = "write trajectories(\"train.nc\", u), or of a vector the components, (q.x, q.y)";
+
+bool is_vector_let(const Draft& draft, const std::string& name) {
+  const auto let = draft.lets.find(name);
+  return let != draft.lets.end() && let->second.type == Typed::Type::vector;
+}
+
+/// What is read of the file: of a vector its components. What is no field of the scene is one where that is said: by a
+/// tuple, by a placement that numbers have not, or by a shorthand of the model.
+std::vector<std::string> variables_of(Draft& draft, const ast::DataItem& item, const ast::Expr& argument) {
+  std::vector<std::string> names;
+  const auto* tuple = std::get_if<ast::Tuple>(&argument->kind);
+  for (const ast::Expr& e : tuple != nullptr ? tuple->elements : std::vector<ast::Expr>{}) {
+    if (!std::get_if<ast::Name>(&e->kind)) return {};
+    names.push_back(std::get<ast::Name>(e->kind).name);
+  }
+  const auto* name = std::get_if<ast::Name>(&argument->kind);
+  if (name == nullptr) return names;
+  const std::vector<std::string> fields = components_of(draft, name->name);
+  const bool is_placed_as_vector = item.on && (item.on->name == "faces" || item.on->name == "edges");
+  const bool is_vector = is_placed_as_vector || is_vector_let(draft, name->name);
+  if (!is_vector || draft.problem.find_state(fields.front()) != nullptr) return fields;
+  for (std::size_t axis = 0; axis < draft.problem.axes.size(); ++axis)
+    names.push_back(fmt::format("{}.{}", name->name, "xyz"[axis]));
+  return names;
+}
+
+}  // namespace
+
 std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::DataItem& item) {
   const ast::Call* call = as_trajectories(item.value);
   if (!call) return std::nullopt;
   std::vector<Datum> data;
   const std::string file = file_in(draft, item.value, 2);
-  const auto* variable =
-      call->arguments.size() == 2 ? std::get_if<ast::Name>(&call->arguments[1].value->kind) : nullptr;
   if (file.empty()) return data;
-  if (!variable) {
-    draft.sink.report("bad-data", item.value.range(), {}, "write trajectories(\"train.nc\", u)");
+  const std::vector<std::string> names = variables_of(draft, item, call->arguments[1].value);
+  const bool is_tuple = std::holds_alternative<ast::Tuple>(call->arguments[1].value->kind);
+  if (names.empty() || (is_tuple && names.size() != draft.problem.axes.size())) {
+    draft.sink.report("bad-data", item.value.range(), {}, variable_hint);
     return data;
   }
-  const std::vector<std::string> names = components_of(draft, variable->name);
   for (const std::string& name : names) {
     Datum& datum = data.emplace_back();
     datum.file = file;

@@ -61,6 +61,9 @@ class UnitLines {
       for (const ast::Item& item : draft_.model->items) check_model(item);
     }
     for (const ast::Item& item : draft_.scene->items) check_scene(item);
+    for (const ast::NamedFormula& each : draft_.selection.shown) {
+      if (each.value) shown_[each.name.name] = measures_.of(*each.value);
+    }
     if (draft_.task == nullptr) return;
     for (const ast::Item& item : draft_.task->items) check_task(item);
   }
@@ -91,8 +94,13 @@ class UnitLines {
         note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
     }
     for (const Shown& shown : problem.shown) {
-      const MeasureList list = measures_.of_let(shown.name.substr(0, shown.name.find('.')));
-      if (list.size() == 1 && shown.name.find('.') != std::string::npos) note(shown.name, list.front());
+      const std::string name = shown.name.substr(0, shown.name.find('.'));
+      const auto formula = shown_.find(name);
+      const MeasureList list = formula == shown_.end() ? measures_.of_let(name) : formula->second;
+      const bool is_let = formula == shown_.end(), is_part = name != shown.name;
+      const bool has_parts = list.size() > 1 && list.size() == problem.axes.size() && is_part;
+      if (list.size() == 1 && (is_part || !is_let)) note(shown.name, list.front());
+      if (!is_let && has_parts) note(shown.name, list[std::string_view("xyz").find(shown.name.back())]);
     }
     for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
     if (!problem.task) return;
@@ -347,6 +355,7 @@ class UnitLines {
   Draft& draft_;
   Measures measures_;
   std::map<std::string, Measure> observed_;
+  std::map<std::string, MeasureList> shown_;  // formulas of Selection::shown
   std::vector<std::string> shorthands_;
 };
 
