@@ -182,6 +182,8 @@ TEST(Items, OfTasksThatTrain) {
       "  spectrum s = curl(u) on trajectories(\"test.nc\") for 9 steps beside plain\n"
       "  correlation c = u on trajectories(\"test.nc\") for 9 steps\n"
       "  correlation d = u above 0.9 on trajectories(\"test.nc\") for 9 steps\n"
+      "  test h = mean(u) on trajectories(\"test.nc\") for 9 steps beside vortex on trajectories(\"fine.nc\") where "
+      "omega = curl(u), psi = u.x, plain\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Task task = only_block<Task>(text);
@@ -207,6 +209,11 @@ TEST(Items, OfTasksThatTrain) {
   EXPECT_EQ(get<TestItem>(task.items[12].kind).kind, TestItem::Kind::correlation);
   EXPECT_FALSE(get<TestItem>(task.items[12].kind).above.has_value());
   EXPECT_EQ(print(*get<TestItem>(task.items[13].kind).above), "0.9");
+  const auto& mapped = get<TestItem>(task.items[14].kind);
+  ASSERT_EQ(mapped.beside.size(), 2u);
+  ASSERT_EQ(mapped.beside[0].map.size(), 2u);
+  EXPECT_EQ(mapped.beside[0].map[1].name.name + print(*mapped.beside[0].map[0].value), "psicurl(u)");
+  EXPECT_TRUE(mapped.beside[1].map.empty());
 }
 
 TEST(Items, OfDataSets) {

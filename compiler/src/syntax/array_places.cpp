@@ -94,7 +94,12 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](UnknownItem& i) { all(i.from, i.low, i.high); }, [&](DataItem& i) { all(i.value, i.when); },
       [&](MinimiseItem& i) { all(i.loss, i.when); }, [&](VaryItem& i) { all(i.low, i.high, i.from, i.values); },
       [&](ErrorItem& i) { all(i.norms, i.at); },
-      [&](TestItem& i) { all(i.value, i.when, i.above, i.steps); },
+      [&](TestItem& i) {
+        all(i.value, i.when, i.above, i.steps);
+        for (TestItem::Beside& beside : i.beside) {
+          for (NamedFormula& each : beside.map) all(each.value);
+        }
+      },
       [&](FramesItem& i) {
         all(i.every, i.from, i.to);
         for (NamedFormula& each : i.of) all(each.value);

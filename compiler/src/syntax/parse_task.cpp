@@ -105,7 +105,15 @@ ItemKind parse_learn(Cursor& cursor) {
   return item;
 }
 
-/// on trajectories("test.nc") for 100 steps beside plain, fine on trajectories("fine.nc")
+/// omega = curl(u): of a map each has a formula
+NamedFormula parse_map(Cursor& cursor) {
+  NamedFormula formula{cursor.expect_element("the name of a field of that scene"), {}, {}};
+  cursor.expect(TokenKind::assign);
+  formula.value = parse_expression(cursor);
+  return formula;
+}
+
+/// on trajectories("test.nc") for 100 steps beside plain, fine on trajectories("fine.nc") where omega = curl(u)
 void parse_runs(Cursor& cursor, TestItem& item) {
   item.on = parse_expression(cursor);
   if (!cursor.accept_word("for")) return;
@@ -113,9 +121,16 @@ void parse_runs(Cursor& cursor, TestItem& item) {
   cursor.expect_word("steps");
   if (!cursor.accept_word("beside")) return;
   do {
+    const bool goes_on =
+        !item.beside.empty() && !item.beside.back().map.empty() && cursor.peek_second().kind == TokenKind::assign;
+    if (goes_on) {
+      item.beside.back().map.push_back(parse_map(cursor));
+      continue;
+    }
     TestItem::Beside& beside =
-        item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}});
+        item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}, {}});
     if (cursor.accept_word("on")) beside.on = parse_expression(cursor);
+    if (cursor.accept_word("where")) beside.map.push_back(parse_map(cursor));
   } while (cursor.accept(TokenKind::comma));
 }
 

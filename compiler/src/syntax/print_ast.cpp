@@ -106,6 +106,7 @@ std::string print_test(const TestItem& test) {
   const char* separator = " beside ";
   for (const TestItem::Beside& beside : test.beside) {
     text += separator + beside.scene.name + (beside.on ? " on " + print(*beside.on) : "");
+    if (!beside.map.empty()) text += " where " + print_formulas(beside.map);
     separator = ", ";
   }
   return text;

@@ -58,12 +58,14 @@ struct NamedFormula {
 };
 /// test mae = mean(abs(u - u_true)) over time        growth rate on trajectories("test.nc") for 250 steps
 /// test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
+/// the same, beside vortex where omega = curl(u)
 /// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
 struct TestItem {  // a number reported after optimising
   enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
   struct Beside {  // another scene, from a file of its own where it has one
     Identifier scene;
     std::optional<Expr> on;
+    std::vector<NamedFormula> map;  // its states made of the data: where omega = curl(u)
   };
   Identifier name;
   Expr value;  // of growth none

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "training/mapped_data.h"
+
 namespace dpde::training {
 
 namespace {
@@ -88,7 +90,7 @@ void check_beside(const driver::Compiled& own, const SourceFile& source, Diagnos
         const auto [scene, is_new] = scenes.try_emplace(beside.scene);
         if (is_new) scene->second = compile_beside(own, beside, source, sink);
         if (scene->second && seen.emplace(beside.scene, beside.on).second)
-          files::load_trajectories(*scene->second->problem, beside.on, source, beside.origin.range, sink);
+          load_beside(own, *scene->second->problem, beside.on, source, beside.origin.range, sink);
       }
     }
   }
@@ -108,7 +110,7 @@ bool BesideScenes::add(const model::Test& test, const model::Test::Beside& besid
     std::shared_ptr<const driver::Compiled> scene = compiled(beside, source, sink);
     if (!scene) return false;
     std::optional<files::Trajectories> on =
-        files::load_trajectories(*scene->problem, beside.on, source, beside.origin.range, sink);
+        load_beside(*own_.compiled, *scene->problem, beside.on, source, beside.origin.range, sink);
     if (!on) return false;
     there = TrainingScene::open_on(source, std::move(scene), std::move(*on), beside.origin.range, sink);
     if (!there) return false;

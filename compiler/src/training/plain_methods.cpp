@@ -10,6 +10,7 @@
 #include "chart/common_steps.h"
 #include "chart/sweep.h"
 #include "training/beside.h"
+#include "training/mapped_data.h"
 
 namespace dpde::training {
 
@@ -73,7 +74,7 @@ class Finder {
   /// The methods with their steps; what has none is left out.
   std::vector<chart::Entry> with_steps(const model::Test::Beside& beside, const model::Problem& problem) {
     DiagnosticSink silent;
-    const auto on = files::load_trajectories(problem, beside.on, source_, beside.origin.range, silent);
+    const auto on = load_beside(*own_.compiled, problem, beside.on, source_, beside.origin.range, silent);
     if (!on) return {};
     chart::PointOptions options;
     options.compile = options_beside(*own_.compiled, beside.scene);

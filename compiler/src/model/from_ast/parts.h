@@ -40,6 +40,8 @@ const ast::Loop* find_loop(const Draft& draft);
 // task.cpp: which parameters are unknown; later everything else
 void mark_unknowns(Draft& draft);
 void bind_task(Draft& draft);
+// state_maps.cpp: the lines of the task; beside a scene of other states with what its map makes in the place of these
+std::vector<ast::Item> items_of_task(Draft& draft);
 // optimiser.cpp
 std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 

@@ -337,9 +337,9 @@ bool bind_value(Draft& draft, const ast::TestItem& item, Test& test) {
   return bind_fields(draft, item, test);
 }
 
-void bind_tests(Draft& draft) {
+void bind_tests(Draft& draft, const std::vector<ast::Item>& items) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::TestItem>(draft.task->items)) {
+  for (const auto& [item, range] : items_of<ast::TestItem>(items)) {
     if (!is_asked_here(draft, item)) continue;
     const bool fine = can_name_a_quantity(draft, item.name, seen);
     if (item.kind == ast::TestItem::Kind::growth) {
@@ -403,11 +403,12 @@ void bind_learned(Draft& draft) {
 
 void bind_task(Draft& draft) {
   if (!draft.task) return;
-  for (const auto& [item, range] : items_of<ast::DataItem>(draft.task->items)) bind_datum(draft, item, range);
-  if (!draft.selection.beside.empty()) return bind_tests(draft);
+  const std::vector<ast::Item> items = items_of_task(draft);
+  for (const auto& [item, range] : items_of<ast::DataItem>(items)) bind_datum(draft, item, range);
+  if (!draft.selection.beside.empty()) return bind_tests(draft, items);
   bind_unknowns(draft);
   bind_losses(draft);
-  bind_tests(draft);
+  bind_tests(draft, items);
   bind_learned(draft);
   const auto lines = items_of<ast::UsingItem>(draft.task->items);
   for (std::size_t i = 1; i < lines.size(); ++i) {
