@@ -55,7 +55,8 @@ class Forms {
  public:
   explicit Forms(const std::vector<Topology>& axes) {
     const bool are_alike = std::ranges::count(axes, axes.front()) == std::ssize(axes);
-    for (std::size_t axis = 0; axis < axes.size(); ++axis) shifts_[axis] = are_alike || axes[axis] == Topology::periodic;
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      shifts_[axis] = are_alike || axes[axis] == Topology::periodic;
   }
 
   Form& operator[](int form) { return forms_[static_cast<std::size_t>(form)]; }
@@ -146,8 +147,8 @@ class Forms {
     const Form& of = (*this)[part.form];
     if (of.moves && !at) at = part.at;
     const Offset from = of.moves ? minus(part.at, *at) : Offset{};
-    for (const std::int64_t word : {std::int64_t{part.form}, std::int64_t{from[0]}, std::int64_t{from[1]},
-                                    std::int64_t{from[2]}})
+    for (const std::int64_t word :
+         {std::int64_t{part.form}, std::int64_t{from[0]}, std::int64_t{from[1]}, std::int64_t{from[2]}})
       key.push_back(word);
     form.parts.push_back({part.form, from});
     form.moves = form.moves || of.moves;
@@ -377,8 +378,8 @@ StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology
   StoredValues result = as_it_is;
   result.kernel = map_kernel(kernel, rewriting);
   for (const int form : chosen)
-    result.before.push_back({"", kernel.rank, {}, {{fields.at(form), false, rewriting.definition(values.at(form)), {}}},
-                             {}, {}});
+    result.before.push_back(
+        {"", kernel.rank, {}, {{fields.at(form), false, rewriting.definition(values.at(form)), {}}}, {}, {}});
   result.before = in_order(std::move(result.before));
   return result;
 }

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// Differences of differences of high order, whose inner values a step stores once (stencil/passes/displaced_values.h):
+// the text grows with the sum of the widths, walls are mirrors, back ends agree, and so do derivatives.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <regex>
+
+#include "../driver/driver_support.h"
+#include "stencil/passes/work.h"
+#include "support/scene_run.h"
+#include "support/setting.h"
+
+namespace dpde::testing {
+namespace {
+
+struct Nested {
+  const char *name, *fields, *equations, *initial, *walls;
+};
+/// Even about the walls of x and of y, or odd: so are the fields of a ring twice as long.
+constexpr Nested nested[] = {
+    {"mixture", "field u", "dt(u) = 1e-5*lap(u^3 - u - 1e-3*lap(u*lap(u)))", "initial u = 0.3 + cos(pi*x)*cos(pi*y)",
+     "boundary u: zero_gradient"},
+    {"plate", "field u", "dt(u) = -1e-9*lap((1 + u^2)*lap((1 + u^2)*lap(u)))", "initial u = sin(pi*x)*cos(pi*y)",
+     "boundary u: x = 0, y = zero_gradient"},
+    {"water", "vector w on faces; field e",
+     "let flux = interpolate(e)*w\ndt(w) = -cross(curl(w)/interpolate(e), flux) - grad(g*e + 0.5*dot(w, w))\n"
+     "dt(e) = -div(flux)",
+     "initial w = (0.2*sin(pi*x)*cos(pi*y), 0.1*cos(pi*x)*sin(pi*y)); initial e = 1 + 0.1*cos(pi*x)*cos(pi*y)",
+     "boundary w.x: x = 0, y = zero_gradient; boundary w.y: x = zero_gradient, y = 0; boundary e: zero_gradient"},
+};
+constexpr int cells_along[] = {6, 5};
+
+/// `walls`: whether x and y have some; else the axis is a ring twice as long.
+std::string text_of(const Nested& one, int order, std::array<bool, 2> walls, const std::string& time) {
+  std::string grid;
+  for (std::size_t a = 0; a < 2; ++a)
+    grid += fmt::format("grid {} = 0 .. {}, cells {}{}\n", "xy"[a], walls[a] ? 1 : 2,
+                        cells_along[a] * (walls[a] ? 1 : 2), walls[a] ? "" : ", periodic");
+  std::string sides = one.walls;
+  if (!walls[0] && !walls[1]) sides.clear();
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (walls[a] || sides.empty()) continue;
+    const std::string other = a == 0 ? "y" : "x";
+    sides = std::regex_replace(sides, std::regex(": zero_gradient"), ": " + other + " = zero_gradient");
+    sides =
+        std::regex_replace(sides, std::regex(fmt::format("({0} = [a-z_0-9]+, )|(, {0} = [a-z_0-9]+)", "xy"[a])), "");
+  }
+  return fmt::format(
+      "model m {{ {}; param g = 0.7\n{} }}\nscheme p {{ time = {}; dx = central({}); lap = central({}) }}\n"
+      "scene s : m with p {{\n{}{}\n{}\ntime 0 .. 0.03, step 0.01 }}\n"
+      "task t : s {{ unknown g; {} minimise {} }}\n",
+      one.fields, one.equations, time, order, order, grid, sides, one.initial,
+      std::string(one.fields).find(" e") != std::string::npos ? "unknown initial e; unknown initial w;"
+                                                              : "unknown initial u;",
+      std::string(one.fields).find(" e") != std::string::npos ? "mean((e - 1)^2 + 0.1*e*dot(w, w))"
+                                                              : "mean(g*u^2 + u^3)");
+}
+
+/// By day the first one.
+const std::vector<const char*> times = {"rk2", "ab3", "backward_euler; implicit = all"};
+constexpr std::array<std::array<bool, 2>, 4> topologies{{{false, false}, {true, true}, {true, false}, {false, true}}};
+
+/// Loads, operations and streams of all kernels of the step.
+int work_of_step(const std::string& text, int* kernels = nullptr) {
+  const SourceFile source("test.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  const auto code = compiled(source, options);
+  if (!code) return 0;
+  int work = 0, count = 0;
+  for (const stencil::Kernel& kernel : code->stencil.kernels) {
+    if (!kernel.name.starts_with("s_step")) continue;
+    work += stencil::instructions(kernel);
+    ++count;
+  }
+  if (kernels != nullptr) *kernels = count;
+  return work;
+}
+
+TEST(NestedDifferences, GrowWithTheSumOfTheWidths) {
+  for (const Nested& one : nested) {
+    for (const std::array<bool, 2> walls : {topologies[0], topologies[1]}) {
+      int kernels = 0;
+      const int of_two = work_of_step(text_of(one, 2, walls, "euler"));
+      const int of_six = work_of_step(text_of(one, 6, walls, "euler"), &kernels);
+      EXPECT_GT(kernels, 1) << one.name;
+      EXPECT_LT(of_six, 4 * of_two) << one.name << ": differences are three times as wide, in values that are stored";
+    }
+  }
+}
+
+/// What lies beyond walls is what a mirror shows, in everything that is nested.
+TEST(NestedDifferences, AreThoseOfARingBesideTheMirrors) {
+  for (const Nested& one : nested) {
+    for (const int order : is_thorough() ? std::vector{4, 6} : std::vector{4}) {
+      const char* time = is_thorough() ? "rk4" : "euler";
+      const SceneResult ring = run_scene(text_of(one, order, topologies[0], time), "s");
+      for (std::size_t k = 1; k < topologies.size(); ++k) {
+        const SceneResult walls = run_scene(text_of(one, order, topologies[k], time), "s");
+        const auto row = static_cast<std::size_t>(2 * cells_along[0]);
+        const std::size_t cells = static_cast<std::size_t>(cells_along[0]) * (topologies[k][0] ? 1 : 2);
+        for (const auto& [name, values] : walls.state) {
+          double moved = 0;
+          for (std::size_t i = 0; i < values.size(); ++i) {
+            const double other = ring.state.at(name)[i / cells * row + i % cells];
+            moved = std::max(moved, std::abs(other));
+            EXPECT_NEAR(values[i], other, 1e-13) << one.name << " " << order << " " << name << " " << i;
+          }
+          EXPECT_GT(moved, 1e-3);
+        }
+      }
+    }
+  }
+}
+
+TEST(NestedDifferences, AreTheSameForTheInterpreter) {
+  for (const Nested& one : nested) {
+    for (const std::array<bool, 2> walls : topologies) {
+      for (const char* time : times) {
+        if (!is_thorough() && time != times.front()) continue;
+        const std::string text = text_of(one, 4, walls, time);
+        const SceneResult jit = run_scene(text, "s"), other = run_scene(text, "s", {}, driver::Backend::interpreter);
+        for (const auto& [name, values] : jit.state) {
+          for (std::size_t i = 0; i < values.size(); ++i)
+            EXPECT_NEAR(values[i], other.state.at(name)[i], 1e-11) << text << name << " " << i;
+        }
+      }
+    }
+  }
+}
+
+/// On small grids, where a value is read as an image of itself, too.
+TEST(NestedDifferences, HaveDerivatives) {
+  for (const Nested& one : nested) {
+    for (const std::array<bool, 2> walls : topologies) {
+      for (const char* time : times) {
+        if (!is_thorough() && (walls != topologies[1] || time != times.front())) continue;
+        const SourceFile source("test.dpde", text_of(one, 4, walls, time));
+        driver::CompileOptions options;
+        options.selection.name = "t";
+        options.adjoint = options.tangent = options.second = true;
+        options.backend = driver::Backend::jit;
+        DiagnosticSink sink;
+        const auto code = compiled(source, options);
+        ASSERT_TRUE(code) << source.text();
+        const auto certificate = analysis::certify(source, code, {}, sink);
+        ASSERT_TRUE(certificate) << all_messages(source, sink) << source.text();
+        EXPECT_TRUE(certificate->passed() && !certificate->tests_nothing())
+            << certificate->worst() << " " << certificate->note << source.text();
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
