@@ -9,6 +9,7 @@
 #include "model/metric.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/passes/displaced_values.h"
 #include "support/match.h"
 
 namespace dpde::driver {
@@ -63,7 +64,8 @@ void look_at(const Module& module, const std::vector<Statement>& body, Reaches& 
 void tell_wide_formulas(const Module& module, const Program& program, const model::Problem& problem,
                         DiagnosticSink& sink) {
   Reaches farthest;
-  look_at(module, program.body, farthest);
+  const Module whole = with_values_in_place(module);
+  look_at(whole, whole.find_program(program.name)->body, farthest);
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];
     const int points = farthest[a].cells;

@@ -10,6 +10,7 @@
 #include "stability/known_networks.h"
 #include "stability/survey.h"
 #include "stencil/effects.h"
+#include "stencil/passes/displaced_values.h"
 #include "stencil/passes/passes.h"
 #include "support/contains.h"
 
@@ -17,8 +18,9 @@ namespace dpde::stability {
 
 using namespace stencil;
 
-std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why,
+std::optional<LinearStep> LinearStep::make(const Module& given, const std::string& step, std::string& why,
                                            bool of_constraints, const StateGroup& group) {
+  const Module module = with_values_in_place(given);
   const Program* program = module.find_program(step);
   if (program == nullptr || program->swaps.empty()) {
     why = "the program has no states";

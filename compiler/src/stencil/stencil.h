@@ -233,6 +233,7 @@ struct KernelOrigin {
   std::string kernel;                         // "": as it is called
   std::map<std::string, std::string> fields;  // by what they are called here
   SourceRange range;
+  bool is_stored_part = false;  // part of the values of other kernels: see passes/displaced_values.h
   friend bool operator==(const KernelOrigin&, const KernelOrigin&) { return true; }
 };
 

@@ -2,6 +2,7 @@
 #include "stencil/passes/displaced_values.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <functional>
 #include <map>
@@ -12,6 +13,8 @@
 
 #include "stencil/build.h"
 #include "stencil/decisions.h"
+#include "stencil/passes/passes.h"
+#include "support/assert.h"
 #include "support/match.h"
 #include "support/name_supply.h"
 
@@ -38,9 +41,10 @@ struct Form {
   bool moves = false;      // it reads a field
   bool is_leaf = false;    // nothing is computed
   bool is_stored = false;  // in a field
-  bool is_fit = true;      // to be stored: no truth, no decision in it
-  std::string field;       // of a read
-  Offset low{}, high{};    // of all its reads, from the first one
+  bool is_fit = true;      // to be stored: no truth, and no decision in it
+  bool is_decision = false;
+  std::string field;     // of a read
+  Offset low{}, high{};  // of all its reads, from the first one
 };
 
 /// A form at a place.
@@ -64,6 +68,16 @@ class Forms {
   int size() const { return static_cast<int>(forms_.size()); }
 
   void define(const Let& let) { lets_[let.name] = placed(let.value); }
+
+  /// What a decision hangs on stays as it is written. Parts have smaller numbers than what they are part of.
+  void keep_what_decides() {
+    std::vector<bool> decides(forms_.size());
+    for (int form = size() - 1; form >= 0; --form) {
+      if (!decides[form] && !(*this)[form].is_decision) continue;
+      (*this)[form].is_fit = false;
+      for (const Form::Part& part : (*this)[form].parts) decides[part.form] = true;
+    }
+  }
 
   const Placed& placed(const Expr& e) {
     const auto known = by_node_.find(&e.node());
@@ -105,7 +119,8 @@ class Forms {
     std::optional<Offset> at;
     describe(e, key, form, at);
     for_each_child(e, [&](const Expr& child) { add_part(placed(child), key, form, at); });
-    form.is_fit = form.is_fit && !is_decision(e) && !is_truth(e);
+    form.is_decision = is_decision(e);
+    form.is_fit = form.is_fit && !form.is_decision && !is_truth(e);
     form.is_leaf = form.parts.empty();
     const auto [known, is_new] = numbers_.emplace(std::move(key), size());
     if (is_new) forms_.push_back(std::move(form));
@@ -289,6 +304,11 @@ class Choice {
 /// Puts reads of fields in the place of stored forms.
 class Rewriting {
  public:
+  struct Written {
+    Expr value;
+    Origin origin;
+  };
+
   Rewriting(const Kernel& kernel, Forms& forms, const std::map<int, std::string>& fields)
       : forms_(forms), fields_(fields) {
     for (const Let& let : kernel.lets) lets_.emplace(let.name, let.value);
@@ -305,13 +325,13 @@ class Rewriting {
     return shift(parts_of(e, false), to_middle, [](const std::string& name) { return name; });
   }
 
-  /// A value of each form to be stored that stands in `e`.
-  void find(const Expr& e, std::map<int, Expr>& values) {
+  /// A value of each form to be stored that stands in `e`, which was written there.
+  void find(const Expr& e, const Origin& origin, std::map<int, Written>& values) {
     if (!looked_at_.insert(&e.node()).second) return;
-    if (const Local* local = std::get_if<Local>(&e->kind)) return find(lets_.at(local->name), values);
+    if (const Local* local = std::get_if<Local>(&e->kind)) return find(lets_.at(local->name), origin, values);
     const int form = forms_.placed(e).form;
-    if (fields_.contains(form)) values.emplace(form, e);
-    for_each_child(e, [&](const Expr& child) { find(child, values); });
+    if (fields_.contains(form)) values.emplace(form, Written{e, origin});
+    for_each_child(e, [&](const Expr& child) { find(child, origin, values); });
   }
 
  private:
@@ -348,6 +368,7 @@ std::vector<Kernel> in_order(std::vector<Kernel> kernels) {
           kernels, [&](const Kernel& other) { return reads.find_read(other.stores.front().field) != nullptr; });
     };
     const auto ready = std::ranges::find_if(kernels, is_ready);
+    require(ready != kernels.end(), "stored values are made of one another");
     ordered.push_back(std::move(*ready));
     kernels.erase(ready);
   }
@@ -364,6 +385,7 @@ StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology
   for (const Let& let : kernel.lets) forms.define(let);
   for (const Store& store : kernel.stores) roots.push_back(forms.placed(store.value));
   for (const Sum& sum : kernel.sums) roots.push_back(forms.placed(sum.value));
+  forms.keep_what_decides();
   const std::vector<int> chosen = Choice(forms, roots).made();
   if (chosen.empty()) return as_it_is;
   NameSupply names;
@@ -372,16 +394,84 @@ StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology
   std::map<int, std::string> fields;
   for (const int form : chosen) fields.emplace(form, names.fresh("shared"));
   Rewriting rewriting(kernel, forms, fields);
-  std::map<int, Expr> values;
-  for (const Store& store : kernel.stores) rewriting.find(store.value, values);
-  for (const Sum& sum : kernel.sums) rewriting.find(sum.value, values);
+  std::map<int, Rewriting::Written> values;
+  for (const Store& store : kernel.stores) rewriting.find(store.value, store.origin, values);
+  for (const Sum& sum : kernel.sums) rewriting.find(sum.value, {}, values);
   StoredValues result = as_it_is;
   result.kernel = map_kernel(kernel, rewriting);
-  for (const int form : chosen)
-    result.before.push_back(
-        {"", kernel.rank, {}, {{fields.at(form), false, rewriting.definition(values.at(form)), {}}}, {}, {}});
+  for (const int form : chosen) {
+    const Rewriting::Written& found = values.at(form);
+    const Store store{fields.at(form), false, rewriting.definition(found.value), found.origin};
+    Kernel& made = result.before.emplace_back(Kernel{"", kernel.rank, {}, {store}, {}, {}});
+    made.origin.is_stored_part = true;
+  }
   result.before = in_order(std::move(result.before));
   return result;
+}
+
+namespace {
+
+/// Of one program, or of a block of it.
+class InPlace {
+ public:
+  explicit InPlace(Module& module) : module_(module) {}
+
+  std::vector<Statement> operator()(const std::vector<Statement>& statements) {
+    std::vector<Statement> body;
+    for (const Statement& statement : statements) {
+      const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
+      match(
+          statement,
+          [&](const Fill& fill) {
+            if (!values_.contains(fill.field)) keep(fill);
+          },
+          [&](const Fold& fold) { keep(fold); }, [&](const Reduce& reduce) { keep(reduce); },
+          [&](const NetworkCall& call) { keep(call); }, [&](const Transform& transform) { keep(transform); },
+          [&](const Run& run) {
+            Kernel& kernel = *std::ranges::find(module_.kernels, run.kernel, &Kernel::name);
+            kernel = map_kernel(kernel, [&](const Expr& e) { return in_place(e); });
+            if (!kernel.origin.is_stored_part) return keep(run);
+            const Kernel whole = with_lets_inlined(kernel);
+            for (const Store& store : whole.stores) values_.insert_or_assign(store.field, store.value);
+          },
+          [&](Solve solve) {
+            solve.body = InPlace(module_)(solve.body);
+            solve.step = InPlace(module_)(solve.step);
+            body.push_back(std::move(solve));
+          },
+          [&](Repeat repeat) {
+            repeat.body = InPlace(module_)(repeat.body);
+            body.push_back(std::move(repeat));
+          });
+    }
+    return body;
+  }
+
+ private:
+  Expr in_place(const Expr& e) const {
+    if (values_.empty()) return e;
+    if (const Access* read = std::get_if<Access>(&e->kind)) {
+      const auto known = values_.find(read->field);
+      if (known == values_.end()) return e;
+      return shift(known->second, read->offset, [](const std::string& name) { return name; });
+    }
+    return map_children(e, [&](const Expr& child) { return in_place(child); });
+  }
+
+  Module& module_;
+  std::map<std::string, Expr> values_;
+};
+
+}  // namespace
+
+Module with_values_in_place(const Module& module) {
+  const bool has_any =
+      std::ranges::any_of(module.kernels, [](const Kernel& kernel) { return kernel.origin.is_stored_part; });
+  if (!has_any) return module;
+  Module result = module;
+  for (Program& program : result.programs) program.body = InPlace(result)(program.body);
+  std::erase_if(result.kernels, [](const Kernel& kernel) { return kernel.origin.is_stored_part; });
+  return eliminate_common_subexpressions(remove_dead_code(result));
 }
 
 }  // namespace dpde::stencil

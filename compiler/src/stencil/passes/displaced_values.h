@@ -15,13 +15,17 @@ struct StoredValues {
   Kernel kernel;               // which reads these fields
 };
 
-/// Where that at least halves what a point takes, in loads, operations and fields that pass through memory; else the
-/// kernel as it is. What a decision hangs on stays as it is written (stencil/decisions.h). Fields get names that no
-/// field of the kernel has.
+/// Of a stage's own kernel; what is solved for keeps its text. Where that at least halves what a point takes, in loads,
+/// operations and fields that pass through memory; else the kernel as it is. What a decision hangs on stays as it is
+/// written (stencil/decisions.h). Fields get names that no field of the kernel has.
 ///
 /// Where all axes are alike a value is stored for all of its displacements: along rings fills go around, beyond walls
 /// its kernel runs as far out as it is read. Beside rings it keeps its displacements along walls: a fill around a ring
 /// leaves nothing of what a field holds beyond walls.
 StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology>& axes);
+
+/// The module with these values back in the places where they are read, for who asks what a step reads of its states,
+/// or freezes them at a place: what varies from cell to cell within a stored value is seen in its formula alone.
+Module with_values_in_place(const Module& module);
 
 }  // namespace dpde::stencil
