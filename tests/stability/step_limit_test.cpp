@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "driver/pipeline.h"
+#include "stability/one_moment.h"
 
 namespace dpde::stability {
 namespace {
@@ -34,7 +35,8 @@ Scene scene_of(const std::string& text, const std::map<std::string, FrozenValue>
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
   std::string why;
-  std::optional<LinearStep> linear = LinearStep::make(compiled.value().stencil, compiled->step_name(), why);
+  std::optional<LinearStep> linear =
+      LinearStep::make(at_one_moment(compiled.value().stencil, 0), compiled->step_name(), why);
   EXPECT_EQ(why, "");
   FrozenPoint point{fields, {}, {{"hx", 1}, {"hy", 1}, {"hz", 1}, {"t", 1e6}}};
   for (const model::Parameter& param : compiled->problem->params) point.params[param.name] = param.value;

@@ -13,6 +13,7 @@
 #include "driver/pipeline.h"
 #include "stability/eigenvalues.h"
 #include "stability/equations.h"
+#include "stability/one_moment.h"
 #include "stability/roots.h"
 #include "stability/step_limit.h"
 #include "stencil/time_schemes.h"
@@ -127,7 +128,8 @@ System system_of(const std::string& text) {
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
   std::string why;
-  std::optional<LinearStep> linear = LinearStep::make(compiled.value().stencil, compiled->step_name(), why);
+  std::optional<LinearStep> linear =
+      LinearStep::make(at_one_moment(compiled.value().stencil, 0), compiled->step_name(), why);
   EXPECT_EQ(why, "");
   FrozenPoint point{{}, {}, {{"hx", 1}, {"hy", 1}, {"t", 1e6}}};
   for (const std::string& state : linear->states()) point.fields[state] = {0.5};

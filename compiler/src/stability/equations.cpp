@@ -9,6 +9,7 @@
 #include "model/build.h"
 #include "model/solves.h"
 #include "model/uses.h"
+#include "stability/one_moment.h"
 #include "stencil/from_model.h"
 
 namespace dpde::stability {
@@ -53,10 +54,12 @@ model::Problem boundless(model::Problem problem) {
 struct Lowered {
   stencil::Module module;
   std::string step;
+  double t_begin = 0;
   bool of_constraints = false;
   std::optional<LinearStep> of(const StateGroup& group) const {
     std::string why;
-    std::optional<LinearStep> linear = LinearStep::make(module, step, why, of_constraints, group);
+    std::optional<LinearStep> linear =
+        LinearStep::make(at_one_moment(module, t_begin), step, why, of_constraints, group);
     return linear && !linear->has_networks() ? std::move(linear) : std::nullopt;
   }
 };
@@ -66,7 +69,7 @@ std::optional<Lowered> lowered(const model::Problem& written) {
   const model::Problem problem = have_ways_that_end(written) ? boundless(written) : written;
   DiagnosticSink sink;
   const stencil::ProgramNames names = stencil::program_names(problem);
-  Lowered result{stencil::from_model(driver::spread_over_time(problem), names, sink), names.step,
+  Lowered result{stencil::from_model(driver::spread_over_time(problem), names, sink), names.step, problem.t_begin,
                  model::are_constraints(problem)};
   return sink.has_errors() ? std::nullopt : std::optional(std::move(result));
 }
@@ -119,7 +122,8 @@ std::vector<StateGroup> state_groups(const driver::Session& session) {
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group) {
   const driver::Compiled& compiled = session.compiled();
   const bool of_constraints = session.problem().program.empty() && model::are_constraints(session.problem());
-  return LinearStep::make(compiled.stencil, compiled.step_name(), why, of_constraints, group);
+  return LinearStep::make(at_one_moment(compiled.stencil, session.problem().t_begin), compiled.step_name(), why,
+                          of_constraints, group);
 }
 
 bool is_of_each_step(const model::Event& event, const model::Problem& problem) {

@@ -39,7 +39,7 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 }  // namespace
 
 NumbersOfStep::NumbersOfStep(const FrozenKernels& kernels, const FrozenPoint& point, double dt)
-    : kernels_(kernels), point_(point), dt_(dt), dt_param_(kernels.param("dt")), t_param_(kernels.param("t")) {
+    : kernels_(kernels), point_(point), dt_(dt), dt_param_(kernels.param("dt")) {
   for (const std::string& name : kernels.params()) params_.push_back(parameter(name));
   for (std::size_t axis = 0; axis < spacing_.size(); ++axis)
     spacing_[axis] = parameter(std::string("h").append(1, "xyz"[axis]));
@@ -47,7 +47,6 @@ NumbersOfStep::NumbersOfStep(const FrozenKernels& kernels, const FrozenPoint& po
 
 double NumbersOfStep::parameter(Id param) const {
   if (param == dt_param_) return dt_;
-  if (is_late_ && param == t_param_) return std::numeric_limits<double>::infinity();
   return params_[static_cast<std::size_t>(param)];
 }
 
@@ -165,18 +164,6 @@ double Evaluation::number_of_binary(const FrozenKernels::Binary& b) {
   unreachable("binary operator");
 }
 
-/// Schemes with a memory ask whether t < dt/2, which is their first step: it is not that one which is analysed, however
-/// long the step is.
-Evaluation::Condition Evaluation::condition_of(const FrozenKernels::Select& s) {
-  if (!s.asks_for_first_steps) return compared(s.condition);
-  const double step = numbers_.set_step(0);
-  numbers_.set_late(std::isnan(numbers_.parameter("t")));
-  const double truth = number(s.condition);
-  numbers_.set_late(false);
-  numbers_.set_step(step);
-  return {truth};
-}
-
 /// A tie: both sides are the same but for rounding, and not 0: two rises of a straight line as an example.
 Evaluation::Condition Evaluation::compared(Id node) {
   const auto* b = std::get_if<FrozenKernels::Binary>(&kernels_.node(node).kind);
@@ -273,7 +260,7 @@ void Evaluation::add_form_of_binary(const FrozenKernels::Binary& b, double facto
 
 /// At a kink the tangent is the mean of those of both sides: rounding would choose one of them.
 void Evaluation::add_form_of_select(const FrozenKernels::Select& s, double factor) {
-  const auto [truth, is_tie] = condition_of(s);
+  const auto [truth, is_tie] = compared(s.condition);
   if (std::isnan(truth)) {
     add_form(s.yes, unknown_value), add_form(s.no, unknown_value);
     return;
@@ -286,7 +273,7 @@ void Evaluation::add_form_of_select(const FrozenKernels::Select& s, double facto
 }
 
 double Evaluation::number_of_select(const FrozenKernels::Select& s) {
-  const auto [truth, is_tie] = condition_of(s);
+  const auto [truth, is_tie] = compared(s.condition);
   if (std::isnan(truth)) return unknown_value;
   const double result = number(truth != 0 ? s.yes : s.no);
   if (!is_tie) return result;

@@ -42,18 +42,15 @@ class NumbersOfStep {
   double step() const { return dt_; }
   /// Returns what it was.
   double set_step(double dt) { return std::exchange(dt_, dt); }
-  /// t stands for any time behind the first steps.
-  void set_late(bool is_late) { is_late_ = is_late; }
 
  private:
   const FrozenKernels& kernels_;
   const FrozenPoint& point_;
   double dt_;
-  Id dt_param_, t_param_;       // -1: nothing reads it
-  std::vector<double> params_;  // but for dt, and t where it is late
+  Id dt_param_;                 // -1: nothing reads it
+  std::vector<double> params_;  // but for dt
   std::array<double, 3> spacing_{};
   std::map<std::string, double> counters_;
-  bool is_late_ = false;
 };
 
 class Evaluation {
@@ -98,7 +95,6 @@ class Evaluation {
     double truth = 0;  // 1, 0, or not known
     bool is_tie = false;
   };
-  Condition condition_of(const FrozenKernels::Select& s);
   Condition compared(Id node);
   std::vector<Value> stored_values(const FrozenKernels::Kernel& kernel);
   std::optional<std::vector<FrozenValue>> frozen_values(const FrozenKernels::Kernel& kernel);

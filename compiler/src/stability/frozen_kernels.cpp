@@ -14,13 +14,6 @@ namespace dpde::stability {
 
 namespace {
 
-bool holds_param(const stencil::Expr& e, const std::string& name) {
-  if (const auto* param = std::get_if<stencil::Param>(&e->kind)) return param->name == name;
-  bool found = false;
-  stencil::for_each_child(e, [&](const stencil::Expr& child) { found = found || holds_param(child, name); });
-  return found;
-}
-
 /// Fields that have no perturbation, whoever reads them: what depends on states, and what no statement makes. While the
 /// operator of a solve is found its unknowns are perturbed, and with them all that its block makes.
 class Unperturbed {
@@ -177,8 +170,7 @@ class FrozenKernels::Reader {
         },
         [&](const stencil::Select& s) {
           const Id condition = id_of(s.condition), yes = id_of(s.yes), no = id_of(s.no);
-          const bool asks = holds_param(s.condition, "t") && holds_param(s.condition, "dt");
-          return Node{Select{condition, yes, no, asks}, is_number(condition) && is_number(yes) && is_number(no)};
+          return Node{Select{condition, yes, no}, is_number(condition) && is_number(yes) && is_number(no)};
         });
   }
 
@@ -236,7 +228,7 @@ class FrozenKernels::StepDependence {
         [](const Inside&) { return false; }, [&](const Neg& n) { return depends(n.operand); },
         [&](const Binary& b) { return of_binary(b); }, [&](const Call& c) { return depends_otherwise(c.arguments); },
         [&](const Select& s) {
-          if (!s.asks_for_first_steps) depends_otherwise({s.condition});
+          depends_otherwise({s.condition});
           const bool by_yes = depends(s.yes);
           return depends(s.no) || by_yes;
         });

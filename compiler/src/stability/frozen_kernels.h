@@ -50,7 +50,6 @@ class FrozenKernels {
   };
   struct Select {
     Id condition, yes, no;
-    bool asks_for_first_steps;  // by t and dt
   };
   using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
   struct Node {

@@ -45,7 +45,7 @@ bool is_equal(const Response& a, const Response& b) {
          });
 }
 
-/// Pulses are met by no moments; what asks for dt and t at once is taken as it is late in a run where t is not known.
+/// Pulses are met by no moments.
 bool depends_on_time(const driver::Session& session, const LinearStep& linear, FrozenPoint point) {
   const double step = session.problem().step;
   const bool is_known = linear.response(point, step).has_value();

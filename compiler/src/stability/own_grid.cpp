@@ -55,14 +55,8 @@ double largest_of(const std::vector<double>& norms, int k) {
   return *std::max_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-/// Schemes with a memory ask for the time to know their first steps: there it is looked for in the equations' own step.
-bool reads_time(const LinearStep& linear, const model::Problem& problem) {
-  const auto reads = [](const LinearStep& step) {
-    return contains(stencil::interface_of(step.module(), step.program()).params, std::string("t"));
-  };
-  if (!reads(linear) || !problem.program.empty()) return reads(linear);
-  const std::optional<LinearStep> euler = linear_step(by_euler(problem));
-  return !euler || reads(*euler);
+bool reads_time(const LinearStep& linear) {
+  return contains(stencil::interface_of(linear.module(), linear.program()).params, std::string("t"));
 }
 
 /// What they give at one time is not what they give at another.
@@ -95,7 +89,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
     const auto found = std::ranges::find(session.problem().coefficients, name, &model::Coefficient::name);
     return found != session.problem().coefficients.end() && found->is_control();
   };
-  const bool varies_in_time = reads_time(linear, session.problem()) || !session.problem().controls.empty() ||
+  const bool varies_in_time = reads_time(linear) || !session.problem().controls.empty() ||
                               do_networks_vary(session, linear) || std::ranges::any_of(linear.inputs(), is_control);
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
