@@ -150,6 +150,30 @@ task t : s { unknown k; minimise u at t = 1 }
   EXPECT_FALSE(certificate->passed());
 }
 
+/// A ramp that no step of the table resolves, beside a loss that is linear there, of order 2, or smooth all over. One
+/// that is wide, and a kink, hide nothing.
+TEST(FalseAlarms, ARampNarrowerThanStepsIsAJump) {
+  const struct {
+    const char *rate, *loss;
+    bool is_jump;
+  } table[] = {
+      {"max(0, min(1, 1e9*(x - p)))", "mean(u)", true}, {"max(0, min(1, 1e9*(x - p)))", "mean(u) + p^2", true},
+      {"tanh(1e9*(x - p))", "mean(u)", true},           {"max(0, min(1, 1e2*(x - p)))", "mean(u)", false},
+      {"max(0, min(1, 10*(x - p)))", "mean(u)", false}, {"max(0, 100*(x - p))", "mean(u) + p^2", false},
+  };
+  for (const auto& [rate, loss, is_jump] : table) {
+    const std::string text =
+        std::string("model m { field u; param p = 0.5; dt(u) = p + ") + rate +
+        " }\nscene s : m { grid x = 0 .. 1, cells 1000, periodic; initial u = 0; time 0 .. 0.1, step 1/100 }\n"
+        "task t : s { unknown p; minimise " +
+        loss + " }\n";
+    const auto certificate = testing::certificate_of(text, false);
+    ASSERT_TRUE(certificate) << text;
+    EXPECT_EQ(certificate->jump.has_value(), is_jump) << text;
+    EXPECT_EQ(certificate->passed(), !is_jump) << text;
+  }
+}
+
 /// Of p it is held that it stays positive, and it does not.
 TEST(FalseAlarms, AFieldThatLosesItsSignIsNotCertified) {
   const SourceFile source("sign.dpde", R"(model m { field p, q; param k = 1.3; dt(p) = -k; dt(q) = atan(1/p) }

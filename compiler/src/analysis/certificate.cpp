@@ -52,8 +52,10 @@ struct Tolerance {
 struct Comparison {
   std::string grid, what;
   double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
-  std::string left_out;  // why it says nothing
+  std::string left_out;                          // why it says nothing
+  std::function<double()> rounding_of_run = {};  // of the derivative; absent where it is more than that can be
 
+  double size() const { return std::max(std::abs(forward), std::abs(backward)); }
   double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }
 };
 
@@ -124,6 +126,8 @@ Comparison compare_at(driver::Session& session, driver::Inverse& inverse, const 
     if (std::abs(result.forward - result.backward) > result.rounding)
       result.rounding = std::max(result.rounding, rounding_at(point));
   }
+  if (result.size() <= largest_rounding_of_run(tolerance.epsilon, point.x, point.direction))
+    result.rounding_of_run = [rounding_at, point] { return rounding_at(point); };
   return result;
 }
 
@@ -136,6 +140,22 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   if (!inverse) return std::nullopt;
   return compare_at(*session, *inverse, generic_point(*session, *inverse, random), tolerance,
                     rounding_in_run(source, *compiled, options, *session), random);
+}
+
+/// Numbers that agree may be rounding too, where both ways add the same few terms, as on one cell. That is asked until
+/// one of them is more: then something is tested. The small grids, which are the last, cost least.
+void find_agreeing_roundings(const std::vector<Comparison>& found, double largest_error, std::vector<DotCase>& cases) {
+  std::size_t k = cases.size();
+  for (auto one = found.rbegin(); one != found.rend(); ++one) {
+    if (!one->left_out.empty()) continue;
+    DotCase& result = cases[--k];
+    if (result.is_zero || result.is_rounding) continue;
+    if (result.relative_error > largest_error) return;
+    const double rounding = one->rounding_of_run ? one->rounding_of_run() : 0;
+    if (!(one->size() <= rounding)) return;
+    result.is_rounding = true;
+    result.rounding = std::max(result.rounding, rounding);
+  }
 }
 
 void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases,
@@ -157,6 +177,7 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
     result.rounding = std::max(tolerance.rounding * std::max(std::abs(one.loss), usual), one.rounding);
     result.is_rounding = result.relative_error > tolerance.largest_error && result.difference <= result.rounding;
   }
+  find_agreeing_roundings(found, tolerance.largest_error, cases);
 }
 
 constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, "the run"};
@@ -309,12 +330,11 @@ bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Co
 }
 
 /// A jump of the loss beside the point. Remainders that fall as squares at small steps may hide one of a formula that
-/// jumps; others hide one of all that has kinks.
+/// jumps or has kinks, as a steep ramp, and rounding at the small ones one of anything.
 void look_for_jump(const driver::Compiled& compiled, const Line& along, const DirectionalDerivative& derivative,
                    Certificate& certificate) {
-  const bool has_clean_slope = has_slope_of_two(certificate.slope) || certificate.only_rounding;
   const bool may_jump = driver::may_jump(compiled);
-  if (!(has_clean_slope ? may_jump : has_kinks(compiled))) return;
+  if (!may_jump && !has_kinks(compiled) && !certificate.only_rounding) return;
   certificate.jump = jump_beside(along, derivative.value, halved_steps(16), derivative.rounding);
   certificate.is_jump_of_scheme = certificate.jump && !may_jump && compiled.problem->scheme.has_clamp();
 }
@@ -354,6 +374,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
   certificate.only_rounding = finite && is_only_rounding(certificate.remainders, rounding);
+  // Another slope is that of steps that cross kinks.
+  if (certificate.only_rounding && !has_slope_of_two(certificate.slope)) certificate.slope.reset();
   if (has_hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
     certificate.second->only_rounding = finite && is_only_rounding(with_hessian, rounding);
@@ -362,7 +384,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
   if (finite && !falls_as_squares(certificate.remainders, 10 * rounding))
-    look_for_jump(*compiled, along, {slope, measured}, certificate);
+    look_for_jump(*compiled, along, {slope, certificate.only_rounding ? 10 * rounding : measured}, certificate);
   if (finite && has_hessian && certificate.second && !certificate.second->is_settled())
     certificate.second->quotients = quotients_of_gradient(*inverse, point, bend);
   inverse->hold_steps(false);
@@ -393,8 +415,13 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const driv
     small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
     if (!add_symmetry_case(source, compiled, small, random, found, sink)) return false;
   }
-  add_cases(found, second_order_tolerance, certificate.second->cases, certificate.skipped);
-  if (certificate.second->cases.empty()) certificate.second.reset();
+  std::vector<DotCase>& cases = certificate.second->cases;
+  add_cases(found, second_order_tolerance, cases, certificate.skipped);
+  // Of a derivative that is rounding at points without a choice, what agrees of its own derivatives is rounding too.
+  for (DotCase& one : cases) {
+    one.is_rounding = one.is_rounding || (certificate.tests_nothing() && one.relative_error <= largest_asymmetry);
+  }
+  if (cases.empty()) certificate.second.reset();
   return true;
 }
 

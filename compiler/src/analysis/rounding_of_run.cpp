@@ -17,6 +17,8 @@ namespace dpde::analysis {
 
 namespace {
 
+constexpr double allowance = 8;  // for what so few samples do not show
+
 std::shared_ptr<const driver::Compiled> moved_by_roundings(const driver::Compiled& compiled, double phase) {
   auto moved = std::make_shared<driver::Compiled>(compiled);
   moved->stencil = stencil::with_rounding(compiled.stencil, phase, compiled.is_single() ? 5e-7 : 1e-15);
@@ -35,7 +37,6 @@ RunRounding rounding_of_run(const SourceFile& source, const driver::Compiled& co
                             const driver::SessionOptions& options, const Eigen::VectorXd& x,
                             const Eigen::VectorXd& direction) {
   constexpr double phases[] = {1.7, 2.9, 4.3, 5.9};
-  constexpr double allowance = 8;  // for what so few samples do not show
   std::vector<double> losses, derivatives;
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(x.size());
   for (const double phase : phases) {
@@ -51,12 +52,17 @@ RunRounding rounding_of_run(const SourceFile& source, const driver::Compiled& co
     derivatives.push_back(gradient.dot(direction));
   }
   const double epsilon = compiled.is_single() ? 0x1p-23 : 0x1p-52;
-  const double size = direction.lpNorm<1>() * std::max(1.0, x.lpNorm<Eigen::Infinity>());
+  const double largest = largest_rounding_of_run(epsilon, x, direction);
   const auto spread = [&](const std::vector<double>& values) {
     const auto [low, high] = std::ranges::minmax(values);
-    return high - low <= adjoint::most_roundings * epsilon * size ? allowance * (high - low) : 0;
+    return allowance * (high - low) <= largest ? allowance * (high - low) : 0;
   };
   return {spread(losses), spread(derivatives)};
+}
+
+double largest_rounding_of_run(double epsilon, const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {
+  const double size = direction.lpNorm<1>() * std::max(1.0, x.lpNorm<Eigen::Infinity>());
+  return allowance * adjoint::most_roundings * epsilon * size;
 }
 
 }  // namespace dpde::analysis

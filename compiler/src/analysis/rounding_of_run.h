@@ -20,5 +20,7 @@ struct RunRounding {
 RunRounding rounding_of_run(const SourceFile& source, const driver::Compiled& compiled,
                             const driver::SessionOptions& options, const Eigen::VectorXd& x,
                             const Eigen::VectorXd& direction);
+/// What both are at most, `epsilon` being the distance of 1 to the next number.
+double largest_rounding_of_run(double epsilon, const Eigen::VectorXd& x, const Eigen::VectorXd& direction);
 
 }  // namespace dpde::analysis

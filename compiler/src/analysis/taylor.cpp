@@ -107,7 +107,7 @@ std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& ste
   return quotients;
 }
 
-std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding) {
+std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding, double closest) {
   constexpr int parts = 16, levels = 8;  // the last points are 5e-10 of the reach apart
   JumpOnLine found{-reach, 0};
   double width = 2 * reach;
@@ -128,7 +128,10 @@ std::optional<JumpOnLine> jump_within(const Line& f, double reach, double roundi
       steepest = i;
     }
     if (!(most > sure * rounding)) return std::nullopt;
+    const bool is_closest = width > closest && width / parts <= closest;
+    const bool is_steep = level > 0 && is_closest && most >= found.size / 2;
     found = {found.at + width * static_cast<double>(steepest) / parts, most};
+    if (is_steep) break;
   }
   return found;
 }
@@ -146,7 +149,7 @@ std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const st
   }
   if (apart.empty()) return std::nullopt;
   for (const Remainder& one : {apart.front(), apart.back()}) {  // few jumps near, and those that are far
-    const std::optional<JumpOnLine> jump = jump_within(f, one.step, rounding);
+    const std::optional<JumpOnLine> jump = jump_within(f, one.step, rounding, steps.back());
     if (jump && jump->size > least_share * one.value) return jump;
   }
   return std::nullopt;

@@ -82,10 +82,11 @@ struct JumpOnLine {
   double at = 0, size = 0;
 };
 /// A jump between -reach and reach that is larger than rounding: where neighbouring differences differ most, and do so
-/// however close the points are.
-std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding);
-/// Such a jump where differences over some of the steps, the larger first, disagree with the derivative by more than a
-/// thousandth: they do so by kinks too, which are no jumps.
+/// however close the points are. So is what rises between points less than `closest` apart as it does between those of
+/// the level before, where a kink leaves a sixteenth: no step of that size sees it as a slope.
+std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding, double closest = 0);
+/// Such a jump, or a rise narrower than the smallest step, where differences over some of the steps, the larger first,
+/// disagree with the derivative by more than a thousandth: they do so by kinks too, which are no jumps.
 std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const std::vector<double>& steps,
                                       double rounding);
 
