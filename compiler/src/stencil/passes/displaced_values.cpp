@@ -431,8 +431,10 @@ class InPlace {
             Kernel& kernel = *std::ranges::find(module_.kernels, run.kernel, &Kernel::name);
             kernel = map_kernel(kernel, [&](const Expr& e) { return in_place(e); });
             if (!kernel.origin.is_stored_part) return keep(run);
-            const Kernel whole = with_lets_inlined(kernel);
-            for (const Store& store : whole.stores) values_.insert_or_assign(store.field, store.value);
+            std::map<std::string, Expr> lets;
+            for (const Let& let : kernel.lets) lets.insert_or_assign(let.name, without_lets(let.value, lets));
+            for (const Store& store : kernel.stores)
+              values_.insert_or_assign(store.field, without_lets(store.value, lets));
           },
           [&](Solve solve) {
             solve.body = InPlace(module_)(solve.body);
@@ -448,6 +450,12 @@ class InPlace {
   }
 
  private:
+  /// A let is known in its own kernel alone.
+  static Expr without_lets(const Expr& e, const std::map<std::string, Expr>& lets) {
+    if (const Local* local = std::get_if<Local>(&e->kind)) return lets.at(local->name);
+    return map_children(e, [&](const Expr& child) { return without_lets(child, lets); });
+  }
+
   Expr in_place(const Expr& e) const {
     if (values_.empty()) return e;
     if (const Access* read = std::get_if<Access>(&e->kind)) {
