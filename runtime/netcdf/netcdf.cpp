@@ -291,12 +291,22 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
 
 std::optional<std::string> NetcdfReader::text(const std::string& variable, const std::string& attribute) const {
   if (variable.empty()) return text_of(id_, NC_GLOBAL, attribute);
+  const std::optional<std::pair<int, int>> place = place_of(variable);
+  return place ? text_of(place->first, place->second, attribute) : std::nullopt;
+}
+
+std::optional<double> NetcdfReader::number(const std::string& variable, const std::string& attribute) const {
+  const std::optional<std::pair<int, int>> place = place_of(variable);
+  return place ? number(place->first, place->second, attribute.c_str()) : std::nullopt;
+}
+
+std::optional<std::pair<int, int>> NetcdfReader::place_of(const std::string& variable) const {
   const Variable* known = find(variable);
   const int group = id_of_group(known == nullptr ? "" : known->group);
   const std::string& stored_name = known == nullptr ? variable : known->stored_name;
   int number_of = 0;
   if (nc_inq_varid(group, stored_name.c_str(), &number_of) != NC_NOERR) return std::nullopt;
-  return text_of(group, number_of, attribute);
+  return std::pair(group, number_of);
 }
 
 std::optional<std::string> NetcdfReader::text_of(int group, int variable, const std::string& attribute) const {

@@ -57,7 +57,7 @@ class MappedBeside : public Command {
   }
   Json learnt(const std::string& task) const {
     write("t.dpde", models + task);
-    const Outcome outcome = dpde("optimize t.dpde t --json --out o");
+    const Outcome outcome = dpde("optimize t.dpde t --json --out o --beside-named-only");
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
     return outcome.json();
   }

@@ -12,6 +12,7 @@
 #include "files/data_set_cost.h"
 #include "files/evaluation_log.h"
 #include "files/files.h"
+#include "files/trajectories.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "preparing.h"
@@ -151,10 +152,10 @@ void add_residuals(NetcdfContent& content, const std::string& state, std::size_t
 }
 
 NetcdfAttributes attributes_of(const training::OrderEstimate& estimate) {
-  if (!estimate.is_known()) return {{"no_error_estimate", estimate.why_not}};
+  if (!estimate.is_known()) return {{files::attribute_of_no_error, estimate.why_not}};
   return {{"order_estimate", estimate.order},
           {"difference_to_twice_the_spacing", estimate.difference},
-          {"error_estimate", estimate.error()}};
+          {files::attribute_of_error, estimate.error()}};
 }
 
 /// The frames of a field or formula, and what is known of them.
@@ -199,6 +200,7 @@ NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const st
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
+    if (set.vary[v].counts) variable.attributes.emplace_back(files::attribute_of_counts, "yes");
     for (const training::DataRun& run : runs) variable.values.push_back(run.params[v]);
     content.variables.push_back(std::move(variable));
   }

@@ -301,6 +301,8 @@ void add_optimize(CLI::App& app, int& status) {
   verb->add_option("--checkpoint-every", options->checkpoint_every,
                    "of such a task: updates, or time as in 30s, 10min (else every 10 minutes)")
       ->type_name("INTERVAL");
+  verb->add_flag("--beside-named-only", options->only_named,
+                 "tests: no plain methods beside but those that the task names");
   verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
   verb->footer(
       "Examples:\n  dpde optimize burgers.dpde recover --out results\n"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "beside_output.h"
 #include "support/evaluate.h"
 #include "test_output.h"
 #include "training/spectrum.h"
@@ -17,12 +18,17 @@ using training::MeanAndSpread;
 using training::TrajectoryTest;
 
 std::string text_of(const MeanAndSpread& value) {
+  if (std::isnan(value.spread)) return fmt::format("{:.6g}", shown(value.mean));
   return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread));
 }
 
+std::string counted_runs(std::size_t runs) { return fmt::format("{} run{}", runs, runs == 1 ? "" : "s"); }
+
+Json spread_json(double spread) { return std::isnan(spread) ? Json(nullptr) : json_number(spread); }
+
 Json json_of(const std::vector<double>& values) {
   const MeanAndSpread all = mean_and_spread(values);
-  return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(values)}};
+  return {{"mean", json_number(all.mean)}, {"spread", spread_json(all.spread)}, {"runs", json_numbers(values)}};
 }
 
 void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel) {
@@ -57,14 +63,16 @@ Json report_all(Job& job, const OneTest& test, const Figures& figures, const Rep
   if (test.has_trials()) {
     const MeanAndSpread over = mean_and_spread(means);
     job.say(fmt::format("  over the trials: {}\n", text_of(over)));
-    json["trials"].update({{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}});
+    json["trials"].update({{"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}});
   }
   json["beside"] = Json::object();
   for (const TrajectoryTest& beside : *test.beside) {
     json["beside"][beside.scene] = report(beside.scene, beside);
     add_row(beside);
   }
-  if (!job.options().out.empty() && !test.beside->empty()) save_text(job, found.name + "_beside.csv", table);
+  const bool is_compared = !test.costs.empty();  // its rows say more
+  if (!job.options().out.empty() && !test.beside->empty() && !is_compared)
+    save_text(job, found.name + "_beside.csv", table);
   return json;
 }
 
@@ -161,8 +169,8 @@ Json report_spectrum(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::size_t last = last_shell(test);
   job.say(fmt::format(
-      "spectrum {} over {} runs to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n",
-      found.name, found.runs.size(), found.times.back(), last));
+      "spectrum {} over {} to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n",
+      found.name, counted_runs(found.runs.size()), found.times.back(), last));
   const Figures figures = [last](const TrajectoryTest& each) { return distances(each, last); };
   Json json = report_all(job, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
     job.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
@@ -199,19 +207,25 @@ std::vector<double> times_of(const TrajectoryTest& test) {
 
 }  // namespace
 
+std::string staying_text(const TrajectoryTest& test) {
+  const auto all = crossings(test);
+  const auto staying = std::ranges::count(all, false, &training::Crossing::reached);
+  if (staying == 0) return "";
+  return fmt::format("; {} of {} stay above it to the end, t = {:.4g}, which is taken for their time", staying,
+                     counted_runs(all.size()), test.times.back());
+}
+
 Json report_correlation(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("correlation {} over {} runs: time until it falls below {:.3g}\n", found.name, found.runs.size(),
-                      found.threshold));
+  job.say(fmt::format("correlation {} over {}: time until it falls below {:.3g}\n", found.name,
+                      counted_runs(found.runs.size()), found.threshold));
   Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
     const auto all = crossings(each);
     const auto staying = std::ranges::count(all, false, &training::Crossing::reached);
-    const std::string rest =
-        staying == 0
-            ? ""
-            : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time",
-                          staying, all.size(), each.times.back());
-    job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file, rest));
+    const auto is_this = [&](const TrajectoryTest& beside) { return &beside == &each; };
+    if (std::ranges::none_of(*test.beside, is_this))  // those are said with what they cost
+      job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file,
+                          staying_text(each)));
     if (std::ranges::any_of(all, [](const training::Crossing& one) { return std::isnan(one.time); }))
       job.say("    the data do not vary at some frames: nothing correlates with them\n");
     return Json{{"file", each.file},
@@ -221,6 +235,7 @@ Json report_correlation(Job& job, const OneTest& test) {
   });
   json["threshold"] = found.threshold;
   json["t"] = json_numbers(found.times);
+  report_beside(job, test, json);
   return json;
 }
 

@@ -3,11 +3,13 @@
 #include "test_output.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
-#include "analysis/comparison.h"
+#include "beside_output.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
 
@@ -23,7 +25,7 @@ using Kind = model::Test::Kind;
 Json numbers_of(const TrajectoryTest& test) {
   const MeanAndSpread whole = mean_and_spread(test.means());
   return {{"mean", json_number(whole.mean)},
-          {"spread", json_number(whole.spread)},
+          {"spread", spread_json(whole.spread)},
           {"runs", json_numbers(test.means())},
           {"course", json_numbers(test.course())}};
 }
@@ -83,8 +85,10 @@ std::string table_of(const OneTest& test) {
   for (std::size_t k = 0; k < found.times.size(); ++k) over.push_back(test.at(k));
   if (test.has_trials()) table.add(found.name + "_of_trials", over);
   if (found.kind == Kind::statistic) table.add(found.name + "_of_data", spreads_of(found.data));
-  for (const TrajectoryTest& beside : *test.beside)
+  for (const TrajectoryTest& beside : *test.beside) {
+    if (!beside.is_named) continue;
     table.add(fmt::format("{}_of_{}", found.name, beside.scene), spreads_of(beside.runs));
+  }
   return table.text();
 }
 
@@ -105,8 +109,9 @@ void write_test(Job& job, const OneTest& test) {
                             found.times, test.trials[k]->course()});
   }
   panel.curves.push_back({"at the start", test.start->times, test.start->course()});
-  for (const TrajectoryTest& beside : *test.beside)
-    panel.curves.push_back({beside.scene, beside.times, beside.course()});
+  for (const TrajectoryTest& beside : *test.beside) {
+    if (beside.is_named) panel.curves.push_back({beside.scene, beside.times, beside.course()});
+  }
   panel.log_y = spans_decades(panel.curves);
   save_if_drawn(job, found.name, panel);
 }
@@ -118,160 +123,20 @@ void report_trials(Job& job, const OneTest& test, Json& json) {
   std::string each;
   for (const double mean : test.means()) each += fmt::format("{}{:.6g}", each.empty() ? "" : ", ", shown(mean));
   job.say(fmt::format("  trials: {}; mean {}\n", each, text_of(over)));
-  json["trials"] = {{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", Json::array()}};
+  json["trials"] = {{"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", Json::array()}};
   for (const TrajectoryTest* trial : test.trials) json["trials"]["each"].push_back(numbers_of(*trial));
 }
 
-// ---- plain schemes beside
-// --------------------------------------------------------------------------------------------
-
-std::string between_text(const analysis::Equal& equal) {
-  return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to);
-}
-
-Json json_of(const analysis::Equal& equal, const char* key, double own) {
-  if (equal.kind == analysis::Equal::Kind::beyond_all) return nullptr;
-  return {{key, json_number(equal.value)},
-          {"ratio", json_number(equal.value / own)},
-          {"between", {equal.from, equal.to}},
-          {"beyond", equal.kind == analysis::Equal::Kind::within_all}};
-}
-
-/// Where the first of the runs is no longer finite.
-void say_blow_up(Job& job, const TrajectoryTest& test) {
-  for (std::size_t run = 0; run < test.runs.size(); ++run) {
-    const auto first = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
-    if (first == test.runs[run].end()) continue;
-    const double t = test.times[static_cast<std::size_t>(first - test.runs[run].begin())];
-    job.say(fmt::format(
-        "  warning: {} of scene {} is no longer finite in run {} of {} after t = {:.6g} from its first frame\n",
-        test.name, test.scene, run, test.file, t));
-    return;
-  }
-}
-
-std::string cost_text(const Investment& spent) {
-  const auto one = [](const char* what, double seconds) {
-    return std::isnan(seconds) ? fmt::format("the cost of the {} is not known and left out", what)
-                               : fmt::format("{} of a processor's time for the {}", human_seconds(seconds), what);
-  };
-  return one("data", spent.data_s) + ", " + one("training", spent.training_s);
-}
-
-/// After how many runs as long as the test's data and training are earned.
-void say_break_even(Job& job, const OneTest& test, const analysis::Equal& at_error, Json& json) {
-  const Investment& spent = *test.spent;
-  const bool is_known = !std::isnan(spent.data_s) || !std::isnan(spent.training_s);
-  const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) +
-                                                         (std::isnan(spent.training_s) ? 0 : spent.training_s);
-  using When = analysis::BreakEven::Kind;
-  const analysis::BreakEven even = break_even(at_error, test.costs[0], length, sum);
-  const bool is_whole = !std::isnan(spent.data_s) && !std::isnan(spent.training_s),
-             has_number = is_whole && even.kind == When::after;
-  json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)},
-                        {"never", even.kind == When::never},
-                        {"length", length},
-                        {"data_s", std::isnan(spent.data_s) ? Json(nullptr) : Json(spent.data_s)},
-                        {"training_s", std::isnan(spent.training_s) ? Json(nullptr) : Json(spent.training_s)}};
-  if (even.kind == When::never) {
-    job.say("  data and training never pay for themselves: plain schemes have this error in no more time\n");
-  } else if (even.kind == When::unknown) {
-    job.say(
-        "  whether data and training pay for themselves is not known: none of the plain schemes named has this "
-        "error\n");
-  } else if (!is_known) {
-    job.say(
-        "  after how many runs data and training pay for themselves is not known: neither file tells what they cost\n");
-  } else {
-    job.say(fmt::format("  data and training pay for themselves after {:.4g} runs of {:.4g} units of time ({})\n",
-                        std::ceil(even.runs), length, cost_text(spent)));
-  }
-}
-
-/// What plain schemes cost for the same error, and lose for the same cost; and when training is earned.
-void compare(Job& job, const OneTest& test, double error, Json& json) {
-  std::vector<analysis::CostAndError> plain;
-  for (std::size_t s = 0; s < test.beside->size(); ++s) {
-    const TrajectoryTest& beside = (*test.beside)[s];
-    if (!beside.has_network && !beside.made_data)
-      plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
-  }
-  if (plain.empty() || !std::isfinite(error)) return;
-  using Found = analysis::Equal::Kind;
-  const double cost = test.costs[0];
-  const analysis::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
-  json["equal_error"] = json_of(at_error, "cost_s", cost);
-  json["equal_cost"] = json_of(at_cost, "error", error);
-  const std::string own = fmt::format("its {} of {:.4g}", test.found().name, shown(error));
-  switch (at_error.kind) {
-    case Found::found:
-      job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own,
-                          human_seconds(at_error.value), at_error.value / cost, between_text(at_error)));
-      break;
-    case Found::beyond_all: job.say(fmt::format("  for {}: none of the plain schemes named reaches it\n", own)); break;
-    case Found::within_all:
-      job.say(fmt::format(
-          "  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n",
-          own, human_seconds(at_error.value), at_error.value / cost));
-      break;
-  }
-  switch (at_cost.kind) {
-    case Found::found:
-      job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n",
-                          test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost)));
-      break;
-    case Found::beyond_all: job.say("  for its time: none of the plain schemes named is as cheap\n"); break;
-    case Found::within_all:
-      job.say(fmt::format(
-          "  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n",
-          test.found().name, at_cost.value, at_cost.value / error));
-      break;
-  }
-  say_break_even(job, test, at_error, json);
-}
-
-/// On a chart most methods blow up somewhere, and a word is enough.
-void report_beside(Job& job, const OneTest& test, bool is_chart, Json& json) {
-  if (test.beside->empty()) return;
-  const double error = mean_and_spread(test.means()).mean;
-  const TrajectoryTest& found = test.found();
-  std::string table = "scene,file,network,mean,spread,cost_s\n";
-  const auto row = [&](const TrajectoryTest& each, double cost) {
-    const MeanAndSpread whole = mean_and_spread(each.means());
-    table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean,
-                         whole.spread, cost);
-    const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
-    const char* maker = each.made_data ? "; it made the data, and is left out of what follows" : "";
-    job.say(fmt::format("  {}: {} on {}, {}{}\n", each.scene, text_of(whole), each.file, time, maker));
-    if (&each != &found && !is_chart) say_blow_up(job, each);
-  };
-  json["cost_s"] = json_number(test.costs[0]);
-  json["beside"] = Json::object();
-  row(found, test.costs[0]);
-  for (std::size_t s = 0; s < test.beside->size(); ++s) {
-    const TrajectoryTest& each = (*test.beside)[s];
-    row(each, test.costs[s + 1]);
-    Json beside = numbers_of(each);
-    beside.update({{"file", each.file},
-                   {"network", each.has_network},
-                   {"made_data", each.made_data},
-                   {"cost_s", json_number(test.costs[s + 1])}});
-    json["beside"][each.scene] = std::move(beside);
-  }
-  if (!job.options().out.empty()) save_text(job, found.name + "_beside.csv", table);
-  compare(job, test, error, json);
-}
-
-Json report_test(Job& job, const OneTest& test, bool is_chart) {
+Json report_test(Job& job, const OneTest& test) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
-  job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt),
-                      test.found().runs.size(), test.found().file, text_of(before)));
+  job.say(fmt::format("test {} = {} over {} of {} ({} at the start)\n", test.found().name, text_of(learnt),
+                      counted_runs(test.found().runs.size()), test.found().file, text_of(before)));
   say_blow_up(job, test.found());
   Json json = numbers_of(test.found());
   json["t"] = json_numbers(test.found().times);
   json["start"] = numbers_of(*test.start);
   report_trials(job, test, json);
-  report_beside(job, test, is_chart, json);
+  report_beside(job, test, json);
   return json;
 }
 
@@ -289,9 +154,9 @@ OverTime over_time(const std::vector<std::vector<double>>& runs) {
 Json json_of(const std::vector<std::vector<double>>& runs) {
   const OverTime all = over_time(runs);
   return {{"mean", json_number(all.mean.mean)},
-          {"mean_spread", json_number(all.mean.spread)},
+          {"mean_spread", spread_json(all.mean.spread)},
           {"deviation", json_number(all.deviation.mean)},
-          {"deviation_spread", json_number(all.deviation.spread)},
+          {"deviation_spread", spread_json(all.deviation.spread)},
           {"course", json_numbers(TrajectoryTest::course_of(runs))}};
 }
 
@@ -326,7 +191,8 @@ Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTes
 
 Json report_statistic(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("statistic {} over {} runs to t = {:.4g}\n", found.name, found.runs.size(), found.times.back()));
+  job.say(fmt::format("statistic {} over {} to t = {:.4g}\n", found.name, counted_runs(found.runs.size()),
+                      found.times.back()));
   Json json = report_statistic_of(job, found.scene, found);
   json["t"] = json_numbers(found.times);
   json["start"] = report_statistic_of(job, "at the start", *test.start);
@@ -347,17 +213,78 @@ Json report_statistic(Job& job, const OneTest& test) {
 
 Json json_of(const training::GrowthTest& growth) {
   const MeanAndSpread all = mean_and_spread(growth.rates);
-  return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(growth.rates)}};
+  return {{"mean", json_number(all.mean)}, {"spread", spread_json(all.spread)}, {"runs", json_numbers(growth.rates)}};
 }
 
-Json report(Job& job, const OneTest& test, bool is_chart) {
+Json report(Job& job, const OneTest& test) {
   switch (test.start->kind) {
-    case Kind::number: return report_test(job, test, is_chart);
+    case Kind::number: return report_test(job, test);
     case Kind::statistic: return report_statistic(job, test);
     case Kind::spectrum: return report_spectrum(job, test);
     case Kind::correlation: return report_correlation(job, test);
   }
   unreachable("kind of test");
+}
+
+// ---- what a test is of
+// ------------------------------------------------------------------------------------------------
+
+std::string runs_text(const std::vector<int>& runs) {
+  return fmt::format("run{} {}", runs.size() == 1 ? "" : "s", fmt::join(runs, ", "));
+}
+
+std::string outside_text(const training::TestConditions::Outside& outside) {
+  std::vector<int> runs;
+  double low = outside.runs.begin()->second, high = low;
+  for (const auto& [run, value] : outside.runs) {
+    runs.push_back(run);
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  const std::string values = low == high ? fmt::format("{:.4g}", low) : fmt::format("{:.4g} to {:.4g}", low, high);
+  return fmt::format("{} {} ({}; {:.4g} to {:.4g} learnt)", outside.what, values, runs_text(runs), outside.low,
+                     outside.high);
+}
+
+std::string error_text(const std::string& variable, const files::Trajectories::OwnError& error) {
+  return error.value > 0 ? fmt::format("{} about {:.2g}", variable, error.value)
+                         : fmt::format("{} not known: {}", variable, error.why_not);
+}
+
+/// How the runs of a file compare with those that were learnt from.
+void say_conditions(Job& job, const std::string& file, const training::TestConditions& conditions) {
+  if (conditions.is_training_file) job.say(fmt::format("warning: {} is the file that was learnt from\n", file));
+  if (!conditions.known_runs.empty())
+    job.say(fmt::format("warning: {} of {} {}\n", runs_text(conditions.known_runs), file,
+                        conditions.known_runs.size() == 1 ? "begins with a frame that was learnt from"
+                                                          : "begin with frames that were learnt from"));
+  std::vector<std::string> outside, errors;
+  for (const auto& each : conditions.outside) outside.push_back(outside_text(each));
+  for (const auto& [variable, error] : conditions.own_errors) errors.push_back(error_text(variable, error));
+  job.say(fmt::format("{}: {:.4g} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
+                      conditions.steps / conditions.steps_of_windows,
+                      outside.empty() ? "parameters and first states lie in the range of the training"
+                                      : "outside of the training: " + fmt::format("{}", fmt::join(outside, "; "))));
+  job.say(errors.empty()
+              ? "  how good these data are its file does not say\n"
+              : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));
+}
+
+Json json_of(const training::TestConditions& conditions) {
+  Json json = {{"training_file", conditions.is_training_file},
+               {"known_runs", conditions.known_runs},
+               {"outside", Json::object()},
+               {"own_error", Json::object()},
+               {"steps", conditions.steps},
+               {"steps_of_windows", conditions.steps_of_windows}};
+  for (const auto& each : conditions.outside) {
+    Json& one = json["outside"][each.what];
+    one = {{"low", json_number(each.low)}, {"high", json_number(each.high)}, {"runs", Json::object()}};
+    for (const auto& [run, value] : each.runs) one["runs"][std::to_string(run)] = json_number(value);
+  }
+  for (const auto& [variable, error] : conditions.own_errors)
+    json["own_error"][variable] = error.value > 0 ? json_number(error.value) : Json(nullptr);
+  return json;
 }
 
 /// Of --json.
@@ -373,18 +300,40 @@ const char* key_of(Kind kind) {
 
 }  // namespace
 
+void say_blow_up(Job& job, const TrajectoryTest& test) {
+  std::vector<std::size_t> runs;
+  double first = 0;
+  for (std::size_t run = 0; run < test.runs.size(); ++run) {
+    const auto at = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
+    if (at == test.runs[run].end()) continue;
+    const double t = test.times[static_cast<std::size_t>(at - test.runs[run].begin())];
+    first = runs.empty() ? t : std::min(first, t);
+    runs.push_back(run);
+  }
+  if (runs.empty()) return;
+  job.say(
+      fmt::format("  warning: {} of scene {} is no longer finite in {} of {} runs of {} ({}), after t = {:.6g} from "
+                  "its first frame "
+                  "in the first of them to end\n",
+                  test.name, test.scene, runs.size(), test.runs.size(), test.file, fmt::join(runs, ", "), first));
+}
+
 void report_tests(Job& job, const TestResults& results, Json& json) {
   json["test"] = Json::object();
   if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
+  std::set<std::string> files;
   for (std::size_t i = 0; i < results.start.size(); ++i) {
-    OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent};
+    OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent, results.is_chart};
     for (const training::TestCost& cost : results.costs[i])  // as points of a chart are; else what disturbs least
       test.costs.push_back(results.is_chart ? cost.median() : cost.least());
     for (const std::vector<TrajectoryTest>& trial : results.trials) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);
     }
     if (test.trials.size() != results.trials.size()) continue;
-    json[key_of(test.start->kind)][test.start->name] = report(job, test, results.is_chart);
+    if (files.insert(test.start->file).second) say_conditions(job, test.start->file, results.conditions[i]);
+    Json& told = json[key_of(test.start->kind)][test.start->name];
+    told = report(job, test);
+    told["conditions"] = json_of(results.conditions[i]);
     if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
   }
 }
@@ -393,9 +342,9 @@ void report_growths(Job& job, const GrowthResults& results, Json& json) {
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     const training::GrowthTest& found = results.trials[results.best][i];
     Json growth = json_of(found);
-    job.say(fmt::format("growth {} of {} = {} a unit of time over {} runs of {} ({} at the start)\n", found.name,
-                        found.scene, text_of(mean_and_spread(found.rates)), found.rates.size(), found.file,
-                        text_of(mean_and_spread(results.start[i].rates))));
+    job.say(fmt::format("growth {} of {} = {} a unit of time over {} of {} ({} at the start)\n", found.name,
+                        found.scene, text_of(mean_and_spread(found.rates)), counted_runs(found.rates.size()),
+                        found.file, text_of(mean_and_spread(results.start[i].rates))));
     growth["start"] = json_of(results.start[i]);
     std::vector<double> means;
     for (const std::vector<training::GrowthTest>& trial : results.trials)
@@ -404,7 +353,7 @@ void report_growths(Job& job, const GrowthResults& results, Json& json) {
       const MeanAndSpread over = mean_and_spread(means);
       job.say(fmt::format("  over the trials: {}\n", text_of(over)));
       growth["trials"] = {
-          {"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", json_numbers(means)}};
+          {"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", json_numbers(means)}};
     }
     growth["beside"] = Json::object();
     for (const training::GrowthTest& beside : results.beside[i]) {

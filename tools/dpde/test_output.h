@@ -15,6 +15,7 @@ struct OneTest {
   const std::vector<training::TrajectoryTest>* beside = nullptr;
   std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
   const Investment* spent = nullptr;
+  bool is_chart = false;
 
   const training::TrajectoryTest& found() const { return *trials[best]; }
   bool has_trials() const { return trials.size() > 1; }
@@ -31,12 +32,21 @@ struct OneTest {
   }
 };
 
-/// "0.12 +- 0.01"
+/// "0.12 +- 0.01"; of one number it alone.
 std::string text_of(const training::MeanAndSpread& value);
+/// "1 run", "5 runs"
+std::string counted_runs(std::size_t runs);
+/// null of one number.
+Json spread_json(double spread);
 /// With its numbers, as JSON.
 Json json_of(const std::vector<double>& values);
 /// Where it has a finite value at all.
 void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel);
+
+/// Of a correlation: how many runs stay above the threshold.
+std::string staying_text(const training::TrajectoryTest& test);
+/// The runs in which it is no longer finite.
+void say_blow_up(Job& job, const training::TrajectoryTest& test);
 
 Json report_spectrum(Job& job, const OneTest& test);
 Json report_correlation(Job& job, const OneTest& test);

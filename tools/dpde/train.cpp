@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -267,6 +268,14 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   return job.failed() ? std::nullopt : interval;
 }
 
+/// The tests to make.
+struct TestRun {
+  std::unique_ptr<training::TestScenes> scenes;
+  training::BatchOptions options;
+  bool has_all_methods = false;               // beside plain methods that nobody named
+  std::optional<training::CostTiming> chart;  // as a chart
+};
+
 /// Of one training; not a number where a checkpoint does not tell.
 double mean_cost(const training::Trials& trials) {
   double sum = 0;
@@ -274,33 +283,49 @@ double mean_cost(const training::Trials& trials) {
   return sum / static_cast<double>(trials.all().size());
 }
 
+training::UnknownValues values_of(const training::Trials& trials, std::size_t trial, bool at_start) {
+  const training::Trainer& trainer = *trials.all()[trial].trainer;
+  return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
+}
+
+/// Behind the scenes named: plain methods that suit their equations, and cheaper versions of the best of these.
+void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValues& found, TestResults& tests) {
+  const training::PlainMethods more = training::plain_methods(*run.scenes, tests.beside, &interrupt_flag());
+  for (std::size_t k = 0; run.chart && k < more.left_out.size(); ++k)
+    job.say(fmt::format("left out: {}\n", more.left_out[k]));
+  training::add_plain_methods(*run.scenes, more, found, run.options, tests.beside);
+  if (interrupt_flag().load()) return;
+  const auto costs = training::costs_of_tests(*run.scenes, found, run.options, {}, job.sink());
+  if (costs.size() != run.scenes->tests.size() || interrupt_flag().load()) return;
+  training::add_cheaper_versions(*run.scenes, costs, found, run.options, tests.beside);
+}
+
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
-void test(Job& job, const training::Trials& trials, const training::TestScenes& scenes,
-          const training::BatchOptions& options, const std::optional<training::CostTiming>& chart, Json& json) {
-  const auto values = [&](std::size_t trial, bool at_start) {
-    const training::Trainer& trainer = *trials.all()[trial].trainer;
-    return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
-  };
+void test(Job& job, const training::Trials& trials, const TestRun& run, Json& json) {
+  const training::TestScenes& scenes = *run.scenes;
   TestResults tests{trials.best()};
   GrowthResults growths{trials.best()};
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
-    tests.trials.push_back(training::tests_on_trajectories(scenes, values(k, false), options, job.sink()));
-    growths.trials.push_back(training::growths_on_trajectories(scenes, values(k, false), options, job.sink()));
+    const training::UnknownValues values = values_of(trials, k, false);
+    tests.trials.push_back(training::tests_on_trajectories(scenes, values, run.options, job.sink()));
+    growths.trials.push_back(training::growths_on_trajectories(scenes, values, run.options, job.sink()));
   }
-  const training::UnknownValues start = values(trials.best(), true), found = values(trials.best(), false);
-  tests.spent.data_s = scenes.own.trajectories.cost_s;
-  tests.spent.training_s = mean_cost(trials);
-  tests.start = training::tests_on_trajectories(scenes, start, options, job.sink());
-  tests.beside = training::tests_beside(scenes, found, options);
-  growths.start = training::growths_on_trajectories(scenes, start, options, job.sink());
-  growths.beside = training::growths_beside(scenes, found, options);
-  if (!interrupt_flag().load())
-    tests.costs = training::costs_of_tests(scenes, found, options, chart.value_or(training::CostTiming{}), job.sink());
+  const training::UnknownValues start = values_of(trials, trials.best(), true),
+                                found = values_of(trials, trials.best(), false);
+  tests.spent = {scenes.own.trajectories.cost_s, mean_cost(trials), static_cast<int>(trials.all().size())};
+  tests.conditions = training::conditions_of_tests(scenes, job.sink());
+  tests.start = training::tests_on_trajectories(scenes, start, run.options, job.sink());
+  growths.start = training::growths_on_trajectories(scenes, start, run.options, job.sink());
+  growths.beside = training::growths_beside(scenes, found, run.options);
+  tests.beside = training::tests_beside(scenes, found, run.options);
+  if (run.has_all_methods && !interrupt_flag().load()) add_plain_methods(job, run, found, tests);
   if (interrupt_flag().load()) return;
-  tests.is_chart = chart.has_value();
+  tests.costs =
+      training::costs_of_tests(scenes, found, run.options, run.chart.value_or(training::CostTiming{}), job.sink());
+  tests.is_chart = run.chart.has_value();
   report_tests(job, tests, json);
   report_growths(job, growths, json);
-  if (chart) write_training_chart(job, scenes, tests, json);
+  if (run.has_all_methods) write_training_chart(job, scenes, tests, json);
 }
 
 /// As the scene begins; networks change no step that is refused.
@@ -310,19 +335,25 @@ bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run) {
   return session && stability::check_step(*session, options.force, job.sink());
 }
 
-/// The task's own tests; of a chart those that have plain scenes beside them, and more plain methods.
+bool is_drawn(const model::Test& test) { return test.kind == model::Test::Kind::number && training::is_compared(test); }
+
+/// Of a chart a test that has plain scenes beside it has to be there.
+bool can_be_drawn(Job& job, const training::TrainingScene& scene) {
+  const model::Task& task = scene.task();
+  if (std::ranges::any_of(task.tests, is_drawn)) return true;
+  job.sink().report("no-reference", task.optimiser->origin.range,
+                    {scene.compiled->problem->scene, fmt::format("no test of task {} has a plain scene", task.name)},
+                    "test error = ... on trajectories(\"FILE.nc\") for N steps beside SCENE");
+  return false;
+}
+
+/// All of the task; of a chart those that can be drawn.
 std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::TrainingScene& scene, bool is_chart) {
   const model::Task& task = scene.task();
-  if (!is_chart) return training::TestScenes::open(scene, job.source(), task.tests, task.growths, job.sink());
-  training::PlainMethods plain = training::with_plain_methods(scene, job.source());
-  if (plain.tests.empty()) {
-    job.sink().report("no-reference", task.optimiser->origin.range,
-                      {scene.compiled->problem->scene, fmt::format("no test of task {} has a plain scene", task.name)},
-                      "test error = ... on trajectories(\"FILE.nc\") for N steps beside SCENE");
-    return nullptr;
-  }
-  for (const std::string& text : plain.left_out) job.say(fmt::format("left out: {}\n", text));
-  return training::TestScenes::open(scene, job.source(), std::move(plain.tests), {}, job.sink());
+  std::vector<model::Test> tests = task.tests;
+  if (is_chart) std::erase_if(tests, [](const model::Test& test) { return !is_drawn(test); });
+  return training::TestScenes::open(scene, job.source(), std::move(tests),
+                                    is_chart ? std::vector<model::Test>{} : task.growths, job.sink());
 }
 
 }  // namespace
@@ -356,11 +387,12 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::unique_ptr<training::TrainingScene> scene =
       training::TrainingScene::open(job.source(), run.compiled, job.sink());
   if (scene && !is_step_stable(job, options, run)) return json;
-  const std::unique_ptr<training::TestScenes> tests =
-      scene ? open_tests(job, *scene, options.chart.has_value()) : nullptr;
-  if (!tests) return json;
+  if (!scene || (options.chart && !can_be_drawn(job, *scene))) return json;
   training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
+  TestRun tests{open_tests(job, *scene, options.chart.has_value()), batch,
+                !options.only_named && std::ranges::any_of(scene->task().tests, training::is_compared), options.chart};
+  if (!tests.scenes) return json;
   if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
     return find_controls(job, options, run, *scene, batch);
@@ -377,7 +409,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();
-  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, options.chart, json);
+  if (!interrupt_flag().load()) test(job, *trials, tests, json);
   json["files"] = job.files();
   return json;
 }

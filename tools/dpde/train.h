@@ -16,6 +16,7 @@ struct OptimizeOptions : TaskOptions {
   int epochs = 0;      // 0: the task's; of training alone, as checkpoint_every
   bool resume = false;
   std::string checkpoint_every;
+  bool only_named = false;                         // tests have no plain methods beside them but those of the task
   std::optional<training::CostTiming> chart = {};  // beside all plain methods, timed so, as a chart
 };
 
@@ -27,6 +28,7 @@ Json train(Job& job, const OptimizeOptions& options);
 /// Seconds that processors worked; not a number where that is not known.
 struct Investment {
   double data_s = std::numeric_limits<double>::quiet_NaN(), training_s = std::numeric_limits<double>::quiet_NaN();
+  int trials = 1;  // each of which took training_s in the mean
 };
 /// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
 struct TestResults {
@@ -35,6 +37,7 @@ struct TestResults {
   std::vector<training::TrajectoryTest> start = {};
   std::vector<std::vector<training::TrajectoryTest>> beside = {};
   std::vector<std::vector<training::TestCost>> costs = {};
+  std::vector<training::TestConditions> conditions = {};
   Investment spent = {};
   bool is_chart = false;  // of many plain methods: without their courses over time
 };

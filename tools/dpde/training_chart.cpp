@@ -217,6 +217,7 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
   if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
   const Spent spent = spent_on(results.spent);
   for (std::size_t i = 0; i < results.start.size(); ++i) {
+    if (scenes.tests[i].kind != model::Test::Kind::number || !training::is_compared(scenes.tests[i])) continue;
     const std::string& name = results.start[i].name;
     const std::vector<Row> rows = rows_of(scenes, results, i);
     double error = 0;

@@ -73,6 +73,19 @@ void add_new(std::vector<Method>& methods, const Method& method, const model::Sc
 
 }  // namespace
 
+std::string kind_of_method(const model::Problem& problem) {
+  if (!problem.program.empty()) return "program " + problem.program;
+  const Uses uses = uses_of(problem);
+  const model::Scheme& scheme = problem.scheme;
+  if (uses.advect) {
+    std::string text = model::print(scheme.transport);
+    for (const auto& [state, own] : scheme.transports) text += fmt::format(", {} of {}", model::print(own), state);
+    return text;
+  }
+  if (uses.first) return model::print_order(scheme.derivative_order);
+  return uses.second ? model::print_order(scheme.laplacian_order) : model::print(scheme.time);
+}
+
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor) {
   Method cells;
   if (!problem.has_grid) return cells;

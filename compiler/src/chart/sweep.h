@@ -32,6 +32,10 @@ std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishe
 /// On all cells: the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
 
+/// How the problem takes derivatives in space: "upwind(3)", "central(4)"; of a program by hand its name, of what has no
+/// derivatives the time scheme.
+std::string kind_of_method(const model::Problem& problem);
+
 /// So many times the scene's cells along each axis, as --set has them; {} of a scene without a grid.
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor);
 /// On so many times the cells; without a grid by steps shorter by the factor.

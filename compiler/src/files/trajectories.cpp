@@ -124,6 +124,9 @@ class Reader {
       fail(why);
     }
     take(*variable, has_runs);
+    const std::optional<double> error = file_.number(name, attribute_of_error);
+    const std::optional<std::string> why_not = file_.text(name, attribute_of_no_error);
+    if (error || why_not) to_.own_errors[name] = {error.value_or(0), why_not.value_or("")};
   }
 
   void take(const NetcdfReader::Variable& variable, bool has_runs) {
@@ -181,6 +184,7 @@ class Reader {
       if (values.size() != to_.runs.size())
         fail(fmt::format("{} has {} values for {} runs", param.name, values.size(), to_.runs.size()));
       to_.params.push_back(param.name);
+      if (file_.text(param.name, attribute_of_counts)) to_.counted.insert(param.name);
       for (std::size_t r = 0; r < values.size(); ++r) {
         if (!std::isfinite(values[r])) fail(fmt::format("{} is {} in run {}", param.name, shown(values[r]), r));
         to_.runs[r].params.push_back(values[r]);

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,11 @@
 #include "source/diagnostic.h"
 
 namespace dpde::files {
+
+/// Attributes of variables, which data sets write: the data's own error, why there is none, and of a parameter that it
+/// numbers the runs.
+inline constexpr const char *attribute_of_error = "error_estimate", *attribute_of_no_error = "no_error_estimate",
+                            *attribute_of_counts = "counts_runs";
 
 /// What to read: the variables of the data, those of the scene's states that are there, and the parameters that differ
 /// from run to run.
@@ -23,11 +29,18 @@ struct Trajectories {
   std::size_t cells = 0;
   std::vector<std::string> states;  // of the scene; the others begin as the scene says
   std::vector<std::string> params;  // of the scene, with a value for each run
+  std::set<std::string> counted;    // of these: numbers of runs, as of random fields, that have no range
   struct Run {
     std::map<std::string, std::vector<double>> frames;  // by variable: one after the other
     std::vector<double> params;                         // in the order of Trajectories::params
   };
   std::vector<Run> runs;
+  /// The data's own error, root of the mean square, as the file tells it of its variables; or why there is none.
+  struct OwnError {
+    double value = 0;  // 0: not known
+    std::string why_not;
+  };
+  std::map<std::string, OwnError> own_errors;
   std::uint64_t hash = 0;  // of the file
   double cost_s = 0;       // seconds that processors worked for it; not a number where that is not known
 

@@ -14,6 +14,9 @@ std::string print(const Expr& expr);
 /// A formula or load(...).
 std::string print(const Source& source);
 /// As a scheme block has it.
+std::string print(const Transport& transport);
+/// central(4), spectral
+std::string print_order(int order);
 std::string print(TimeScheme time);
 /// cg(1e-12, 200, warn), without what is not said otherwise.
 std::string print(const SolveBy& by);

@@ -11,8 +11,6 @@ namespace dpde::model {
 
 namespace {
 
-std::string order_text(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
-
 const char* limiter_text(Limiter limiter) {
   switch (limiter) {
     case Limiter::minmod: return "minmod";
@@ -20,19 +18,6 @@ const char* limiter_text(Limiter limiter) {
     case Limiter::mc: return "mc";
   }
   unreachable("limiter");
-}
-
-std::string advect_text(const Transport& transport) {
-  switch (transport.advect) {
-    case Advection::central: return order_text(transport.order);
-    case Advection::upwind: return fmt::format("upwind({})", transport.order);
-    case Advection::weno: return fmt::format("weno({})", transport.order);
-    case Advection::muscl: return fmt::format("muscl({})", limiter_text(transport.limiter));
-    case Advection::semi_lagrangian: return transport.order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
-    case Advection::maccormack: return "maccormack";
-    case Advection::maccormack_steady: return "maccormack(steady)";
-  }
-  unreachable("advection");
 }
 
 std::string split_text(const Split& split) {
@@ -45,6 +30,21 @@ std::string split_text(const Split& split) {
 }
 
 }  // namespace
+
+std::string print_order(int order) { return order == spectral ? "spectral" : fmt::format("central({})", order); }
+
+std::string print(const Transport& transport) {
+  switch (transport.advect) {
+    case Advection::central: return print_order(transport.order);
+    case Advection::upwind: return fmt::format("upwind({})", transport.order);
+    case Advection::weno: return fmt::format("weno({})", transport.order);
+    case Advection::muscl: return fmt::format("muscl({})", limiter_text(transport.limiter));
+    case Advection::semi_lagrangian: return transport.order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
+    case Advection::maccormack: return "maccormack";
+    case Advection::maccormack_steady: return "maccormack(steady)";
+  }
+  unreachable("advection");
+}
 
 std::string print(TimeScheme time) {
   switch (time) {
@@ -87,10 +87,10 @@ std::string print(const Scheme& s) {
   if (s.solve.preconditioner != Preconditioner::automatic)
     others += fmt::format("; preconditioner = {}", name_of(s.solve.preconditioner));
   if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", name_of(s.guess));
-  std::string advect = advect_text(s.transport);
-  for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, advect_text(own));
+  std::string advect = print(s.transport);
+  for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, print(own));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,
-                     order_text(s.derivative_order), order_text(s.laplacian_order), others, print(s.time), real);
+                     print_order(s.derivative_order), print_order(s.laplacian_order), others, print(s.time), real);
 }
 
 }  // namespace dpde::model

@@ -26,9 +26,11 @@ class BesideScenes {
     return *scenes_.at({title_of(beside), beside.on});
   }
 
+  /// False after errors.
+  bool add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+
  private:
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
-  bool add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
   std::shared_ptr<const driver::Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source,
                                                    DiagnosticSink& sink);
 

@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
+#include "analysis/comparison.h"
 #include "chart/common_steps.h"
 #include "chart/sweep.h"
+#include "model/print_model.h"
+#include "model/solves.h"
 #include "training/beside.h"
 #include "training/mapped_data.h"
 
@@ -36,20 +40,21 @@ Known known_as(const std::string& on, model::Scheme scheme, double step) {
 
 class Finder {
  public:
-  Finder(const TrainingScene& own, const SourceFile& source, PlainMethods& found)
-      : own_(own), source_(source), found_(found) {}
+  Finder(const TestScenes& scenes, const std::atomic<bool>* stop, PlainMethods& found)
+      : own_(scenes.own), source_(scenes.source), stop_(stop), found_(found) {}
 
-  model::Test expanded(model::Test test) {
+  std::vector<model::Test::Beside> more_for(const model::Test& test, const std::vector<TrajectoryTest>& results) {
     std::vector<std::pair<model::Test::Beside, const model::Problem*>> plain;
     std::vector<Known> known;
-    for (const model::Test::Beside& beside : test.beside) {
-      const auto scene = compile(beside);
-      if (!scene || !scene->problem->networks.empty()) continue;
-      known.push_back(known_as(beside.on, scene->problem->scheme, scene->problem->step));
-      plain.emplace_back(beside, &*scene->problem);
+    for (std::size_t s = 0; s < test.beside.size(); ++s) {
+      const auto scene = compile(test.beside[s]);
+      if (!scene || results[s].has_network) continue;
+      known.push_back(known_as(test.beside[s].on, scene->problem->scheme, scene->problem->step));
+      if (!results[s].made_data) plain.emplace_back(test.beside[s], &*scene->problem);
     }
+    std::vector<model::Test::Beside> more;
     for (const auto& [beside, problem] : plain) {
-      for (const chart::Entry& entry : with_steps(beside, *problem)) {
+      for (const chart::Entry& entry : entries_of(beside, *problem)) {
         model::Test::Beside next{beside.scene, beside.on, beside.origin, entry.variant.method};
         next.method.insert(entry.variant.resolution.begin(), entry.variant.resolution.end());
         const bool has_step = entry.variant.resolution.contains("step");
@@ -58,10 +63,10 @@ class Finder {
         if (std::ranges::any_of(known, [&](const Known& other) { return method.is(other); })) continue;
         known.push_back(method);
         if (has_step && std::abs(step - problem->step) <= alike * step) next.method.erase("step");
-        add(test, std::move(next));
+        if (compiles(next)) more.push_back(std::move(next));
       }
     }
-    return test;
+    return more;
   }
 
  private:
@@ -69,6 +74,12 @@ class Finder {
     DiagnosticSink silent;  // told when the scenes are opened
     kept_.push_back(compile_beside(*own_.compiled, beside, source_, silent));
     return kept_.back();
+  }
+
+  const std::vector<chart::Entry>& entries_of(const model::Test::Beside& beside, const model::Problem& problem) {
+    const auto [there, is_new] = entries_.try_emplace({beside.scene, beside.on});
+    if (is_new) there->second = with_steps(beside, problem);
+    return there->second;
   }
 
   /// The methods with their steps; what has none is left out.
@@ -85,6 +96,7 @@ class Finder {
     std::vector<chart::Entry> entries = chart::entries_on(problem, {}, {});
     std::erase_if(entries, [&](chart::Entry& entry) {
       chart::Point point;
+      if (is_stopped()) return true;
       if (!chart::choose_step(source_, options, problem, entry, point)) {
         leave_out({beside.scene, beside.on, beside.origin, entry.variant.method}, point.failure);
         return true;
@@ -95,13 +107,14 @@ class Finder {
     return entries;
   }
 
-  void add(model::Test& test, model::Test::Beside beside) {
+  bool is_stopped() const { return stop_ != nullptr && stop_->load(); }
+
+  bool compiles(const model::Test::Beside& beside) {
     DiagnosticSink why;
-    if (compile_beside(*own_.compiled, beside, source_, why)) {
-      test.beside.push_back(std::move(beside));
-    } else {
-      leave_out(beside, why.all().front().message);
-    }
+    if (is_stopped()) return false;
+    if (compile_beside(*own_.compiled, beside, source_, why)) return true;
+    leave_out(beside, why.all().front().message);
+    return false;
   }
 
   void leave_out(const model::Test::Beside& beside, const std::string& why) {
@@ -111,19 +124,82 @@ class Finder {
 
   const TrainingScene& own_;
   const SourceFile& source_;
+  const std::atomic<bool>* stop_;
   PlainMethods& found_;
+  std::map<std::pair<std::string, std::string>, std::vector<chart::Entry>> entries_;  // by scene and file
   std::vector<std::shared_ptr<const driver::Compiled>> kept_;
 };
 
 }  // namespace
 
-PlainMethods with_plain_methods(const TrainingScene& own, const SourceFile& source) {
+PlainMethods plain_methods(const TestScenes& scenes, const std::vector<std::vector<TrajectoryTest>>& beside,
+                           const std::atomic<bool>* stop) {
   PlainMethods found;
-  Finder finder(own, source, found);
-  for (const model::Test& test : own.task().tests) {
-    if (test.kind == model::Test::Kind::number && !test.beside.empty()) found.tests.push_back(finder.expanded(test));
+  Finder finder(scenes, stop, found);
+  for (std::size_t i = 0; i < scenes.tests.size(); ++i) {
+    found.more.emplace_back();
+    if (is_compared(scenes.tests[i])) found.more.back() = finder.more_for(scenes.tests[i], beside[i]);
   }
   return found;
+}
+
+void add_plain_methods(TestScenes& scenes, const PlainMethods& methods, const UnknownValues& values,
+                       const BatchOptions& options, std::vector<std::vector<TrajectoryTest>>& beside) {
+  for (std::size_t i = 0; i < methods.more.size(); ++i) {
+    for (const model::Test::Beside& more : methods.more[i]) {
+      if (options.stop != nullptr && options.stop->load()) return;
+      if (scenes.add(i, more)) beside[i].push_back(test_beside(scenes, i, more, values, options));
+    }
+  }
+}
+
+namespace {
+
+/// Of a method: settings that make it another one which is cheaper.
+std::vector<std::map<std::string, std::string>> cheaper_settings(const model::Problem& problem) {
+  std::vector<std::map<std::string, std::string>> all;
+  const bool is_double = problem.scheme.real == Precision::f64;
+  if (is_double) all.push_back({{"real", "f32"}});
+  SolveBy loose = problem.scheme.solve;
+  if (model::solves_of(problem).empty() || loose.tolerance >= loose_tolerance) return all;
+  loose.tolerance = loose_tolerance;
+  all.push_back({{"solve", model::print(loose)}});
+  if (is_double) all.push_back({{"real", "f32"}, {"solve", model::print(loose)}});
+  return all;
+}
+
+/// Indices of the plain scenes that are the best for their time.
+std::vector<std::size_t> front_of(const std::vector<TrajectoryTest>& beside, const std::vector<TestCost>& costs) {
+  std::vector<analysis::CostAndError> plain;
+  for (std::size_t s = 0; s < beside.size(); ++s) {
+    if (!beside[s].has_network && !beside[s].made_data)
+      plain.push_back({std::to_string(s), costs[s + 1].least(), mean_and_spread(beside[s].errors()).mean});
+  }
+  std::vector<std::size_t> front;
+  for (const analysis::CostAndError& best : analysis::best_of(plain)) front.push_back(std::stoul(best.scene));
+  return front;
+}
+
+}  // namespace
+
+void add_cheaper_versions(TestScenes& scenes, const std::vector<std::vector<TestCost>>& costs,
+                          const UnknownValues& values, const BatchOptions& options,
+                          std::vector<std::vector<TrajectoryTest>>& beside) {
+  for (std::size_t i = 0; i < scenes.tests.size(); ++i) {
+    if (!is_compared(scenes.tests[i])) continue;
+    for (const std::size_t s : front_of(beside[i], costs[i])) {
+      const model::Test::Beside strict = scenes.tests[i].beside[s];
+      for (const auto& settings : cheaper_settings(*scenes.beside->scene(strict).compiled->problem)) {
+        model::Test::Beside cheaper = strict;
+        for (const auto& [key, value] : settings) cheaper.method[key] = value;
+        if (!scenes.add(i, cheaper)) continue;
+        beside[i].push_back(test_beside(scenes, i, cheaper, values, options));
+        if (beside[i].back().runs != beside[i][s].runs) continue;
+        beside[i].pop_back();  // solves that no tolerance concerns
+        scenes.tests[i].beside.pop_back();
+      }
+    }
+  }
 }
 
 }  // namespace dpde::training

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "chart/sweep.h"
 #include "dpde/runtime/team.h"
 #include "support/assert.h"
 
@@ -109,6 +110,13 @@ TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, con
 
 }  // namespace
 
+std::vector<double> TrajectoryTest::errors() const {
+  if (kind != model::Test::Kind::correlation) return means();
+  std::vector<double> all;
+  for (const std::vector<double>& run : runs) all.push_back(1 / first_below(times, run, threshold).time);
+  return all;
+}
+
 std::vector<double> TrajectoryTest::means_of(const Runs& runs) {
   std::vector<double> result;
   for (const std::vector<double>& run : runs) {
@@ -137,8 +145,7 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
   const auto count = static_cast<double>(values.size());
   MeanAndSpread result;
   for (const double value : values) result.mean += value / count;
-  if (values.size() < 2) return result;
-  if (!std::isfinite(result.mean)) return {result.mean, std::numeric_limits<double>::quiet_NaN()};
+  if (values.size() < 2 || !std::isfinite(result.mean)) return {result.mean, std::numeric_limits<double>::quiet_NaN()};
   for (const double value : values) result.spread += (value - result.mean) * (value - result.mean) / (count - 1);
   result.spread = std::sqrt(result.spread);
   return result;
@@ -198,6 +205,17 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
   return scenes;
 }
 
+bool TestScenes::add(std::size_t test, const model::Test::Beside& scene) {
+  DiagnosticSink silent;
+  model::Test& to = tests[test];
+  if (!beside->add(to, scene, source, silent)) return false;
+  const TrainingScene& opened = beside->scene(scene);
+  const double interval = interval_of(opened, opened.trajectories);
+  if (!check_beside(to, interval, scene, opened, silent)) return false;
+  to.beside.push_back(scene);
+  return true;
+}
+
 std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<TrajectoryTest> results;
@@ -214,14 +232,38 @@ std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, 
   std::vector<std::vector<TrajectoryTest>> results;
   for (const model::Test& test : scenes.tests) {
     std::vector<TrajectoryTest>& all = results.emplace_back();
-    for (const model::Test::Beside& beside : test.beside) {
-      const TrainingScene& scene = scenes.beside->scene(beside);
-      all.push_back(roll_out(test, scene, beside.on, scene.trajectories, values, options));
-      all.back().scene = title_of(beside);
-      all.back().made_data = made_data_of(scene, values, options);
-    }
+    for (const model::Test::Beside& beside : test.beside)
+      all.push_back(test_beside(scenes, results.size() - 1, beside, values, options));
   }
   return results;
+}
+
+TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Beside& beside,
+                           const UnknownValues& values, const BatchOptions& options) {
+  const TrainingScene& scene = scenes.beside->scene(beside);
+  TrajectoryTest found = roll_out(scenes.tests[test], scene, beside.on, scene.trajectories, values, options);
+  const model::Problem &problem = *scene.compiled->problem, &own = *scenes.own.compiled->problem;
+  found.scene = title_of(beside);
+  found.made_data = made_data_of(scene, values, options);
+  found.is_named = beside.method.empty();
+  const std::string model = problem.model == own.model ? "" : fmt::format(" ({})", problem.model);
+  found.method_kind = chart::kind_of_method(problem) + model;
+  return found;
+}
+
+std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, DiagnosticSink& sink) {
+  std::vector<TestConditions> all;
+  std::map<std::string, files::Trajectories> read;
+  for (const model::Test& test : scenes.tests) {
+    auto there = read.find(test.on);
+    if (there == read.end()) {
+      std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+      if (!on) return {};
+      there = read.emplace(test.on, std::move(*on)).first;
+    }
+    all.push_back(conditions_of(*scenes.own.compiled->problem, test, scenes.own.trajectories, there->second));
+  }
+  return all;
 }
 
 double TestCost::least() const {
@@ -243,7 +285,7 @@ std::vector<std::vector<TestCost>> costs_of_tests(const TestScenes& scenes, cons
   std::vector<std::vector<TestCost>> costs;
   for (const model::Test& test : scenes.tests) {
     std::vector<TestCost>& all = costs.emplace_back();
-    if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
+    if (!is_compared(test)) continue;
     const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
     if (!on) return {};
     std::deque<TrajectoryEvaluator> evaluators;

@@ -8,6 +8,7 @@
 
 #include "training/beside.h"
 #include "training/growth.h"
+#include "training/test_conditions.h"
 #include "training/trajectory_evaluator.h"
 
 namespace dpde::training {
@@ -21,6 +22,8 @@ struct TrajectoryTest {
   std::vector<std::vector<double>> data;  // of a statistic: the quantity of the data themselves
   bool has_network = false;               // the scene
   bool made_data = false;                 // the scene made the data of `file`: what errors are against, no competitor
+  bool is_named = true;                   // in the task; else a plain method that the tool adds
+  std::string method_kind;                // how it takes derivatives in space
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
   std::size_t last_resolved = 0;  // shell
   double unit = 0, noise = 0;     // wave number of shell 1; see distance()
@@ -29,11 +32,20 @@ struct TrajectoryTest {
   /// Over the times, of each run; and over the runs, at each time.
   std::vector<double> means() const { return means_of(runs); }
   std::vector<double> course() const { return course_of(runs); }
+  /// What scenes are compared by, of each run: the mean over the times; of a correlation one over the time that it
+  /// lasts.
+  std::vector<double> errors() const;
   static std::vector<double> means_of(const std::vector<std::vector<double>>& runs);
   static std::vector<double> course_of(const std::vector<std::vector<double>>& runs);
   /// Over the times, of each run.
   static std::vector<double> deviations_of(const std::vector<std::vector<double>>& runs);
 };
+
+/// With what the scenes beside it cost.
+inline bool is_compared(const model::Test& test) {
+  return !test.beside.empty() &&
+         (test.kind == model::Test::Kind::number || test.kind == model::Test::Kind::correlation);
+}
 
 struct GrowthTest {
   std::string name, scene, file;
@@ -41,7 +53,7 @@ struct GrowthTest {
 };
 
 struct MeanAndSpread {
-  double mean = 0, spread = 0;  // the standard deviation, of a sample; 0 of a single number
+  double mean = 0, spread = 0;  // the standard deviation, of a sample; not a number of a single one
 };
 MeanAndSpread mean_and_spread(const std::vector<double>& values);
 
@@ -58,11 +70,18 @@ struct TestScenes {
   static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source,
                                           std::vector<model::Test> tests, std::vector<model::Test> growths,
                                           DiagnosticSink& sink);
+  /// One more scene beside a test; false, and nothing is changed, where it does not compile or does not fit.
+  bool add(std::size_t test, const model::Test::Beside& beside);
 };
 
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
 std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, DiagnosticSink& sink);
+/// The conditions of each test, by its file.
+std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, DiagnosticSink& sink);
+/// Of a scene beside a test.
+TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Beside& beside,
+                           const UnknownValues& values, const BatchOptions& options);
 /// Of the scenes beside: by test, in the order of its line.
 std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
                                                       const BatchOptions& options);

@@ -73,11 +73,15 @@ class NetcdfReader {
   std::vector<double> read(const Variable& variable, std::optional<std::int64_t> index = std::nullopt) const;
   /// A text attribute of a variable, or of the file ("").
   std::optional<std::string> text(const std::string& variable, const std::string& attribute) const;
+  /// The same of a number.
+  std::optional<double> number(const std::string& variable, const std::string& attribute) const;
 
  private:
   void list_variables(const std::string& group);
   int id_of_group(const std::string& group) const;
   void check(int status) const;
+  /// Group and number in it.
+  std::optional<std::pair<int, int>> place_of(const std::string& variable) const;
   std::optional<std::string> text_of(int group, int variable, const std::string& attribute) const;
   std::optional<double> number(int group, int variable, const char* attribute) const;
 

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a reader has to know of a test on trajectories beside its figure: whether it asks for what was learnt from, how
+// far its runs lie outside of that, and how good its data are.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "files/trajectories.h"
+#include "model/model.h"
+
+namespace dpde::training {
+
+struct TestConditions {
+  bool is_training_file = false;
+  std::vector<int> known_runs;  // of the test, whose first frame is one of the training's
+  /// A parameter of runs, or "rms of u": the root of the mean square of a state in the first frames.
+  struct Outside {
+    std::string what;
+    double low = 0, high = 0;         // of all runs of the training; of a state of all its frames
+    std::map<int, double> runs = {};  // of the test, that lie outside
+  };
+  std::vector<Outside> outside;
+  std::map<std::string, files::Trajectories::OwnError> own_errors;  // of the data that the test reads, by variable
+  double steps_of_windows = 0, steps = 0;                           // of the training's loss, and of the test
+};
+
+/// Of a test of `problem`, whose training is on `learnt`.
+TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const files::Trajectories& learnt,
+                             const files::Trajectories& on);
+
+}  // namespace dpde::training
