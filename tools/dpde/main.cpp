@@ -84,6 +84,7 @@ int main(int argc, char** argv) {
   add_verify(app, status);
   add_gradient(app, status);
   add_optimize(app, status);
+  add_test(app, status);
   add_build(app, status);
   add_bench(app, status);
   add_plot(app, status);

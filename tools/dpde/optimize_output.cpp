@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "found_file.h"
 #include "interrupt.h"
 #include "scene_output.h"
 #include "stencil/build.h"
@@ -136,6 +137,7 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   std::string table = "iteration,loss\n";
   for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
   save_text(job, "loss.csv", table);
+  save_found(job, run, result.x);
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_control()) save_control(job, run, part.name, part_of(result.x, part));
     for (const network::Network& network : run.session->problem().networks) {

@@ -261,17 +261,20 @@ void say_conditions(Job& job, const std::string& file, const training::TestCondi
   std::vector<std::string> outside, errors;
   for (const auto& each : conditions.outside) outside.push_back(outside_text(each));
   for (const auto& [variable, error] : conditions.own_errors) errors.push_back(error_text(variable, error));
+  const std::string range = !conditions.knows_training ? "the data that were learnt from are not there to compare with"
+                            : outside.empty()
+                                ? "parameters and first states lie in the range of the training"
+                                : "outside of the training: " + fmt::format("{}", fmt::join(outside, "; "));
   job.say(fmt::format("{}: {:.4g} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
-                      conditions.steps / conditions.steps_of_windows,
-                      outside.empty() ? "parameters and first states lie in the range of the training"
-                                      : "outside of the training: " + fmt::format("{}", fmt::join(outside, "; "))));
+                      conditions.steps / conditions.steps_of_windows, range));
   job.say(errors.empty()
               ? "  how good these data are its file does not say\n"
               : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));
 }
 
 Json json_of(const training::TestConditions& conditions) {
-  Json json = {{"training_file", conditions.is_training_file},
+  Json json = {{"knows_training", conditions.knows_training},
+               {"training_file", conditions.is_training_file},
                {"known_runs", conditions.known_runs},
                {"outside", Json::object()},
                {"own_error", Json::object()},

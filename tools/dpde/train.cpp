@@ -18,7 +18,6 @@
 #include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "training/plain_methods.h"
-#include "training_chart.h"
 
 namespace dpde::tools {
 
@@ -268,14 +267,6 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   return job.failed() ? std::nullopt : interval;
 }
 
-/// The tests to make.
-struct TestRun {
-  std::unique_ptr<training::TestScenes> scenes;
-  training::BatchOptions options;
-  bool has_all_methods = false;               // beside plain methods that nobody named
-  std::optional<training::CostTiming> chart;  // as a chart
-};
-
 /// Of one training; not a number where a checkpoint does not tell.
 double mean_cost(const training::Trials& trials) {
   double sum = 0;
@@ -283,56 +274,15 @@ double mean_cost(const training::Trials& trials) {
   return sum / static_cast<double>(trials.all().size());
 }
 
-training::UnknownValues values_of(const training::Trials& trials, std::size_t trial, bool at_start) {
-  const training::Trainer& trainer = *trials.all()[trial].trainer;
-  return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
-}
-
-/// Behind the scenes named: plain methods that suit their equations, and cheaper versions of the best of these.
-void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValues& found, TestResults& tests) {
-  const training::PlainMethods more = training::plain_methods(*run.scenes, tests.beside, &interrupt_flag());
-  for (std::size_t k = 0; run.chart && k < more.left_out.size(); ++k)
-    job.say(fmt::format("left out: {}\n", more.left_out[k]));
-  training::add_plain_methods(*run.scenes, more, found, run.options, tests.beside);
-  if (interrupt_flag().load()) return;
-  const auto costs = training::costs_of_tests(*run.scenes, found, run.options, {}, job.sink());
-  if (costs.size() != run.scenes->tests.size() || interrupt_flag().load()) return;
-  training::add_cheaper_versions(*run.scenes, costs, found, run.options, tests.beside);
-}
-
-/// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
-void test(Job& job, const training::Trials& trials, const TestRun& run, Json& json) {
-  const training::TestScenes& scenes = *run.scenes;
-  TestResults tests{trials.best()};
-  GrowthResults growths{trials.best()};
-  for (std::size_t k = 0; k < trials.all().size(); ++k) {
-    const training::UnknownValues values = values_of(trials, k, false);
-    tests.trials.push_back(training::tests_on_trajectories(scenes, values, run.options, job.sink()));
-    growths.trials.push_back(training::growths_on_trajectories(scenes, values, run.options, job.sink()));
-  }
-  const training::UnknownValues start = values_of(trials, trials.best(), true),
-                                found = values_of(trials, trials.best(), false);
-  tests.spent = {scenes.own.trajectories.cost_s, mean_cost(trials), static_cast<int>(trials.all().size())};
-  tests.conditions = training::conditions_of_tests(scenes, job.sink());
-  tests.start = training::tests_on_trajectories(scenes, start, run.options, job.sink());
-  growths.start = training::growths_on_trajectories(scenes, start, run.options, job.sink());
-  growths.beside = training::growths_beside(scenes, found, run.options);
-  tests.beside = training::tests_beside(scenes, found, run.options);
-  if (run.has_all_methods && !interrupt_flag().load()) add_plain_methods(job, run, found, tests);
-  if (interrupt_flag().load()) return;
-  tests.costs =
-      training::costs_of_tests(scenes, found, run.options, run.chart.value_or(training::CostTiming{}), job.sink());
-  tests.is_chart = run.chart.has_value();
-  report_tests(job, tests, json);
-  report_growths(job, growths, json);
-  if (run.has_all_methods) write_training_chart(job, scenes, tests, json);
-}
-
-/// As the scene begins; networks change no step that is refused.
-bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run) {
-  if (!run.compiled->problem->networks.empty()) return true;
-  const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
-  return session && stability::check_step(*session, options.force, job.sink());
+TestedValues tested_values(const training::Trials& trials, const training::TrainingScene& scene) {
+  TestedValues values;
+  values.best = trials.best();
+  for (const training::Trial& trial : trials.all())
+    values.trials.push_back(training::values_of(trial.trainer->parts(), trial.trainer->best()));
+  const training::Trainer& best = *trials.all()[values.best].trainer;
+  values.start = training::values_of(best.parts(), best.start());
+  values.spent = {scene.trajectories.cost_s, mean_cost(trials), static_cast<int>(trials.all().size())};
+  return values;
 }
 
 bool is_drawn(const model::Test& test) { return test.kind == model::Test::Kind::number && training::is_compared(test); }
@@ -357,6 +307,12 @@ std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::Train
 }
 
 }  // namespace
+
+bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run) {
+  if (!run.compiled->problem->networks.empty()) return true;
+  const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
+  return session && stability::check_step(*session, options.force, job.sink());
+}
 
 bool learns_from_trajectories(Job& job) {
   std::optional<driver::CompileOptions> options = job.compile_options();
@@ -390,9 +346,9 @@ Json train(Job& job, const OptimizeOptions& options) {
   if (!scene || (options.chart && !can_be_drawn(job, *scene))) return json;
   training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
-  TestRun tests{open_tests(job, *scene, options.chart.has_value()), batch,
-                !options.only_named && std::ranges::any_of(scene->task().tests, training::is_compared), options.chart};
-  if (!tests.scenes) return json;
+  const std::unique_ptr<training::TestScenes> scenes = open_tests(job, *scene, options.chart.has_value());
+  if (!scenes) return json;
+  const TestRun tests{*scenes, batch, options.only_named, options.chart};
   if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
     return find_controls(job, options, run, *scene, batch);
@@ -409,7 +365,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();
-  if (!interrupt_flag().load()) test(job, *trials, tests, json);
+  if (!interrupt_flag().load()) run_tests(job, tests, tested_values(*trials, *scene), json);
   json["files"] = job.files();
   return json;
 }

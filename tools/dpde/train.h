@@ -23,6 +23,9 @@ struct OptimizeOptions : TaskOptions {
 /// The job's source is loaded. False too when the source is wrong: whoever compiles it says so.
 bool learns_from_trajectories(Job& job);
 
+/// As the scene begins; networks change no step that is refused. False after a diagnostic.
+bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run);
+
 Json train(Job& job, const OptimizeOptions& options);
 
 /// Seconds that processors worked; not a number where that is not known.
@@ -47,6 +50,23 @@ struct GrowthResults {
   std::vector<training::GrowthTest> start = {};
   std::vector<std::vector<training::GrowthTest>> beside = {};
 };
+
+/// What tests are run with: the values of each trial, and those that the best one began with.
+struct TestedValues {
+  std::size_t best = 0;
+  std::vector<training::UnknownValues> trials = {};
+  training::UnknownValues start = {};
+  Investment spent = {};
+};
+struct TestRun {
+  training::TestScenes& scenes;  // the plain methods are added to it
+  training::BatchOptions options;
+  bool only_named = false;                    // see OptimizeOptions
+  std::optional<training::CostTiming> chart;  // see there
+  bool knows_training = true;                 // scenes.own is of the data that were learnt from
+};
+/// Runs all tests and reports them, unless that is interrupted.
+void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& json);
 
 /// Losses as tables and a curve, what the best trial has learnt as files.
 void write_trained(Job& job, const training::Trials& trials);

@@ -17,6 +17,7 @@ void add_emit(CLI::App& app, int& status);
 void add_verify(CLI::App& app, int& status);
 void add_gradient(CLI::App& app, int& status);
 void add_optimize(CLI::App& app, int& status);
+void add_test(CLI::App& app, int& status);
 void add_build(CLI::App& app, int& status);
 void add_bench(CLI::App& app, int& status);
 void add_plot(CLI::App& app, int& status);

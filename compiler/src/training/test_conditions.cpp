@@ -59,15 +59,8 @@ std::vector<double> values_of(const Trajectories& on, const std::string& param) 
   return values;
 }
 
-}  // namespace
-
-TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const Trajectories& learnt,
-                             const Trajectories& on) {
-  TestConditions conditions;
-  conditions.is_training_file = on.hash == learnt.hash;
-  conditions.steps_of_windows = problem.steps;
-  conditions.steps = test.when.count;
-  conditions.own_errors = on.own_errors;
+/// Of parameters that have a range, and of the first states.
+void compare_runs(const Trajectories& learnt, const Trajectories& on, TestConditions& conditions) {
   const std::vector<std::string> states = shared_states(on, learnt);
   const int runs = static_cast<int>(on.runs.size());
   for (int run = 0; run < runs && !states.empty() && !conditions.is_training_file; ++run) {
@@ -86,6 +79,20 @@ TestConditions conditions_of(const model::Problem& problem, const model::Test& t
     for (int run = 0; run < runs; ++run) first.push_back(rms(on.frames(run, state, 0)));
     add_outside("rms of " + state, all, first, conditions);
   }
+}
+
+}  // namespace
+
+TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const Trajectories* learnt,
+                             const Trajectories& on) {
+  TestConditions conditions;
+  conditions.steps_of_windows = problem.steps;
+  conditions.steps = test.when.count;
+  conditions.own_errors = on.own_errors;
+  conditions.knows_training = learnt != nullptr;
+  if (learnt == nullptr) return conditions;
+  conditions.is_training_file = on.hash == learnt->hash;
+  compare_runs(*learnt, on, conditions);
   return conditions;
 }
 

@@ -13,6 +13,7 @@
 namespace dpde::training {
 
 struct TestConditions {
+  bool knows_training = false;  // the data that were learnt from are there
   bool is_training_file = false;
   std::vector<int> known_runs;  // of the test, whose first frame is one of the training's
   /// A parameter of runs, or "rms of u": the root of the mean square of a state in the first frames.
@@ -26,8 +27,8 @@ struct TestConditions {
   double steps_of_windows = 0, steps = 0;                           // of the training's loss, and of the test
 };
 
-/// Of a test of `problem`, whose training is on `learnt`.
-TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const files::Trajectories& learnt,
+/// Of a test of `problem`, whose training is on `learnt`; null: they are not there.
+TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const files::Trajectories* learnt,
                              const files::Trajectories& on);
 
 }  // namespace dpde::training

@@ -59,6 +59,17 @@ struct Divergence {
   WindowBatches::Reason why;
 };
 
+/// What a training has found, as its checkpoint has it.
+struct FoundValues {
+  std::string task, unknowns;   // see names_and_sizes
+  Eigen::VectorXd start, best;  // where it began; the best values, or the start where no epoch is over
+  double best_loss = 0;         // infinite then
+};
+/// nullopt when the checkpoint is damaged. It may be of another training, and of another state of the task's text.
+std::optional<FoundValues> found_in(std::string_view checkpoint);
+/// Names and sizes: "nu 1, corrector 450".
+std::string names_and_sizes(const std::vector<UnknownPart>& parts);
+
 class Trainer {
  public:
   /// `epochs` > 0 in place of the task's. `trial`: see Trials. null when `sink` has errors afterwards. The scene must

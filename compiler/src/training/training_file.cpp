@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a training: "dpdetrn4", what it is of, everything it goes on from, then a checksum of all before it.
+// Checkpoints of a training: "dpdetrn5", what it is of, where it began, everything it goes on from, then a checksum of
+// all before it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -15,14 +16,12 @@ namespace dpde::training {
 
 namespace {
 
-constexpr std::string_view training_magic = "dpdetrn4";
-constexpr std::array<std::string_view, 14> names_of_options{"task",      "length of windows",
-                                                            "optimiser", "rate",
-                                                            "momentum",  "decay",
-                                                            "clip",      "batch",
-                                                            "seed",      "unroll",
-                                                            "cut",       "noise",
-                                                            "validate",  "number of epochs"};
+constexpr std::string_view training_magic = "dpdetrn5";
+constexpr std::array<std::string_view, 15> names_of_options{"task",      "unknowns", "length of windows",
+                                                            "optimiser", "rate",     "momentum",
+                                                            "decay",     "clip",     "batch",
+                                                            "seed",      "unroll",   "cut",
+                                                            "noise",     "validate", "number of epochs"};
 
 std::vector<double> numbers_in(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
@@ -78,8 +77,7 @@ bool read(driver::ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eig
 }
 
 /// False when what is there is no state of so many unknowns.
-bool read(driver::ByteReader& in, TrainingState& state) {
-  const Eigen::Index size = state.updates.x.size(), square = state.updates.square.size();
+bool read(driver::ByteReader& in, TrainingState& state, Eigen::Index size) {
   state.updates.made = in.number();
   state.epoch = static_cast<int>(in.number());
   state.batch = static_cast<int>(in.number());
@@ -102,7 +100,8 @@ bool read(driver::ByteReader& in, TrainingState& state) {
   }
   const bool has_best =
       state.best_epoch < 0 ? state.best.size() == 0 || state.best.size() == size : state.best.size() == size;
-  return state.updates.x.size() == size && state.updates.mean.size() == size && state.updates.square.size() == square &&
+  const Eigen::Index square = state.updates.square.size();
+  return state.updates.x.size() == size && state.updates.mean.size() == size && (square == 0 || square == size) &&
          has_best && state.epoch >= 0 && state.batch >= 0 &&
          state.epochs.size() == static_cast<std::size_t>(state.epoch);
 }
@@ -111,14 +110,20 @@ bool read(driver::ByteReader& in, TrainingState& state) {
 
 namespace {
 
-/// What people write, not a hash or a long list.
 std::string newton_text(const model::Optimiser& optimiser) {
   return optimiser.gauss_newton ? "newton_cg of squares" : "newton_cg";
 }
 
+/// What people write, not a hash or a long list.
 bool is_for_eyes(std::string_view name) { return std::ranges::find(names_of_options, name) != names_of_options.end(); }
 
 }  // namespace
+
+std::string names_and_sizes(const std::vector<UnknownPart>& parts) {
+  std::string text;
+  for (const UnknownPart& part : parts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", part.name, part.size);
+  return text;
+}
 
 /// More epochs may be wanted later, unless they change what the first ones are.
 driver::RunIdentity Trainer::identity() const {
@@ -130,6 +135,7 @@ driver::RunIdentity Trainer::identity() const {
     params += fmt::format("{} = {}, ", param.name, param.value);
   const bool counts_epochs = rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1;
   return {{"task", scene_.task().name},
+          {"unknowns", names_and_sizes(parts_)},
           {"model", fmt::format("hash {:016x}", files::hash_bytes(text.data(), text.size()))},
           {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash)},
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
@@ -162,6 +168,7 @@ std::string Trainer::save() const {
     out.text(name);
     out.text(value);
   }
+  out.values(numbers_in(start_));
   write(out, state_);
   return driver::sealed(std::string(training_magic) + out.bytes());
 }
@@ -188,10 +195,28 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
     return false;
   }
   TrainingState state;
-  state.updates = state_.updates;
-  if (!read(in, state)) return damaged();
+  const bool is_whole = std::ssize(in.values()) == start_.size() && read(in, state, start_.size());
+  if (!is_whole || state.updates.square.size() != state_.updates.square.size()) return damaged();
   state_ = std::move(state);
   return true;
+}
+
+std::optional<FoundValues> found_in(std::string_view checkpoint) {
+  const std::optional<std::string_view> content = driver::unsealed(checkpoint);
+  if (!content || !content->starts_with(training_magic)) return std::nullopt;
+  driver::ByteReader in(content->substr(training_magic.size()));
+  FoundValues found;
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
+    const std::string name = in.text(), value = in.text();
+    if (name == "task") found.task = value;
+    if (name == "unknowns") found.unknowns = value;
+  }
+  found.start = vector_of(in.values());
+  TrainingState state;
+  if (!read(in, state, found.start.size())) return std::nullopt;
+  found.best = state.best_epoch < 0 ? found.start : state.best;
+  found.best_loss = state.best_loss;
+  return found;
 }
 
 }  // namespace dpde::training

@@ -251,7 +251,7 @@ TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const mod
   return found;
 }
 
-std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, DiagnosticSink& sink) {
+std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool knows_training, DiagnosticSink& sink) {
   std::vector<TestConditions> all;
   std::map<std::string, files::Trajectories> read;
   for (const model::Test& test : scenes.tests) {
@@ -261,7 +261,8 @@ std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, Diagno
       if (!on) return {};
       there = read.emplace(test.on, std::move(*on)).first;
     }
-    all.push_back(conditions_of(*scenes.own.compiled->problem, test, scenes.own.trajectories, there->second));
+    all.push_back(conditions_of(*scenes.own.compiled->problem, test, knows_training ? &scenes.own.trajectories : nullptr,
+                                there->second));
   }
   return all;
 }

@@ -77,8 +77,8 @@ struct TestScenes {
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
 std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, DiagnosticSink& sink);
-/// The conditions of each test, by its file.
-std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, DiagnosticSink& sink);
+/// The conditions of each test, by its file; `knows_training`: the own scene is of the data that were learnt from.
+std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool knows_training, DiagnosticSink& sink);
 /// Of a scene beside a test.
 TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Beside& beside,
                            const UnknownValues& values, const BatchOptions& options);

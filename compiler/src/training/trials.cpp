@@ -115,4 +115,19 @@ bool Trials::restore(std::string_view bytes, const std::string& file, Diagnostic
   return true;
 }
 
+std::vector<FoundTrial> found_trials(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
+  std::vector<FoundTrial> found;
+  const auto parts = parts_of(bytes);
+  for (std::size_t k = 0; parts && k < parts->size(); ++k) {
+    const auto& [seconds, checkpoint] = (*parts)[k];
+    std::optional<FoundValues> values = found_in(checkpoint);
+    if (!values) break;
+    found.push_back({std::move(*values), seconds});
+  }
+  if (parts && found.size() == parts->size()) return found;
+  sink.report("bad-array-file", {}, {file, "it is damaged, or of another version of dpde"},
+              "--weights takes the files of networks that optimize wrote beside it");
+  return {};
+}
+
 }  // namespace dpde::training

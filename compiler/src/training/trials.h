@@ -65,4 +65,11 @@ class Trials {
   std::size_t running_ = 0;
 };
 
+struct FoundTrial {
+  FoundValues values;
+  double cpu_seconds = 0;  // see Trial
+};
+/// Of the trials in a checkpoint. Reports bad-array-file; empty then.
+std::vector<FoundTrial> found_trials(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
+
 }  // namespace dpde::training

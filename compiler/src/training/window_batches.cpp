@@ -55,16 +55,18 @@ Eigen::VectorXd WindowBatches::unknown_values() {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-std::vector<UnknownPart> WindowBatches::parts() {
+std::vector<UnknownPart> parts_of(const dpde_scene& scene, Simulation& simulation) {
   std::vector<UnknownPart> all;
   Eigen::Index offset = 0;
-  for (const dpde_unknown& unknown : std::span(scene_.unknowns, static_cast<std::size_t>(scene_.unknown_count))) {
-    const auto size = static_cast<Eigen::Index>(simulations_.front().value_of(unknown.name).size());
+  for (const dpde_unknown& unknown : std::span(scene.unknowns, static_cast<std::size_t>(scene.unknown_count))) {
+    const auto size = static_cast<Eigen::Index>(simulation.value_of(unknown.name).size());
     all.push_back({unknown.name, unknown.kind, unknown.low, unknown.high, offset, size});
     offset += size;
   }
   return all;
 }
+
+std::vector<UnknownPart> WindowBatches::parts() { return parts_of(scene_, simulations_.front()); }
 
 void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window,
                           const StartNoise& noise, std::uint64_t number) {

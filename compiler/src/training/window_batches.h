@@ -91,6 +91,9 @@ struct UnknownPart {
   Eigen::Index offset = 0, size = 0;
 };
 
+/// The unknowns of a scene in the order of the vector of all of them.
+std::vector<UnknownPart> parts_of(const dpde_scene& scene, Simulation& simulation);
+
 class WindowBatches {
  public:
   /// Windows of `steps` steps. @throws Error when memory runs out.

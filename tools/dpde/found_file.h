@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// TASK.found in the folder of --out: what `optimize` found of a task that does not learn from trajectories, to the last
+// bit, for `test`.
+#pragma once
+
+#include "task_run.h"
+
+namespace dpde::tools {
+
+void save_found(Job& job, const TaskRun& run, const Eigen::VectorXd& x);
+/// nullopt after a diagnostic: the file is not there, is damaged, or is of other unknowns.
+std::optional<Eigen::VectorXd> load_found(Job& job, const TaskRun& run, const std::string& folder);
+
+}  // namespace dpde::tools

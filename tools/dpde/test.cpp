@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde test: the tests of a task with values that are there already, and nothing is sought.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "codegen/network_table.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/weights_file.h"
+#include "files/files.h"
+#include "found_file.h"
+#include "interrupt.h"
+#include "preparing.h"
+#include "support/evaluate.h"
+#include "train.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct TestOptions : TaskOptions {
+  std::vector<std::string> weights;  // FILE or NETWORK=FILE
+  std::string from;                  // the folder of an optimize --out
+  bool only_named = false;           // see OptimizeOptions
+};
+
+using WeightsByNetwork = std::map<std::string, std::vector<double>>;
+
+// ---- weights from files
+// ------------------------------------------------------------------------------------------------
+
+std::vector<std::string> learnt_networks(const model::Task& task) {
+  std::vector<std::string> names;
+  for (const model::Unknown& unknown : task.unknowns) {
+    if (unknown.kind == model::Unknown::Kind::network) names.push_back(unknown.name);
+  }
+  return names;
+}
+
+/// The network and the file: NETWORK=FILE; FILE of the only network, or called as optimize calls it.
+std::optional<std::pair<std::string, std::string>> weights_named(Job& job, const model::Task& task,
+                                                                 const std::string& text) {
+  const std::vector<std::string> networks = learnt_networks(task);
+  std::error_code error;
+  const std::size_t equals = std::filesystem::exists(text, error) ? std::string::npos : text.find('=');
+  const bool is_named = equals != std::string::npos;
+  const std::string file = is_named ? text.substr(equals + 1) : text;
+  std::string name = is_named ? text.substr(0, equals) : std::filesystem::path(text).stem().string();
+  if (!is_named && networks.size() == 1) name = networks[0];
+  if (std::ranges::find(networks, name) != networks.end()) return std::pair(name, file);
+  const std::string why = networks.empty() ? fmt::format("task {} learns no network", task.name)
+                          : is_named       ? fmt::format("task {} learns no network {}", task.name, name)
+                                           : fmt::format("of which network of task {} are they?", task.name);
+  const std::string hint = fmt::format("write --weights NETWORK=FILE, of {}", fmt::join(networks, ", "));
+  job.sink().report("bad-option", {}, {fmt::format("--weights {}: {}", text, why)}, networks.empty() ? "" : hint);
+  return std::nullopt;
+}
+
+std::optional<std::vector<double>> load_network(Job& job, const network::Network& network, const std::string& file) {
+  const std::optional<std::string> bytes = files::read_file(file, {}, job.sink());
+  if (!bytes) return std::nullopt;
+  const codegen::NetworkTable table(network);
+  try {
+    return weights_of(*table.get(), parse_weights(*bytes, file), file);
+  } catch (const Error& error) {
+    job.sink().report("bad-array-file", {}, {file, error.what()});
+    return std::nullopt;
+  }
+}
+
+/// By network; nullopt after a diagnostic.
+std::optional<WeightsByNetwork> given_weights(Job& job, const TestOptions& options, const model::Problem& problem) {
+  WeightsByNetwork values;
+  for (const std::string& text : options.weights) {
+    const auto named = weights_named(job, *problem.task, text);
+    if (!named) return std::nullopt;
+    const auto& [network, file] = *named;
+    if (values.contains(network)) {
+      job.sink().report("bad-option", {}, {fmt::format("--weights names two files of network {}", network)});
+      return std::nullopt;
+    }
+    std::optional<std::vector<double>> weights = load_network(job, *problem.find_network(network), file);
+    if (!weights) return std::nullopt;
+    job.say(fmt::format("weights of {} from {}\n", network, file));
+    values[network] = std::move(*weights);
+  }
+  return values;
+}
+
+bool has_tests(Job& job, const model::Problem& problem, SourceRange where) {
+  const model::Task& task = *problem.task;
+  if (!task.tests.empty() || !task.growths.empty()) return true;
+  const std::string hint = !task.training ? "write test error = linf(u - u_ref), or another number of the run"
+                           : training::seeks_controls(problem)
+                               ? "it seeks controls for each window of its file; a task that learns can have tests"
+                               : "write test err = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 32 steps";
+  job.sink().report("nothing-to-do", where, {fmt::format("task {} has no tests", task.name)}, hint);
+  return false;
+}
+
+double seconds_of_tests_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// ---- of a task that learns from trajectories
+// ---------------------------------------------------------------------------
+
+/// Begun with the file that the task learns from, where that is there: it tells what it has cost. Else with that of a
+/// test, which is enough.
+struct TestedScene {
+  std::unique_ptr<training::TrainingScene> scene;  // null after a diagnostic
+  bool knows_training = false;
+};
+TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& compiled) {
+  const model::Problem& problem = *compiled->problem;
+  const model::Task& task = *problem.task;
+  const auto datum = std::ranges::find_if(task.data, &model::Datum::trajectories);
+  const model::Test& test = task.tests.empty() ? task.growths.front() : task.tests.front();
+  DiagnosticSink silent;
+  std::optional<files::Trajectories> on =
+      files::load_trajectories(problem, datum->file, job.source(), datum->origin.range, silent);
+  const bool knows_training = on.has_value();
+  const SourceRange where = on ? datum->origin.range : test.on_origin.range;
+  if (!on) {
+    on = files::load_trajectories(problem, test.on, job.source(), where, job.sink());
+    if (on) on->cost_s = std::nan("");
+  }
+  if (!on) return {};
+  return {training::TrainingScene::open_on(job.source(), compiled, std::move(*on), where, job.sink()), knows_training};
+}
+
+/// Where the task begins, with what --set says.
+struct Beginning {
+  std::vector<training::UnknownPart> parts;
+  Eigen::VectorXd values;
+};
+Beginning beginning_of(const training::TrainingScene& scene) {
+  Simulation simulation(scene.table->scene(), {}, scene.table);
+  scene.give(simulation);
+  const std::vector<double> values = simulation.unknown_values();
+  return {training::parts_of(scene.table->scene(), simulation),
+          Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()))};
+}
+
+/// What TASK.training holds: as many trials as the task wants. False after a diagnostic.
+bool take_found(Job& job, const std::string& folder, const training::TrainingScene& scene, const Beginning& begin,
+                TestedValues& tested) {
+  const std::string& task = scene.task().name;
+  const std::string path = (std::filesystem::path(folder) / (task + ".training")).string();
+  const std::optional<std::string> bytes = files::read_file(path, {}, job.sink());
+  if (!bytes) return false;
+  std::vector<training::FoundTrial> trials = training::found_trials(*bytes, path, job.sink());
+  if (trials.empty()) return false;
+  trials.resize(std::min(trials.size(), static_cast<std::size_t>(scene.training().trials)));
+  const std::string wanted = training::names_and_sizes(begin.parts);
+  double cost = 0;
+  for (const training::FoundTrial& trial : trials) {
+    if (trial.values.task != task || trial.values.unknowns != wanted) {
+      job.sink().report("bad-array-file", {},
+                        {path, fmt::format("it is of task {} with the unknowns {}, wanted are those of task {}, {}",
+                                           trial.values.task, trial.values.unknowns, task, wanted)},
+                        "dpde optimize with --out writes such a file");
+      return false;
+    }
+    tested.trials.push_back(training::values_of(begin.parts, trial.values.best));
+    cost += trial.cpu_seconds / static_cast<double>(trials.size());
+  }
+  const auto best =
+      std::ranges::min_element(trials, {}, [](const training::FoundTrial& trial) { return trial.values.best_loss; });
+  tested.best = static_cast<std::size_t>(best - trials.begin());
+  tested.start = training::values_of(begin.parts, best->values.start);
+  tested.spent.training_s = cost;
+  job.say(fmt::format("values of {} from {}\n",
+                      trials.size() == 1 ? "the training" : fmt::format("{} trials", trials.size()), path));
+  return true;
+}
+
+/// False after a diagnostic. Settings and files of weights stand above what was found.
+bool take_values(Job& job, const TestOptions& options, const training::TrainingScene& scene, TestedValues& tested) {
+  const model::Problem& problem = *scene.compiled->problem;
+  const Beginning begin = beginning_of(scene);
+  const training::UnknownValues own = training::values_of(begin.parts, begin.values);
+  tested.start = own;
+  tested.spent.data_s = scene.trajectories.cost_s;
+  if (options.from.empty()) {
+    tested.trials.push_back(own);
+  } else if (!take_found(job, options.from, scene, begin, tested)) {
+    return false;
+  }
+  const std::optional<WeightsByNetwork> weights = given_weights(job, options, problem);
+  if (!weights) return false;
+  for (training::UnknownValues& trial : tested.trials) {
+    for (const auto& [name, values] : *weights) trial[name] = values;
+    for (const training::UnknownPart& part : begin.parts) {
+      if (scene.compiled->options.selection.overrides.contains(part.name)) trial[part.name] = own.at(part.name);
+    }
+  }
+  return true;
+}
+
+Json tested_unknowns_json(Job& job, const std::vector<model::Unknown>& unknowns, const training::UnknownValues& found) {
+  Json json = Json::object();
+  for (const model::Unknown& unknown : unknowns) {
+    const std::vector<double>& values = found.at(unknown.name);
+    if (unknown.kind == model::Unknown::Kind::parameter) {
+      json[unknown.name] = {{"value", json_number(values[0])}};
+      job.say(fmt::format("{} = {:.12g}\n", unknown.name, shown(values[0])));
+    } else {
+      const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
+      json[unknown.name] = {{"norm", json_number(all.stableNorm())}};
+    }
+  }
+  return json;
+}
+
+Json test_on_trajectories(Job& job, const TestOptions& options) {
+  Json json = Json::object();
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!compile_options) return json;
+  compile_options->selection.keeps_params = true;  // each run of the data may have its own
+  std::optional<Preparing> preparing(std::in_place, job, "stopped before the tests were prepared");
+  std::optional<driver::Compiled> made = driver::compile(job.source(), *compile_options, job.sink());
+  if (!made) return json;
+  TaskRun run;
+  run.compiled = std::make_shared<driver::Compiled>(std::move(*made));
+  job.runs(run.compiled);
+  if (!has_tests(job, *run.compiled->problem, job.place())) return json;
+  const auto [scene, knows_training] = open_scene(job, run.compiled);
+  if (!scene || !is_step_stable(job, options, run)) return json;
+  const model::Task& task = scene->task();
+  const std::unique_ptr<training::TestScenes> tests =
+      training::TestScenes::open(*scene, job.source(), task.tests, task.growths, job.sink());
+  TestedValues values;
+  if (!tests || !take_values(job, options, *scene, values)) return json;
+  preparing.reset();
+  training::BatchOptions batch{.threads = thread_count(options), .stop = &interrupt_flag()};
+  json["test"] = Json::object();
+  json["unknowns"] = tested_unknowns_json(job, task.unknowns, values.trials[values.best]);
+  if (values.trials.size() > 1) json["best_trial"] = values.best + 1;
+  json["compile_s"] = run.compiled->seconds;
+  const auto start = std::chrono::steady_clock::now();
+  run_tests(job, {*tests, batch, options.only_named, {}, knows_training}, values, json);
+  json["wall_s"] = seconds_of_tests_since(start);
+  if (interrupt_flag().load()) job.sink().report("run-failed", {}, {"stopped before all tests were run"});
+  return json;
+}
+
+// ---- of any other task
+// -------------------------------------------------------------------------------------------------
+
+/// Where the task begins, or what optimize found, with files of weights and settings above it; nullopt after a
+/// diagnostic.
+std::optional<Eigen::VectorXd> values_to_test(Job& job, const TestOptions& options, const TaskRun& run) {
+  const model::Problem& problem = run.session->problem();
+  const std::optional<Eigen::VectorXd> found =
+      options.from.empty() ? run.inverse->start() : load_found(job, run, options.from);
+  const std::optional<WeightsByNetwork> weights = found ? given_weights(job, options, problem) : std::nullopt;
+  if (!weights) return std::nullopt;
+  Eigen::VectorXd x = *found;
+  for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (part.is_network() && weights->contains(part.name))
+      std::ranges::copy(weights->at(part.name), x.data() + part.offset);
+    const bool is_set = run.compiled->options.selection.overrides.contains(part.name);
+    if (part.kind == model::Unknown::Kind::parameter && is_set) x[part.offset] = run.inverse->start()[part.offset];
+  }
+  return x;
+}
+
+Json test_run(Job& job, const TestOptions& options) {
+  Json json = Json::object();
+  TaskRun run;
+  if (!open_task(job, options, run) || !has_tests(job, run.session->problem(), job.place())) return json;
+  const std::optional<Eigen::VectorXd> x = values_to_test(job, options, run);
+  if (!x) return json;
+  training::UnknownValues values;
+  for (const driver::Inverse::Part& part : run.inverse->parts()) values[part.name] = part_of(*x, part);
+  json["unknowns"] = tested_unknowns_json(job, run.task().unknowns, values);
+  json["test"] = Json::object();
+  json["compile_s"] = run.compiled->seconds;
+  const auto start = std::chrono::steady_clock::now();
+  bool is_finite = true;
+  for (const auto& [name, value] : run.inverse->tests(*x)) {
+    json["test"][name] = json_number(value);
+    job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
+    is_finite = is_finite && std::isfinite(value);
+  }
+  json["wall_s"] = seconds_of_tests_since(start);
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before all tests were run"});
+  } else if (!is_finite) {
+    job.sink().report("run-failed", job.place(), {"a test is not a finite number with these values"});
+  } else {
+    warn_of_run(job, run, *x);
+  }
+  return json;
+}
+
+Json run_test_verb(Job& job, const TestOptions& options) {
+  if (!job.load_source() || !prepare_out(job)) return Json::object();
+  Json json = learns_from_trajectories(job) ? test_on_trajectories(job, options) : test_run(job, options);
+  json["files"] = job.files();
+  return json;
+}
+
+}  // namespace
+
+void add_test(CLI::App& app, int& status) {
+  const auto options = std::make_shared<TestOptions>();
+  options->certifying = analysis::Certifying::never;
+  CLI::App* verb = app.add_subcommand("test", "run the tests of a task with values that are there already");
+  add_common_options(*verb, *options, {.seed = false, .force = true});
+  add_storage_options(*verb, *options);
+  verb->add_option("--weights", options->weights,
+                   "of a network that the task learns, as optimize writes them (.safetensors) or .npz; may be repeated")
+      ->type_name("[NETWORK=]FILE")
+      ->allow_extra_args(false);
+  verb->add_option("--from", options->from, "the folder that optimize --out wrote: all that it found")
+      ->type_name("DIR");
+  verb->add_flag("--beside-named-only", options->only_named,
+                 "no plain methods beside but those that the task names");
+  verb->footer(
+      "Without --weights and --from the tests are of the values that the task begins with; --set changes a parameter.\n"
+      "Examples:\n  dpde test correct.dpde learn --from results --out tests\n"
+      "  dpde test correct.dpde learn --weights results/corrector.safetensors --json\n"
+      "  dpde test burgers.dpde recover --set nu=0.03");
+  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return run_test_verb(job, *options); }); });
+}
+
+}  // namespace dpde::tools
