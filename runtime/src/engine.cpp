@@ -215,7 +215,10 @@ LossTerm Engine::loss_term(const dpde_loss& loss, const dpde_program& program) {
   LossTerm term;
   term.loss = &program;
   term.adjoint = loss.adjoint;
-  term.at_steps = steps_of(loss.at);
+  if (!loss.of_averages) term.at_steps = steps_of(loss.at);
+  term.weight = loss.weight;
+  if (loss.average != nullptr) term.average = loss.average;
+  term.of_averages = loss.of_averages != 0;
   for (const Datum& datum : data_) {
     if (!is_input(datum.name)) continue;
     LossData data{datum.name, {}};

@@ -192,6 +192,9 @@ std::string Engine::why_no_products(Curvature curvature) const {
   if (scene_.no_second != nullptr) return scene_.no_second;
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
+    if (loss.of_averages)
+      return fmt::format("loss {} of task {} is made of averages over its states: it has no second derivatives here",
+                         i + 1, scene_.task);
     if (curvature == Curvature::gauss_newton && loss.full.tangent != nullptr && loss.squares.tangent == nullptr)
       return fmt::format("loss {} of task {} is not a sum of squares: it has no Gauss-Newton matrix", i + 1,
                          scene_.task);
@@ -321,19 +324,40 @@ double Engine::rate_along(Values direction) {
   objective();
   if (!tangent_) {
     RolloutSetup forward = tangent_setup();
+    averaged_.clear();
     for (int32_t i = 0; i < scene_.loss_count; ++i) {
-      const dpde_program* const tangent = scene_.losses[i].full.tangent;
-      if (tangent == nullptr) continue;  // nothing that is sought reaches it
-      LossTerm& term = forward.losses.emplace_back(loss_term(scene_.losses[i], *tangent));
+      const dpde_loss& loss = scene_.losses[i];
+      if (loss.full.tangent == nullptr || loss.of_averages) continue;  // nothing that is sought reaches it, or below
+      if (loss.average != nullptr) averaged_.push_back({forward.losses.size(), loss.average, loss.weight});
+      LossTerm& term = forward.losses.emplace_back(loss_term(loss, *loss.full.tangent));
       term.adjoint = nullptr;
-      term.sum = rate_in(*tangent, DPDE_LINK_SUM, scene_.losses[i].loss->sums[0]);
+      term.average.clear();
+      term.sum = rate_in(*loss.full.tangent, DPDE_LINK_SUM, loss.loss->sums[0]);
     }
     open(tangent_, std::move(forward));
   }
+  const double by_params = weigh_averages(direction);
   follow_objective(*tangent_);
   set_direction(*tangent_, direction);
   begin_tangent(*tangent_);
-  return tangent_->loss();
+  return tangent_->loss() + by_params;
+}
+
+/// The rates of averages count as the losses change with them; the rate of what these have of parameters themselves.
+double Engine::weigh_averages(Values direction) {
+  const bool has_averages = std::any_of(scene_.losses, scene_.losses + scene_.loss_count,
+                                        [](const dpde_loss& loss) { return loss.of_averages != 0; });
+  if (!has_averages) return 0;
+  loss();
+  double by_params = 0;
+  std::map<std::string, double> bars;
+  for (const auto& [name, bar] : objective().derivatives_of_averages()) {
+    bars[name] += bar;
+    const Unknown* unknown = find_unknown(DPDE_UNKNOWN_PARAM, name);
+    if (unknown != nullptr) by_params += bar * unknown->part_of(std::span<const double>(direction))[0];
+  }
+  for (const Averaged& one : averaged_) tangent_->set_weight(one.term, one.weight * bars[one.average]);
+  return by_params;
 }
 
 }  // namespace dpde

@@ -115,9 +115,12 @@ void Rollout::Impl::add_losses(std::span<const LossEvent> due, int k, const Stat
     program.bind_states(state);
     program.prepare_inputs();
     run_at_state(program.executor, k);
-    loss_value += term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
+    const double value = term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
+    (term.average < 0 ? loss_value : averages[static_cast<size_t>(term.average)].value) += value;
   }
-  if (!due.empty() && due.front().step == last_loss) look_at_growth(k, state);
+  if (due.empty() || due.front().step != last_loss) return;
+  add_losses_of_averages();
+  look_at_growth(k, state);
 }
 
 /// Beyond reason it is as little a result as states that are not finite; where it is far, the state is kept, which the
@@ -303,6 +306,7 @@ double Rollout::Impl::loss() {
   const FloatScope without_subnormals;
   host_mode = without_subnormals.before();
   begin();
+  begin_averages();
   loss_value = 0;
   current = 0;
   steps_worked = 0;

@@ -18,7 +18,7 @@ constexpr int most_single_steps = 16;
 void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {
-    if (term.adjoint) continue;
+    if (term.adjoint || term.average >= 0) continue;  // averages may be of data alone
     throw Error(ErrorKind::run, fmt::format("the gradient needs the adjoint of the loss {}",
                                             term.loss.program.executor.program().name));
   }
@@ -32,6 +32,7 @@ const GradientResult& Rollout::Impl::gradient() {
   host_mode = without_subnormals.before();
   start = std::chrono::steady_clock::now();
   begin();
+  begin_averages();
   set_step(backward->program, std::max(last_loss - 1, 0));
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
@@ -214,6 +215,7 @@ bool Rollout::Impl::start_reverse(int leg, const StateBuffer& state, const State
 /// The losses of the last state, which is the state `k`.
 void Rollout::Impl::seed_end(const StateBuffer& state, int k) {
   std::ranges::fill(is_seeded, char{0});
+  seed_averages();
   for (const LossEvent& event : events_at(last_loss)) run_loss_adjoint(event, k, state);
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (is_seeded[i]) continue;
@@ -228,6 +230,7 @@ void Rollout::Impl::add_seeds(int k, const StateBuffer& state) {
 }
 
 void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state) {
+  if (!terms[event.term].adjoint) return;
   BoundLossAdjoint& adjoint = *terms[event.term].adjoint;
   BoundProgram& program = adjoint.program;
   for (const BoundData& data : adjoint.data) program.executor.bind(data.field, data.at[event.entry]);

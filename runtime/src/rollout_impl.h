@@ -123,6 +123,14 @@ struct BoundTerm {
   double weight;
   BoundLoss loss;
   std::optional<BoundLossAdjoint> adjoint;
+  int seed = -1;             // parameter of the adjoint: what the loss weighs
+  int average = -1;          // what it adds to in place of the loss
+  bool of_averages = false;  // once a run
+};
+/// What a run's states add up to, and what the losses that are made of it change with it.
+struct Average {
+  std::string name;
+  double value = 0, bar = 0;
 };
 /// Loss `term`, with its data of `entry`, counts at state `step`.
 struct LossEvent {
@@ -225,6 +233,14 @@ struct Rollout::Impl {
   void add_losses(int k, const StateBuffer& state) { add_losses(events_at(k), k, state); }
   void add_losses(std::span<const LossEvent> due, int k, const StateBuffer& state);
   void look_at_growth(int k, const StateBuffer& state);
+
+  // Losses of averages over the states (rollout_averages.cpp)
+  int average_called(const std::string& name);
+  void begin_averages();
+  void give_averages(BoundProgram& program);
+  void add_losses_of_averages();
+  void derive_averages(const std::function<void(std::span<const double> sums, const BoundLossAdjoint&)>& take);
+  void seed_averages();
   /// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
   std::span<const LossEvent> events_at(int k) {
     while (next_event > 0 && events[next_event - 1].step >= k) --next_event;
@@ -323,6 +339,7 @@ struct Rollout::Impl {
   int64_t planned_bytes = 0;  // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
+  std::vector<Average> averages;
   std::vector<LossEvent> events;  // in order of their steps; not a list over all steps, of which there may be 1e9
   size_t next_event = 0;          // of those at or behind the step that was asked for last
   int last_loss = 0;              // the last step with a loss: the gradient runs so far

@@ -107,6 +107,7 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
       bound.executor.set_param(p, setup.dt);
       continue;
     }
+    if (std::ranges::find(averages, name, &Average::name) != averages.end()) continue;  // see give_averages()
     const auto found = std::ranges::find(setup.params, name, &BoundParam::name);
     if (found == setup.params.end()) not_bound(program, "parameter", name);
     bound.executor.set_param(p, found->value);
@@ -321,7 +322,8 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   loss.sum = loss.program.executor.sum_index(sum);
   if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named {}", term.loss->name, sum));
   loss.data = bind_data(term, loss.program);
-  terms.push_back({term.weight, std::move(loss), std::nullopt});
+  const int average = term.average.empty() ? -1 : average_called(term.average);
+  terms.push_back({term.weight, std::move(loss), std::nullopt, -1, average, term.of_averages});
   if (term.adjoint == nullptr) return;
   if (term.adjoint->link_count == 0)
     throw Error(ErrorKind::run,
@@ -336,6 +338,7 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   adjoint.results = std::move(results);
   const int seed = find_derived(*term.adjoint, DPDE_LINK_SUM, sum);
   if (seed >= 0) adjoint.program.executor.set_param(seed, term.weight);
+  terms.back().seed = seed;
   adjoint.fields = bind_field_bars(executor);
   adjoint.data = bind_data(term, adjoint.program);
   terms.back().adjoint.emplace(std::move(adjoint));

@@ -29,7 +29,7 @@ struct Row {
   Names said;                      // in the text
 };
 
-const Row rows[] = {
+const Row untested_rows[] = {
     {"verify", "", {"certified but for c: ", "by c the derivative is 0, or below rounding, and was not tested: "}},
     {"gradient --certify",
      "certificate",
@@ -40,7 +40,7 @@ const Row rows[] = {
 /// A ramp that is narrower than a step: c has a derivative, which is 0 at nearly every c.
 TEST_F(UntestedCommand, IsNamedByEachVerb) {
   const std::string file = decay("ramp.dpde", " + min(1, max(0, 1e9*(t - c)))", "");
-  for (const Row& row : rows) {
+  for (const Row& row : untested_rows) {
     const std::string verb = row.verb;
     const std::string command =
         verb.substr(0, verb.find(' ')) + " " + file + verb.substr(std::min(verb.size(), verb.find(' ')));

@@ -79,6 +79,10 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
     if (options.by_everything || options.certify || is_learned(*compiled.problem, network.name))
       wrt.params.insert(network.name);
   }
+  for (std::size_t i = 0; compiled.problem->task && i < compiled.problem->task->losses.size(); ++i) {
+    const std::string& average = compiled.problem->task->losses[i].average;
+    if (!average.empty()) wrt.params.insert(average);
+  }
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown && !options.by_everything) continue;
     // What a task seeks is no input to leave out: where there is no derivative by it, that is an error.

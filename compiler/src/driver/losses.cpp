@@ -18,7 +18,12 @@ void check_losses(const Compiled& compiled, DiagnosticSink& sink) {
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const SourceRange range = task.losses[i].origin.range;
     const auto loss = compiled.derived.find(compiled.names.losses[i]);
-    if (loss == compiled.derived.end()) {
+    if (newton != nullptr && task.losses[i].of_averages) {
+      sink.report("not-allowed-here", range, {"average", "a task that is solved by newton_cg"},
+                  "it has no second derivatives: write using lbfgs(), or adam(rate = 1e-3)");
+    } else if (loss == compiled.derived.end() && !task.losses[i].average.empty()) {
+      continue;  // of data alone
+    } else if (loss == compiled.derived.end()) {
       sink.report("no-useful-derivative", range, {fmt::format("loss {} of task", i + 1), task.name},
                   "it depends on no state and nothing that is sought: leave it out, or write it as a test");
     } else if (newton != nullptr && newton->gauss_newton && !loss->second.squares_adjoint) {

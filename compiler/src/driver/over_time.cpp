@@ -50,6 +50,7 @@ model::Problem spread_over_time(model::Problem problem) {
   if (!problem.task) return problem;
   const Spread spread{problem.steps + 1.0, length_of_state(problem)};
   for (model::Loss& loss : problem.task->losses) {
+    if (loss.of_averages) continue;
     if (loss.when.kind == model::When::Kind::over) spread(loss.value, loss.when);
     if (loss.when.kind == model::When::Kind::steps)
       Spread{double(loss.when.count), problem.step}(loss.value, loss.when);

@@ -221,7 +221,15 @@ void SceneTable::Storage::add_task(const model::Task& task) {
   }
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::string& name = compiled->names.losses[i];
-    losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when), {}, {}});
+    const model::Loss& loss = task.losses[i];
+    losses.push_back({compiled->program(name),
+                      compiled->adjoint_of(name),
+                      loss.of_averages ? dpde_instants{} : instants(loss.when),
+                      {},
+                      {},
+                      loss.average.empty() ? nullptr : text(loss.average),
+                      loss.of_averages ? 1 : 0,
+                      1});
   }
   for (const model::Unknown::Kind kind : order_of_unknowns) {
     for (const model::Unknown& unknown : task.unknowns) {

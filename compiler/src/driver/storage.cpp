@@ -29,8 +29,11 @@ bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, 
     LossTerm term;
     term.loss = tables.find(name);
     term.adjoint = adjoint_in(tables, compiled, name);
-    term.at_steps = steps_of(problem.task->losses[i].when, problem, problem.steps);
-    if (term.loss == nullptr || term.adjoint == nullptr) return false;
+    const model::Loss& loss = problem.task->losses[i];
+    if (!loss.of_averages) term.at_steps = steps_of(loss.when, problem, problem.steps);
+    term.average = loss.average;
+    term.of_averages = loss.of_averages;
+    if (term.loss == nullptr || (term.adjoint == nullptr && loss.average.empty())) return false;
     setup.losses.push_back(std::move(term));
   }
   return true;

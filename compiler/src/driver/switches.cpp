@@ -171,7 +171,8 @@ bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
 /// Whether a run looks whether it switches, in place of an error: states move it.
 bool is_watched(const model::Problem& problem, const model::Jump& jump, const CompileOptions& options) {
   const bool has_windows = problem.task && problem.task->training;  // of data, whose states are on any side
-  return jump.side && !options.trusts_signs && !has_windows && !is_by_parameters(problem, jump);
+  const bool is_once = jump.in.loss && problem.task->losses[*jump.in.loss].of_averages;  // of a run: no state has it
+  return jump.side && !is_once && !options.trusts_signs && !has_windows && !is_by_parameters(problem, jump);
 }
 
 }  // namespace
@@ -289,6 +290,8 @@ ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options)
     add(*jump.side, jump.in, {"", what, smooth_for(jump) + forced, jump.origin, true});
   }
   for (const model::Divisor& divisor : trusted_divisors(problem, influence)) {
+    const bool is_number = divisor.in.loss && problem.task->losses[*divisor.in.loss].of_averages;
+    if (is_number) continue;  // a formula of numbers jumps at none but its pole
     if (!divisor.value || options.trusts_signs) {
       const auto is_it = [&](const Origin& origin) { return origin.range == divisor.origin.range; };
       if (std::ranges::none_of(compiled.unwatched, is_it)) compiled.unwatched.push_back(divisor.origin);

@@ -123,7 +123,12 @@ Influence::Influence(const Problem& problem, const Reading& program) {
 
 void Influence::add_edges(const Problem& problem, const Reading& program) {
   for_each_formula_of_run(problem, [&](const Formula& formula) {
-    if (formula.is_of_loss) return;
+    if (formula.is_of_loss) {
+      const auto is_it = [&](const Loss& loss) { return &loss.value == formula.value && !loss.average.empty(); };
+      const auto average = std::ranges::find_if(problem.task->losses, is_it);
+      if (average != problem.task->losses.end()) edges_.push_back({average->average, reading_of(*formula.value)});
+      return;
+    }
     Reading reading = reading_of(*formula.value);
     if (!formula.is_of_length) return edges_.push_back({formula.makes, std::move(reading)});
     for (const State& state : problem.states) edges_.push_back({state.name, {{}, reading.any}});

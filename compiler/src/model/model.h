@@ -230,6 +230,8 @@ struct Loss {
   Expr value;  // as of a Quantity
   When when;
   Origin origin;
+  std::string average = {};  // not "": its mean over the states is no loss, but this number in losses of averages
+  bool of_averages = false;  // a formula of such numbers and of parameters, once a run
 };
 struct Test {
   /// statistic: the quantity of the states themselves; its mean and deviation over time are compared with those of the

@@ -371,7 +371,10 @@ std::vector<std::string> task_lines(const Task& task) {
     const char* initial = unknown.kind == Unknown::Kind::initial ? "initial " : "";
     lines.push_back(fmt::format("unknown {}{} from {}{}", initial, unknown.name, print(unknown.from), bounds));
   }
-  for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
+  for (const Loss& loss : task.losses) {
+    const std::string what = loss.average.empty() ? "minimise " : fmt::format("average {} = ", loss.average);
+    lines.push_back(what + print(loss.value) + text_of(loss.when));
+  }
   if (task.optimiser) lines.push_back(text_of(*task.optimiser, task.training));
   for (const Test& test : task.tests) lines.push_back(text_of(test));
   for (const Test& growth : task.growths) lines.push_back("growth " + growth.quantity.name + runs_text(growth));

@@ -165,7 +165,10 @@ class Verifier {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
       if (unknown.kind != Unknown::Kind::network) check_source(unknown.from, "start of " + unknown.name);
     }
-    for (const Loss& loss : task.losses) check_when(loss.when, "loss");
+    for (const Loss& loss : task.losses) {
+      check_when(loss.when, "loss");
+      if (!loss.average.empty()) add_name(params_, loss.average);
+    }
     for (const Test& test : task.tests) {
       if (test.on.empty()) check_when(test.when, "test " + test.quantity.name);
     }

@@ -20,13 +20,16 @@ Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::
 
 /// The scene's table with another number of steps: everything else in it holds for runs of any length.
 WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
-    : from_(scene), steps_(steps), scale_(1), scene_(scene.table->scene()), is_timed_(options.is_timed) {
+    : from_(scene), steps_(steps), scene_(scene.table->scene()), is_timed_(options.is_timed) {
   const int every = scene.trajectories.every;
   for (int k = every; k <= steps; k += every) at_.push_back(k);
   const auto count = static_cast<std::int32_t>(at_.size());
-  scale_ = static_cast<double>(scene.steps()) / static_cast<double>(at_.size());
   losses_.assign(scene_.losses, scene_.losses + scene_.loss_count);
-  for (dpde_loss& loss : losses_) loss.at = {count, at_.data()};
+  for (dpde_loss& loss : losses_) {
+    if (loss.of_averages != 0) continue;
+    loss.at = {count, at_.data()};
+    loss.weight = static_cast<double>(scene.steps()) / count;  // of the states that losses are written for
+  }
   data_.assign(scene_.data, scene_.data + scene_.datum_count);
   for (dpde_datum& datum : data_) datum.at = count == 1 ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
   scene_.steps = steps;
@@ -136,7 +139,7 @@ WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<co
     }
     if (result.bad) break;
   }
-  const double factor = scale_ / static_cast<double>(windows.size());
+  const double factor = 1 / static_cast<double>(windows.size());
   result.loss *= factor;
   if (sum != nullptr) *sum *= factor;
   return result;

@@ -123,8 +123,6 @@ class WindowBatches {
   std::vector<UnknownPart> parts();
   int steps() const { return steps_; }
   std::size_t threads() const { return simulations_.size(); }
-  /// Of losses over fewer states than they are written for, in place of a simulation's own.
-  double scale() const { return scale_; }
   /// Calls `work` with a simulation that is set to each window, several at once. Noise of window i has the stream
   /// noise.stream + first + i.
   using Work = std::function<void(Simulation& simulation, std::size_t number)>;
@@ -144,7 +142,6 @@ class WindowBatches {
 
   const TrainingScene& from_;
   int steps_;
-  double scale_;                  // of losses over fewer states than they are written for
   std::vector<std::int32_t> at_;  // states at which losses count
   std::vector<dpde_loss> losses_;
   std::vector<dpde_datum> data_;

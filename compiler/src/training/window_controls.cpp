@@ -88,7 +88,6 @@ FoundControls WindowControls::find_one(Simulation& simulation, const Window& win
   try {
     const Optimised result = simulation.optimise({}, iterations_);
     found.losses = result.losses;
-    for (double& loss : found.losses) loss *= batches_.scale();
     const std::vector<double> values = simulation.unknown_values();
     found.norm = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).norm();
     run(simulation, found);

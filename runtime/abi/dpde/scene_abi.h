@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 13
+#define DPDE_SCENE_VERSION 14
 
 typedef struct dpde_axis {
   const char* name;
@@ -83,6 +83,10 @@ typedef struct dpde_loss {
   dpde_second full;    /* null programs: nothing that is sought reaches it, or see dpde_scene::no_second */
   dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum
                           of squares */
+  const char*
+      average; /* what the states give adds up to this parameter of losses of averages, and is no loss; or null */
+  int32_t of_averages; /* made of such parameters, once a run; `at` is empty */
+  double weight;       /* times what each state gives */
 } dpde_loss;
 
 enum {

@@ -330,7 +330,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto loss = [&](const dpde_loss& l) {
     const std::string program = tables.program(l.loss), adjoint = tables.program(l.adjoint);
     const std::string full = second(l.full, tables), squares = second(l.squares, tables);
-    return fmt::format("{{{}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares);
+    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares,
+                       quoted(l.average), l.of_averages, number(l.weight));
   };
   const std::string programs = programs_of(s, tables);
   const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value_text));

@@ -21,7 +21,7 @@ constexpr const char* operator_names[] = {
     "advect",    "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
     "sum",       "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
     "noise",     "force_on", "torque_on", "cross",  "outer",       "inner",        "sym",
-    "transpose", "trace"};
+    "transpose", "trace",    "average"};
 
 /// Applies `f` to each component.
 template <class F>
@@ -71,6 +71,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "if") return choice(e, range);
   if (is_quadrature(e)) return quadrature(e, range);
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
+  if (name == "average") return average(e, range);
   if (name == "force_on") return force(e, range);
   if (name == "torque_on") return torque(e, range);
   if (name == "sample") return sampling(e, range);
@@ -98,19 +99,14 @@ namespace {
 /// What other tools call it, by what is written here; "" where nothing is known.
 std::string_view called_elsewhere(std::string_view function) {
   constexpr std::pair<std::string_view, std::string_view> names[] = {
-      {"laplace", "lap(u)"},      {"laplacian", "lap(u)"},
-      {"Laplacian", "lap(u)"},    {"delta", "lap(u)"},
-      {"nabla", "grad(u)"},       {"gradient", "grad(u)"},
-      {"divergence", "div(v)"},   {"rot", "curl(v)"},
-      {"ddx", "dx(u)"},           {"ddy", "dy(u)"},
-      {"diff", "d(u, x, 1)"},     {"Dx", "dx(u)"},
-      {"ddt", "dt(u) = ..."},     {"ln", "log(u)"},
-      {"fabs", "abs(u)"},         {"pow", "u^p"},
-      {"square", "u^2"},          {"where", "if(u > 0, a, b)"},
-      {"average", "mean(u)"},     {"avg", "mean(u)"},
-      {"int", "integral(u)"},     {"integrate", "integral(u)"},
-      {"dxx", "d(u, x, 2)"},      {"dyy", "d(u, y, 2)"},
-      {"convect", "advect(v, u)"}};
+      {"laplace", "lap(u)"},    {"laplacian", "lap(u)"}, {"Laplacian", "lap(u)"},
+      {"delta", "lap(u)"},      {"nabla", "grad(u)"},    {"gradient", "grad(u)"},
+      {"divergence", "div(v)"}, {"rot", "curl(v)"},      {"ddx", "dx(u)"},
+      {"ddy", "dy(u)"},         {"diff", "d(u, x, 1)"},  {"Dx", "dx(u)"},
+      {"ddt", "dt(u) = ..."},   {"ln", "log(u)"},        {"fabs", "abs(u)"},
+      {"pow", "u^p"},           {"square", "u^2"},       {"where", "if(u > 0, a, b)"},
+      {"avg", "mean(u)"},       {"int", "integral(u)"},  {"integrate", "integral(u)"},
+      {"dxx", "d(u, x, 2)"},    {"dyy", "d(u, y, 2)"},   {"convect", "advect(v, u)"}};
   const auto* found = std::ranges::find(names, function, &std::pair<std::string_view, std::string_view>::first);
   return found == std::end(names) ? "" : found->second;
 }

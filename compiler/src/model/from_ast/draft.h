@@ -112,6 +112,14 @@ struct Draft {
   std::set<std::string> multipliers;         // fields that constraints give
   std::map<std::string, MaskForce> forces;   // of fields that are held
   std::map<std::string, Expr> moving_masks;  // those that hold t or controls: 1 inside, else 0
+  struct Average {
+    std::string name;  // of the number that stands for it
+    Expr value;
+    Origin origin;
+  };
+  std::vector<Average> averages;  // of the loss that is being read
+  bool takes_averages = false;
+  int averages_named = 0;  // of all losses
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

@@ -158,6 +158,10 @@ class Expressions {
   /// Marks the axis that `e` names.
   bool add_axis(const ast::Expr& e, std::array<bool, 3>& over);
 
+  // averages.cpp
+  /// The mean over the states that a loss looks at: a number that stands for it.
+  Typed average(const ast::Call& e, SourceRange range);
+
   // quadrature.cpp
   static bool is_quadrature(const ast::Call& e);
   bool follows_place(const ast::Call& e);
@@ -208,6 +212,7 @@ class Expressions {
   std::vector<Expr> integrals_ = {};           // of formulas, spelled out
   bool is_measuring_ = false;                  // this body is read for its order only
   bool is_in_parts_ = false;                   // integrals of formulas are taken in two parts, to compare
+  bool is_in_average_ = false;                 // whose mean over the states is taken
   bool is_in_sum_ = false;                     // products of dot are left where they lie
 };
 

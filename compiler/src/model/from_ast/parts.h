@@ -229,6 +229,10 @@ void bind_accuracy(Draft& draft);
 void bind_observables(Draft& draft);
 /// A number of each state that `when` names: a loss, a test, an observable.
 std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what, const When& when = {});
+/// The same of what was read already; `whole` is where it stands.
+std::optional<Expr> quantity_of(Draft& draft, const Expr& value, const std::string& what, SourceRange whole);
+/// The loss whose averages are in the draft.
+void add_loss_of_averages(Draft& draft, const Expr& value, const When& when, SourceRange range);
 /// Whether an observable or test may have this name; `seen` are those before it.
 bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen);
 

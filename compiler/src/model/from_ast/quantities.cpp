@@ -109,12 +109,17 @@ bool is_counted(Draft& draft, const Expr& value, const When& when, SourceRange w
 
 std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what, const When& when) {
   const auto value = Expressions(draft, Purpose::quantity, what).number(e);
-  if (!value || !is_counted(draft, *value, when, e.range())) return std::nullopt;
-  const Expr number = over_one_cell(draft, *value);
+  const bool counts_once = draft.takes_averages && !draft.averages.empty();
+  if (!value || (!counts_once && !is_counted(draft, *value, when, e.range()))) return std::nullopt;
+  return quantity_of(draft, *value, what, e.range());
+}
+
+std::optional<Expr> quantity_of(Draft& draft, const Expr& value, const std::string& what, SourceRange whole) {
+  const Expr number = over_one_cell(draft, value);
   const Expr* mistake = draft.problem.has_grid ? varying_part(draft, number) : nullptr;  // of one cell: a number
   if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
-    draft.sink.report("not-reduced", range.is_known() ? range : e.range(), {what}, reduced(draft, *mistake));
+    draft.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(draft, *mistake));
     return std::nullopt;
   }
   mark_series(draft, number);

@@ -311,8 +311,16 @@ void bind_losses(Draft& draft) {
   const auto lines = items_of<ast::MinimiseItem>(draft.task->items);
   for (const auto& [item, range] : lines) {
     const When when = when_of(draft, item.when, true);
+    draft.takes_averages = true;
+    draft.averages.clear();
     const auto value = quantity_of(draft, item.loss, "the loss", when);
-    if (value && check_loss(draft, item, *value)) draft.problem.task->losses.push_back({*value, when, {range}});
+    draft.takes_averages = false;
+    if (!value || !check_loss(draft, item, *value)) continue;
+    if (draft.averages.empty()) {
+      draft.problem.task->losses.push_back({*value, when, {range}});
+    } else {
+      add_loss_of_averages(draft, *value, when, range);
+    }
   }
   if (!lines.empty()) return;
   draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "minimise"},

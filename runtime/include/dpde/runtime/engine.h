@@ -201,6 +201,7 @@ class Engine {
   void follow_objective(Rollout& rollout);
   void set_direction(Rollout& rollout, Values direction);
   void run_tangents_of_formulas();
+  double weigh_averages(Values direction);
   const Unknown* find_unknown(int32_t kind, std::string_view name) const;
 
   const dpde_scene& scene_;
@@ -219,6 +220,12 @@ class Engine {
   std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_, watched_;
   StepRecord held_;
+  struct Averaged {
+    std::size_t term;
+    std::string average;
+    double weight;
+  };
+  std::vector<Averaged> averaged_;  // terms of tangent_ whose weights are those that averages have in the loss
   Rollout* primary_ = nullptr;
   GradientCallback watch_;
   int watch_every_ = 1;

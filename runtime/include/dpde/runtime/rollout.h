@@ -77,7 +77,9 @@ struct LossTerm {
   std::vector<int> at_steps;              // strictly increasing, 0 .. steps
   double weight = 1;
   std::vector<LossData> data;
-  std::string sum;  // the one that counts; "": the program's only one
+  std::string sum;           // the one that counts; "": the program's only one
+  std::string average = {};  // not "": see dpde_loss
+  bool of_averages = false;
 };
 
 /// Which of `count` intervals of `every` steps step n, or the state after n steps, lies in; the last one beyond.
@@ -351,6 +353,10 @@ class Rollout {
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.
   const GradientResult& gradient();
+  /// Of the last loss(): by each parameter of its losses of averages, averages among them.
+  std::vector<std::pair<std::string, double>> derivatives_of_averages();
+  /// Of a term that is no loss of averages, from the next loss() on.
+  void set_weight(std::size_t term, double weight);
   /// Of the last loss() or gradient(); null: its last state is not far above where it began.
   const FarState* far_state() const;
   /// Whether the last loss() or gradient() was.
