@@ -89,7 +89,7 @@ TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   for (const Json& file : json["files"]) {
     const std::string name = fs::path(file.get<std::string>()).filename();
     EXPECT_TRUE(fs::exists(path("o/" + name))) << name;
-    if (name.ends_with(".csv") && !name.ends_with("_beside.csv"))
+    if (name.ends_with(".csv") && !name.ends_with("_beside.csv") && !name.ends_with("_chart.csv"))  // with times
       EXPECT_EQ(content(path("w/" + name)), content(path("o/" + name)));
   }
   expect_values_one_by_one(trained.json());
@@ -102,6 +102,8 @@ TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   const Json without = dpde("test t.dpde learn --from o --threads 1 --json").json();
   EXPECT_TRUE(without["test"]["most"]["mean"].is_number()) << without;
   EXPECT_TRUE(without["test"]["err"]["break_even"]["data_s"].is_null());
+  EXPECT_EQ(without["test"]["err"]["conditions"]["knows_training"], false);
+  EXPECT_EQ(json["test"]["err"]["conditions"]["knows_training"], true);
   EXPECT_EQ(without["test"]["err"]["runs"], json["test"]["err"]["trials"]["each"][0]["runs"]);
 }
 

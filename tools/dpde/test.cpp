@@ -322,8 +322,7 @@ void add_test(CLI::App& app, int& status) {
       ->allow_extra_args(false);
   verb->add_option("--from", options->from, "the folder that optimize --out wrote: all that it found")
       ->type_name("DIR");
-  verb->add_flag("--beside-named-only", options->only_named,
-                 "no plain methods beside but those that the task names");
+  verb->add_flag("--beside-named-only", options->only_named, "no plain methods beside but those that the task names");
   verb->footer(
       "Without --weights and --from the tests are of the values that the task begins with; --set changes a parameter.\n"
       "Examples:\n  dpde test correct.dpde learn --from results --out tests\n"

@@ -261,8 +261,8 @@ std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool k
       if (!on) return {};
       there = read.emplace(test.on, std::move(*on)).first;
     }
-    all.push_back(conditions_of(*scenes.own.compiled->problem, test, knows_training ? &scenes.own.trajectories : nullptr,
-                                there->second));
+    all.push_back(conditions_of(*scenes.own.compiled->problem, test,
+                                knows_training ? &scenes.own.trajectories : nullptr, there->second));
   }
   return all;
 }
