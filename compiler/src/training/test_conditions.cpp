@@ -68,7 +68,8 @@ void compare_runs(const Trajectories& learnt, const Trajectories& on, TestCondit
   }
   for (const std::string& param : on.params) {
     const bool is_known = std::ranges::find(learnt.params, param) != learnt.params.end();
-    if (is_known && !on.counted.contains(param) && !learnt.counted.contains(param))
+    const bool only_counts = on.counted.contains(param) && learnt.counted.contains(param);
+    if (is_known && !only_counts)
       add_outside(param, values_of(learnt, param), values_of(on, param), conditions);
   }
   for (const std::string& state : states) {
