@@ -8,6 +8,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
+#include "processor_watch.h"
 #include "solve/finite.h"
 
 namespace dpde {
@@ -91,10 +92,12 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
       apply();
       images_.read(fields, made);
     };
+    const ProcessorWatch setup(note_->setup);
     is_made_ = false;  // should it throw, nothing else is
     is_made_ = matrix_->make(std::ref(image));
     if (!is_made_) fail("the operator is singular or not finite", "take a shorter step, or other first values", NAN);
   }
+  const ProcessorWatch solving(note_->seconds);
   if (!matrix_->solve(right_, solution_))
     fail("BiCGStab does not come to the tolerance", "take direct, or a shorter step", NAN);
   refine(fields, apply);

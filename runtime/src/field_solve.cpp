@@ -9,6 +9,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
+#include "processor_watch.h"
 #include "solve/finite.h"
 #include "solve/operator_probe.h"
 #include "solve/solve_advice.h"
@@ -212,18 +213,26 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   if (factor == 0) return give_up();
   multiply_all(right_, factor);
   const bool has_changed = inputs_.have_changed(fields, params);
-  if (has_changed || solver_ == nullptr) make_solver(fields, apply);
+  if (has_changed || solver_ == nullptr) {
+    const ProcessorWatch setup(note_->setup);
+    make_solver(fields, apply);
+  }
   if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
-    if (solver_->has_first_guess()) begin();
-    SolveReport report = solver_->solve(right_, solution_);
-    if (!report.converged) report = solve_again(report);
+    const SolveReport report = solve_timed();
     note(report);
     check(report);
     keep_on_tape();
   }
   multiply_all(solution_, 1 / factor);
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+}
+
+SolveReport FieldSolve::solve_timed() {
+  const ProcessorWatch solving(note_->seconds);
+  if (solver_->has_first_guess()) begin();
+  const SolveReport report = solver_->solve(right_, solution_);
+  return report.converged ? report : solve_again(report);
 }
 
 void FieldSolve::read_guesses(void* const* fields) {

@@ -49,6 +49,7 @@ class FieldSolve {
   void drop_solver();
   bool find_on_tape();
   void keep_on_tape();
+  SolveReport solve_timed();
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;

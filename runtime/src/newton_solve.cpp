@@ -11,6 +11,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
+#include "processor_watch.h"
 #include "solve/finite.h"
 
 namespace dpde {
@@ -70,6 +71,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
                       const std::function<void()>& apply_step) {
   if (x_.empty())
     throw Error(ErrorKind::machine, fmt::format("newton for {}: the program was compiled without its step", names_));
+  const ProcessorWatch solving(note_->seconds);
   rights_.read(fields, right_);
   x_ = right_;
   unknowns_.write(fields, x_);

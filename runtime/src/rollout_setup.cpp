@@ -397,9 +397,15 @@ const SolveNote* Rollout::without_derivative() const {
   }
   return nullptr;
 }
-const std::deque<SolveNote>& Rollout::adjoint_solve_notes() const {
-  static const std::deque<SolveNote> none;
-  return impl_->backward ? impl_->backward->program.executor.solve_notes() : none;
+std::deque<SolveNote> Rollout::adjoint_solve_notes() const {
+  std::deque<SolveNote> notes;
+  if (impl_->backward) notes = impl_->backward->program.executor.solve_notes();
+  for (BoundTerm& term : impl_->terms) {
+    if (!term.adjoint) continue;
+    const std::deque<SolveNote>& of_loss = term.adjoint->program.executor.solve_notes();
+    notes.insert(notes.end(), of_loss.begin(), of_loss.end());
+  }
+  return notes;
 }
 int Rollout::block_steps() const { return impl_->forward->block ? impl_->forward->block->steps() : 1; }
 std::string Rollout::tuning() const { return impl_->tuning(); }

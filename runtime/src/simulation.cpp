@@ -442,6 +442,7 @@ const std::string& Simulation::growth() const { return impl_->told->text; }
 double Simulation::time() const { return impl_->time(); }
 double Simulation::time_step() const { return impl_->engine.scene().step; }
 int Simulation::steps_done() const { return impl_->reached; }
+std::deque<SolveNote> Simulation::solve_notes() const { return impl_->engine.stepper().solve_notes(); }
 
 void Simulation::begin_at(double time) {
   impl_->engine.begin_at(time);

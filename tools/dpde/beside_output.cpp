@@ -187,6 +187,7 @@ class Comparison {
     if (each.is_named && !test_.is_chart) say_blow_up(job_, each);
     Json json = json_of(figures_of(each));
     json["course"] = json_numbers(each.course());
+    if (!each.solves.empty()) json["solves"] = tools::json_of(each.solves);
     json.update({{"file", each.file},
                  {"network", each.has_network},
                  {"made_data", each.made_data},
@@ -221,12 +222,18 @@ class Comparison {
   }
 
   std::string table() const {
-    std::string text = "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high\n";
+    std::string text = "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high,solves,iterations,solve_s\n";
     const auto add = [&](const TrajectoryTest& each, double cost, const PairedRatio& ratio) {
       const MeanAndSpread whole = mean_and_spread(figures_of(each));
-      text += fmt::format("\"{}\",{},{},{},{},{},{},\"{}\",{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0,
-                          whole.mean, whole.spread, cost, each.is_named ? 1 : 0, each.method_kind, ratio.mean,
-                          ratio.low, ratio.high);
+      SolveNote all;
+      for (const driver::SolveReport& solve : each.solves) {
+        all.solves += solve.note.solves;
+        all.iterations += solve.note.iterations;
+        all.seconds += solve.note.seconds;
+      }
+      text += fmt::format("\"{}\",{},{},{},{},{},{},\"{}\",{},{},{},{},{},{}\n", each.scene, each.file,
+                          each.has_network ? 1 : 0, whole.mean, whole.spread, cost, each.is_named ? 1 : 0,
+                          each.method_kind, ratio.mean, ratio.low, ratio.high, all.solves, all.iterations, all.seconds);
     };
     add(test_.found(), cost_, {1, 1, 1, 0, 0});
     for (std::size_t s = 0; s < beside_.size(); ++s) add(scene(s), test_.costs[s + 1], error_ratio(s));

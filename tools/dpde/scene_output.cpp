@@ -229,6 +229,9 @@ Json json_of(const std::vector<driver::SolveReport>& solves) {
                       {"most_iterations", note.most_iterations},
                       {"residual", json_number(note.residual)},
                       {"tolerance", note.tolerance},
+                      {"cpu_s", note.seconds},
+                      {"setup_s", note.setup},
+                      {"guess", solve.guess},
                       {"incompatible", json_number(note.incompatible)}});
   }
   return result;

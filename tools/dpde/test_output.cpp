@@ -24,10 +24,12 @@ using Kind = model::Test::Kind;
 
 Json numbers_of(const TrajectoryTest& test) {
   const MeanAndSpread whole = mean_and_spread(test.means());
-  return {{"mean", json_number(whole.mean)},
-          {"spread", spread_json(whole.spread)},
-          {"runs", json_numbers(test.means())},
-          {"course", json_numbers(test.course())}};
+  Json json = {{"mean", json_number(whole.mean)},
+               {"spread", spread_json(whole.spread)},
+               {"runs", json_numbers(test.means())},
+               {"course", json_numbers(test.course())}};
+  if (!test.solves.empty()) json["solves"] = json_of(test.solves);
+  return json;
 }
 
 /// Mean and spread over the runs at each time.
@@ -136,6 +138,7 @@ Json report_test(Job& job, const OneTest& test) {
   json["t"] = json_numbers(test.found().times);
   json["start"] = numbers_of(*test.start);
   report_trials(job, test, json);
+  if (test.beside->empty()) say_solves(job, test.found());
   report_beside(job, test, json);
   return json;
 }
@@ -302,6 +305,15 @@ const char* key_of(Kind kind) {
 }
 
 }  // namespace
+
+void say_solves(Job& job, const TrajectoryTest& test) {
+  for (const driver::SolveReport& solve : test.solves) {
+    const auto solves = static_cast<double>(solve.note.solves);
+    job.say(fmt::format("    {}, solve for {}: {}, {:.1f} iterations and {} a solve{}\n", test.scene, solve.field,
+                        solve.note.method, static_cast<double>(solve.note.iterations) / solves,
+                        human_seconds(solve.note.seconds / solves),
+                        solve.guess.empty() ? "" : ", beginning with " + solve.guess));
+  }
 
 void say_blow_up(Job& job, const TrajectoryTest& test) {
   std::vector<std::size_t> runs;

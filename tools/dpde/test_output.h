@@ -45,6 +45,8 @@ void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel);
 
 /// Of a correlation: how many runs stay above the threshold.
 std::string staying_text(const training::TrajectoryTest& test);
+/// Iterations and seconds of the solves of its runs, a line each.
+void say_solves(Job& job, const training::TrajectoryTest& test);
 /// The runs in which it is no longer finite.
 void say_blow_up(Job& job, const training::TrajectoryTest& test);
 

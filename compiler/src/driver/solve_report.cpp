@@ -34,6 +34,8 @@ void add_note(SolveNote& to, const SolveNote& note) {
   to.solves += note.solves;
   to.iterations += note.iterations;
   to.missed += note.missed;
+  to.seconds += note.seconds;
+  to.setup += note.setup;
   to.most_iterations = std::max(to.most_iterations, note.most_iterations);
   to.incompatible = std::max(to.incompatible, note.incompatible);
   if (note.residual < to.residual) return;
@@ -65,6 +67,12 @@ std::string begun_with(const Compiled& compiled, const stencil::Solve& solve) {
     if (names.empty() || names.back() != name) names.push_back(name);
   }
   return fmt::format("{}", fmt::join(names, " and "));
+}
+
+/// Of a processor: what a guess saves shows here, too.
+std::string times_of(const SolveNote& note) {
+  const double each = note.seconds / static_cast<double>(std::max<std::int64_t>(note.solves, 1));
+  return fmt::format("{:.3g} ms a solve, {:.3g} ms to set up", 1e3 * each, 1e3 * note.setup);
 }
 
 }  // namespace
@@ -114,10 +122,11 @@ std::string text_of(const std::vector<SolveReport>& solves) {
         static_cast<double>(solve.note.iterations) / static_cast<double>(std::max<std::int64_t>(solve.note.solves, 1));
     const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
     const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
-    text += fmt::format("solve for {}: {} ({}){}\n", solve.field, solve.note.method, solve.note.reason,
+    text += fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
                         most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}", mean, most, guess)
                         : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
-                                  : "");
+                                  : "",
+                        times_of(solve.note));
   }
   return text;
 }

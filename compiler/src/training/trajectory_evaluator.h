@@ -31,6 +31,8 @@ class TrajectoryEvaluator {
   /// that with the data, 0 from there. Of a spectrum the energies of its shells, in the mean over these frames;
   /// infinite where it blows up.
   std::vector<double> roll(const model::Test& test, int run);
+  /// What the solves of the steps of all runs have met.
+  std::deque<SolveNote> solve_notes() const { return simulation_->solve_notes(); }
   /// The same of the states of the data.
   std::vector<double> look_at_data(const model::Test& test, int run);
   /// Whether every state comes to the next frame but for rounding: it is this scene that made the data.

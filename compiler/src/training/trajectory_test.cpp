@@ -27,9 +27,9 @@ bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const
   return made;
 }
 
-/// `visit` of every run, on all threads.
+/// `visit` of every run, on all threads. `met`: what the solves of all runs have met.
 Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& x,
-               const BatchOptions& options, const Visit& visit) {
+               const BatchOptions& options, const Visit& visit, std::deque<SolveNote>* met = nullptr) {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::deque<TrajectoryEvaluator> evaluators;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
@@ -38,6 +38,11 @@ Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const 
   Team(static_cast<int>(evaluators.size())).run(runs, [&](std::int64_t run, int thread) {
     values[static_cast<std::size_t>(run)] = visit(evaluators[static_cast<std::size_t>(thread)], static_cast<int>(run));
   });
+  for (const TrajectoryEvaluator& evaluator : evaluators) {
+    if (met == nullptr) break;
+    const std::deque<SolveNote> notes = evaluator.solve_notes();
+    met->insert(met->end(), notes.begin(), notes.end());
+  }
   return values;
 }
 
@@ -92,8 +97,11 @@ TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, con
   const model::Problem& problem = *scene.compiled->problem;
   TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
   result.threshold = test.threshold;
-  result.runs = over_runs(scene, on, values, options,
-                          [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.roll(test, run); });
+  std::deque<SolveNote> met;
+  result.runs = over_runs(
+      scene, on, values, options, [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.roll(test, run); },
+      &met);
+  result.solves = driver::solves_of(*scene.compiled, met);
   const bool has_data = test.kind == model::Test::Kind::statistic || test.kind == model::Test::Kind::spectrum;
   if (has_data)
     result.data = over_runs(scene, on, values, options,

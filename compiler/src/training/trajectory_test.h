@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "driver/solve_report.h"
 #include "training/beside.h"
 #include "training/growth.h"
 #include "training/test_conditions.h"
@@ -25,9 +26,10 @@ struct TrajectoryTest {
   bool is_named = true;                   // in the task; else a plain method that the tool adds
   std::string method_kind;                // how it takes derivatives in space
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
-  std::size_t last_resolved = 0;  // shell
-  double unit = 0, noise = 0;     // wave number of shell 1; see distance()
-  double threshold = 0;           // of a correlation
+  std::size_t last_resolved = 0;                 // shell
+  double unit = 0, noise = 0;                    // wave number of shell 1; see distance()
+  double threshold = 0;                          // of a correlation
+  std::vector<driver::SolveReport> solves = {};  // those of all runs
 
   /// Over the times, of each run; and over the runs, at each time.
   std::vector<double> means() const { return means_of(runs); }

@@ -306,11 +306,11 @@ class Rollout {
   /// The caller sets the interior; run(), loss() and gradient() fill the halo and leave the rest alone.
   Field& initial(int state);
 
-  /// What the solves of the steps and of the losses have met, and those of the steps' adjoints.
+  /// What the solves of the steps and of the losses have met, and those of their adjoints.
   std::deque<SolveNote> solve_notes() const;
   /// The first of them whose solution has no derivative that is known; null where there is none.
   const SolveNote* without_derivative() const;
-  const std::deque<SolveNote>& adjoint_solve_notes() const;
+  std::deque<SolveNote> adjoint_solve_notes() const;
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
   bool set_param(std::string_view name, double value);

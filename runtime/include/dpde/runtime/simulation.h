@@ -23,6 +23,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <memory>
 #include <span>
@@ -34,6 +35,7 @@
 #include "dpde/runtime/host_network.h"
 #include "dpde/runtime/progress.h"
 #include "dpde/runtime/simulation_options.h"
+#include "dpde/runtime/solve_note.h"
 #include "dpde/runtime/values.h"
 #include "dpde/scene_abi.h"
 
@@ -108,6 +110,8 @@ class Simulation {
   double time() const;
   double time_step() const;
   int steps_done() const;
+  /// What the solves of these steps have met, since the simulation was made.
+  std::deque<SolveNote> solve_notes() const;
   void reset();
   /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by
   /// state).

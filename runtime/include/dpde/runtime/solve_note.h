@@ -13,6 +13,7 @@ struct SolveNote {
   std::string method, reason;          // of the last one; "" before there was one
   int64_t solves = 0, iterations = 0;  // all of them
   int most_iterations = 0;             // of one
+  double seconds = 0, setup = 0;       // of a processor: in all solves, and in making solvers for changed operators
   double residual = 0;                 // the largest |A*x - b|/|b|
   double tolerance = 0;                // to which the solver of that one had to come
   double incompatible = 0;             // the largest part of b that no x reaches, over |b|
