@@ -201,6 +201,43 @@ TEST(WarmStart, StartsHaveNoPartInDerivatives) {
   }
 }
 
+/// What acts through nothing but a start is no unknown: its gradient would be 0 without a word. In models and in
+/// programs by hand; with any other way to the loss it is one.
+TEST(WarmStart, UnknownsOfStartsAloneAreRefused) {
+  const std::string layers = " { real f64; padding x periodic; initial he, seed 1; conv 2, 3; conv out, 3 }\n";
+  const auto code = [&](const std::string& from, const std::string& unknown, const std::string& loss) {
+    return code_refused(
+        "network first(r) -> g" + layers + "model m { field w; param a; solve lap(psi) - psi = -w for psi from " +
+        from +
+        "; dt(w) = psi }\nscheme c { time = euler; solve = cg; preconditioner = none }\n"
+        "scene s : m with c { grid x = 0 .. 1, cells 6, periodic; a = 2; initial w = sin(2*pi*x); time 0 .. 0.2, step "
+        "0.1 }\ntask t : s { " +
+        unknown + "; minimise " + loss + " }\n");
+  };
+  EXPECT_EQ(code("first(w)", "learn first", "mean(psi^2)"), "E0601");
+  EXPECT_EQ(code("first(w)", "learn first", "mean(w^2)"), "E0601");
+  EXPECT_EQ(code("a*w", "unknown a", "mean(psi^2)"), "E0601");
+  EXPECT_EQ(code("first(a*w)", "unknown initial w; unknown a", "mean(psi^2)"), "E0601");
+  EXPECT_EQ(code("first(w)", "learn first", "mean((lap(first(w)) + w)^2)"), "");
+  EXPECT_EQ(code("first(w) after 2 iterations", "learn first", "mean(psi^2)"), "");
+  EXPECT_EQ(code("a*w", "unknown a", "mean(psi^2) + 1e-3*a^2"), "");
+
+  const std::string by_hand =
+      "network first(1) -> 1" + layers +
+      "kernel right(w: field, out r: field) { r = -w }\n"
+      "kernel image(p: field halo 1, hx: param, out q: field) { q = (p[-1] - 2*p + p[+1])/hx^2 - p }\n"
+      "kernel next(w, p: field, out v: field) { v = w + 0.1*p }\n"
+      "kernel kept(g: field, out h: field) { h = g }\n"
+      "program step { run right; apply first(r) to g; solve q = r for p from g by cg { fill p x = periodic; run image "
+      "}; run next";
+  const auto scene = [](const std::string& more) {
+    return "scene s : step { grid x = 0 .. 1, cells 6, periodic; initial w = sin(2*pi*x); " + more +
+           "time 0 .. 0.2, step 0.1 }\ntask t : s { learn first; minimise mean(w^2) }\n";
+  };
+  EXPECT_EQ(code_refused(by_hand + "; swap w, v }\n" + scene("")), "E0601");
+  EXPECT_EQ(code_refused(by_hand + "; run kept; swap w, v; swap k, h }\n" + scene("initial k = 0; ")), "");
+}
+
 /// Iterations of all methods with each preconditioner come to the same solution; plain ones need more of them.
 TEST(Preconditioners, ComeToTheSameSolution) {
   for (const auto& scene : {disc_in_channel, uneven_bed}) {

@@ -222,7 +222,8 @@ class Comparison {
   }
 
   std::string table() const {
-    std::string text = "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high,solves,iterations,solve_s\n";
+    std::string text =
+        "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high,solves,iterations,solve_s\n";
     const auto add = [&](const TrajectoryTest& each, double cost, const PairedRatio& ratio) {
       const MeanAndSpread whole = mean_and_spread(figures_of(each));
       SolveNote all;

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -12,10 +13,12 @@
 
 #include "adjoint/rules.h"
 #include "model/print_model.h"
+#include "model/solves.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/idle_walls.h"
 #include "stencil/jumps.h"
+#include "stencil/passes/passes.h"
 
 namespace dpde::driver {
 
@@ -138,9 +141,37 @@ const stencil::Program* written_step(const Compiled& compiled) {
   return compiled.problem->program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
 }
 
+void forget_guesses(std::vector<stencil::Statement>& body) {
+  for (stencil::Statement& statement : body) {
+    match(
+        statement, [](stencil::Fill&) {}, [](stencil::Fold&) {}, [](stencil::Reduce&) {}, [](stencil::NetworkCall&) {},
+        [](stencil::Transform&) {}, [](stencil::Run&) {}, [](stencil::Solve& solve) { solve.guesses.clear(); },
+        [](stencil::Repeat& repeat) { forget_guesses(repeat.body); });
+  }
+}
+
+/// The program in a module of its own, without what only guesses of solves are made of.
+stencil::Module without_guesses(const stencil::Module& module, const stencil::Program& program) {
+  stencil::Module alone = module;
+  alone.programs = {program};
+  forget_guesses(alone.programs.front().body);
+  return stencil::remove_dead_code(alone);
+}
+
+/// What only guesses of solves of a hand-written step read.
+std::set<std::string> names_in_guesses(const stencil::Module& module, const stencil::Program& program) {
+  const stencil::Module alone = without_guesses(module, program);
+  const model::Reading all = reading_of(module, program), rest = reading_of(alone, alone.programs.front());
+  std::set<std::string> names;
+  std::ranges::set_difference(all.any, rest.any, std::inserter(names, names.end()));
+  return names;
+}
+
 model::Influence influence_in(const Compiled& compiled) {
   const stencil::Program* step = written_step(compiled);
-  return model::Influence(*compiled.problem, step ? reading_of(compiled.stencil, *step) : model::Reading{});
+  if (step == nullptr) return model::Influence(*compiled.problem, {});
+  const stencil::Module alone = without_guesses(compiled.stencil, *step);
+  return model::Influence(*compiled.problem, reading_of(alone, alone.programs.front()));
 }
 
 /// Of the formulas of the scene. A side that nothing reads jumps for nobody, and has a warning of its own: which those
@@ -205,6 +236,29 @@ void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink) {
   }
 }
 
+/// What acts on losses through nothing but what solves begin with. No solution depends on that, and its gradient would
+/// be 0.
+void check_guesses(const Compiled& compiled, const model::Influence& influence, DiagnosticSink& sink) {
+  const model::Task& task = *compiled.problem->task;
+  model::Influence::Unknowns begun_with;
+  const auto add = [&](const model::Reading& reading) {
+    const model::Influence::Unknowns reached = influence.on(reading).any;
+    begun_with.insert(reached.begin(), reached.end());
+  };
+  for (const model::Solve* solve : model::solves_of(*compiled.problem)) {
+    for (const model::Expr& start : solve->starts) add(model::reading_of(start));
+  }
+  if (const stencil::Program* step = written_step(compiled)) add({{}, names_in_guesses(compiled.stencil, *step)});
+  for (const std::size_t i : begun_with) {
+    if (influence.on_losses().any.contains(i)) continue;
+    const model::Unknown& unknown = task.unknowns[i];
+    sink.report("no-useful-derivative", unknown.origin.range,
+                {name_of(unknown), "acts on what a solve begins with alone, on which no solution depends: it"},
+                "minimise what the guess leaves, as mean((lap(q) + w)^2) with solve lap(q) = -w for q from guess(w) "
+                "after 0 iterations, or what is left after 5 iterations");
+  }
+}
+
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   if (!compiled.problem || !compiled.problem->task || options.by_everything) return;
   const model::Problem& problem = *compiled.problem;
@@ -215,6 +269,7 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
     if (!task.certifies) report(task, found, sink);
     if (task.certifies && unknown.kind != model::Unknown::Kind::initial) compiled.activity.params.erase(unknown.name);
   }
+  if (!task.certifies) check_guesses(compiled, influence, sink);
   if (sink.has_errors()) return;
   for (const model::Jump& jump : jumps_by(compiled, influence, model::Signs::kept)) {
     if (task.certifies && is_by_parameters(problem, jump)) {

@@ -127,7 +127,7 @@ Expr network_call(NetworkCall inference, Origin origin) { return make(std::move(
 Expr solve(Solve solved, Origin origin) { return make(std::move(solved), origin); }
 Expr without_starts(const Solve& solved, Origin origin) {
   Solve copy = solved;
-  copy.starts.clear();
+  if (!copy.iterations) copy.starts.clear();
   return solve(std::move(copy), origin);
 }
 

@@ -171,7 +171,11 @@ struct Solve {
   std::vector<AxisSides> boundary;  // one an axis
   /// States the best sum of whose multiples is near it, and that lie where it lies.
   std::vector<std::string> guesses = {};
-  std::vector<Expr> starts = {};  // as the model says, fields beside them, which have no part in derivatives
+  /// As the model says, fields beside them, which have no part in derivatives; where `iterations` is known they have.
+  std::vector<Expr> starts = {};
+  /// What so many plain conjugate gradients make of the start, each of them differentiated, is the value; nullopt: the
+  /// solution.
+  std::optional<int> iterations = {};
   bool operator==(const Solve&) const = default;
 };
 

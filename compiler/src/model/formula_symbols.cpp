@@ -169,7 +169,8 @@ Piecewise::Id FormulaSymbols::convert_new(const Expr& e, const Offset& offset) {
       [&](const NetworkCall&) { return opaque(e, offset, scope_); },
       [&](const Solve& s) {
         LocalFields inside = scope_;
-        inside[s.name] = {moves(s.right) || moves(s.operation)};
+        const auto follows = [&](const Expr& start) { return s.iterations && moves(start); };
+        inside[s.name] = {moves(s.right) || moves(s.operation) || std::ranges::any_of(s.starts, follows)};
         return opaque(without_starts(s, e->origin), offset, inside);
       });
 }

@@ -38,6 +38,7 @@
 #include "model/model.h"
 #include "model/placement.h"
 #include "stencil/finite_difference.h"
+#include "stencil/iterations.h"
 #include "stencil/stencil.h"
 #include "stencil/waves.h"
 #include "support/name_supply.h"
@@ -73,6 +74,10 @@ struct PreparedSolve {
   Kernel kernel;
   SolveBy by = {};
   std::vector<std::string> guesses = {}, starts = {};  // states, and fields that are made beforehand
+  std::optional<IterationFields> iterations = {};      // in the place of a solution
+
+  /// The field that has what is found.
+  const std::string& result() const { return iterations ? iterations->x.result : unknown; }
 };
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
@@ -131,6 +136,7 @@ class Discretiser {
   std::string stored_reduction(Reduce reduce);
   std::string stored_inference(const model::NetworkCall& e);
   std::string stored_solve(const model::Expr& e);
+  IterationFields iteration_fields(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,

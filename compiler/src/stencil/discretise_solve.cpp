@@ -7,6 +7,13 @@
 
 namespace dpde::stencil {
 
+IterationFields Discretiser::iteration_fields(const model::Solve& solve) {
+  IterationFields fields;
+  fields.count = *solve.iterations;
+  for (const auto& [what, field] : fields.all()) *field = names_.fresh(solve.name + "_" + what);
+  return fields;
+}
+
 /// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
 std::string Discretiser::stored_solve(const model::Expr& e) {
   for (const Operand& known : operands_) {
@@ -27,8 +34,10 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
     made.guesses.push_back(stands_for == reading_.fields.end() ? guess : stands_for->second);
   }
   for (const model::Expr& start : solve.starts) made.starts.push_back(stored_operand(start, place));
+  if (solve.iterations) made.iterations = iteration_fields(solve);
   // a state may be solved for: it is another field then
-  made.unknown = names_.fresh(names_.is_used(solve.name) ? solve.name + "_solved" : solve.name);
+  const char* const suffix = solve.iterations ? "_direction" : names_.is_used(solve.name) ? "_solved" : "";
+  made.unknown = names_.fresh(solve.name + suffix);
   made.image = names_.fresh(solve.name + "_image");
   Reading reading = reading_;
   reading.fields[solve.name] = made.unknown;
@@ -45,7 +54,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   made.between_walls = names_.fresh(solve.name + "_between_walls");
   made.kernel = Kernel{"", rank_, body.lets_, {{made.image, false, image, e->origin}}, {}, {}};
   preparations_.emplace_back(std::move(made));
-  operands_.push_back({e, {}, std::get<PreparedSolve>(preparations_.back()).unknown});
+  operands_.push_back({e, {}, std::get<PreparedSolve>(preparations_.back()).result()});
   return operands_.back().field;
 }
 

@@ -14,6 +14,7 @@
 #include "stencil/events.h"
 #include "stencil/exponential.h"
 #include "stencil/idle_walls.h"
+#include "stencil/iterations_from_model.h"
 #include "stencil/lowering.h"
 #include "stencil/operator_order.h"
 #include "stencil/passes/place_fills.h"
@@ -108,6 +109,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (const std::optional<Made> as = made(use.kind)) check_size(lowering, use, *as, sink);
   });
+  if (sink.all().size() == before) check_iterations(lowering, sink);
   return sink.all().size() == before;
 }
 

@@ -427,7 +427,7 @@ void Lowering::add_preparation(const Preparation& preparation, const Stage& stag
       },
       [&](const Transform& transform) { program.body.push_back(transform); },
       [&](const PreparedSolve& solve) {
-        draft.solved[solve.unknown] = solve.state;
+        draft.solved[solve.result()] = solve.state;
         const auto add = [&](const auto& reads) { add_halos(reads, stage.time, 0, stage.at, draft); };
         add_solve(solve, stage.time, add, draft.walls, draft.module, program);
       });

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/iterations.h"
 #include "stencil/lowering.h"
 #include "stencil/passes/place_fills.h"
 #include "stencil/walls.h"
@@ -84,9 +85,13 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const StateHalos
   }
   walls.remember(std::move(outer));
   const Written written{solve.state.name, solve.kernel.stores.front().origin.range};
+  const std::string name = solve.kernel.name;
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
   Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
   made.halos = std::move(block.halos);
+  if (solve.iterations)
+    return add_iterations(made, *solve.iterations, solve.starts.empty() ? "" : solve.starts.front(),
+                          problem_.scheme.real, name, module, program);
   for (const std::string& guess : solve.guesses) {
     if (state_of_.contains(guess)) made.guesses.push_back(guess);  // problems without memories are looked at too
   }

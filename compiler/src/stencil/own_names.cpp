@@ -79,6 +79,9 @@ class OwnNames {
     for (std::string* field :
          {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
       *field = names_[*field] = taken_.fresh(*field);
+    if (solve.iterations) {
+      for (const auto& [what, field] : solve.iterations->all()) *field = names_[*field] = taken_.fresh(*field);
+    }
     rename(solve.kernel);
     solve.kernel.stores.front().field = solve.image;
     solve.kernel.name = stage_ + "_" + without_dots(solve.image);

@@ -75,8 +75,7 @@ struct Related {
   Identifier name;
 };
 Related parse_related(Cursor& cursor, const char* word, const char* what, std::string hint = {}) {
-  Related related;
-  related.left = parse_expression(cursor);
+  Related related{parse_expression(cursor), {}, {}};
   cursor.expect(TokenKind::assign);
   related.right = parse_expression(cursor);
   cursor.expect_word(word, std::move(hint));
@@ -94,7 +93,9 @@ std::vector<Expr> parse_starts(Cursor& cursor) {
 
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
-  return SolvedItem{related.left, related.right, related.name, parse_unit(cursor), parse_starts(cursor)};
+  SolvedItem item{related.left, related.right, related.name, parse_unit(cursor), parse_starts(cursor)};
+  if (cursor.accept_word("after")) item.iterations = cursor.expect_whole_number(), cursor.expect_word("iterations");
+  return item;
 }
 
 ItemKind parse_constraint(Cursor& cursor) {

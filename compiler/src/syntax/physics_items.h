@@ -55,6 +55,7 @@ struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes i
   UnitText unit = {};
   std::vector<Expr> starts =
       {};  // ... for phi from guess(omega): methods by steps begin with the best sum of multiples
+  std::optional<int> iterations = {};  // ... after 5 iterations: what these make of the guess, not the solution
 };
 struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
   Expr zero, value;      // the left side, which has to be 0, and the right one

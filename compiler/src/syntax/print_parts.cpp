@@ -103,8 +103,9 @@ static std::string print_starts(const std::vector<Expr>& starts) {
 }
 
 std::string print_solved(const SolvedItem& i) {
-  return fmt::format("solve {} = {} for {}{}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit),
-                     print_starts(i.starts));
+  const std::string after = i.iterations ? fmt::format(" after {} iterations", *i.iterations) : "";
+  return fmt::format("solve {} = {} for {}{}{}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit),
+                     print_starts(i.starts), after);
 }
 
 std::string print_constraint(const ConstraintItem& i) {

@@ -69,8 +69,7 @@ void compare_runs(const Trajectories& learnt, const Trajectories& on, TestCondit
   for (const std::string& param : on.params) {
     const bool is_known = std::ranges::find(learnt.params, param) != learnt.params.end();
     const bool only_counts = on.counted.contains(param) && learnt.counted.contains(param);
-    if (is_known && !only_counts)
-      add_outside(param, values_of(learnt, param), values_of(on, param), conditions);
+    if (is_known && !only_counts) add_outside(param, values_of(learnt, param), values_of(on, param), conditions);
   }
   for (const std::string& state : states) {
     std::vector<double> all, first;

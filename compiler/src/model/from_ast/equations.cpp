@@ -19,6 +19,23 @@ void bind_let(Draft& draft, const ast::LetItem& item) {
   if (value.type != Typed::Type::none) draft.lets.emplace(item.name.name, std::move(value));
 }
 
+/// Whether iterations can be made that derivatives go through. That the operator is symmetric is seen where its
+/// differences are known: stencil/from_model.cpp.
+bool fits_iterations(Draft& draft, const Solve& solved, SourceRange range) {
+  const auto refuse = [&](const char* why, const char* hint) {
+    draft.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
+    return false;
+  };
+  if (*solved.iterations < 0) return refuse("its iterations are a number from 0 on", "as in after 5 iterations");
+  if (solved.starts.size() > 1)
+    return refuse("iterations begin with one guess, as it is", "write their sum: from a + b after 5 iterations");
+  if (*solved.iterations == 0 && solved.starts.empty())
+    return refuse("0 iterations make nothing where there is no guess", "as in from guess(omega) after 0 iterations");
+  if (is_of_waves(solved, draft.problem.scheme))
+    return refuse("it is solved wave by wave, which has no iterations", "leave out after, or take lap = central(2)");
+  return true;
+}
+
 /// The name stands for itself in its own equation, and behind that for the field that solves it.
 void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   const std::string& name = item.unknown.name;
@@ -67,7 +84,9 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
     return;
   }
   solved.starts = *starts;
-  add_guesses(draft, solved, {range});
+  solved.iterations = item.iterations;
+  if (!item.iterations) add_guesses(draft, solved, {range});
+  if (item.iterations && !fits_iterations(draft, solved, range)) return;
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 

@@ -243,7 +243,13 @@ class UnitLines {
         },
         [&](const ast::SolvedItem& i) {
           measures_.fit(i.right, measures_.one(i.left), "the left side");
-          for (const ast::Expr& start : i.starts) measures_.one(start);  // of any unit: multiples of it are taken
+          for (const ast::Expr& start : i.starts) {
+            if (i.iterations) {
+              measures_.fit(start, measures_.of_let(i.unknown.name), i.unknown.name);
+            } else {
+              measures_.one(start);  // of any unit: multiples of it are taken
+            }
+          }
         },
         [&](const ast::ConstraintItem& i) {
           measures_.fit(i.value, measures_.one(i.zero), "the left side");

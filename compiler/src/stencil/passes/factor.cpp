@@ -46,7 +46,7 @@ Polynomial terms_at(const Place& place, const Polynomial& divisor) {
   return terms;
 }
 
-struct Candidate {
+struct FactorCandidate {
   Polynomial divisor;
   std::vector<Place> places;  // none: the divisor is a product of two atoms, wherever it occurs
   int saved = 0;
@@ -84,7 +84,7 @@ class Candidates {
   }
 
   /// Sums that terms with one atom in common have beside it.
-  Candidate best_sum(First first) const {
+  FactorCandidate best_sum(First first) const {
     const std::pair<const Polynomial, Found>* best = nullptr;
     for (const auto& candidate : divisors_) {
       const auto& [places, saved] = candidate.second;
@@ -94,15 +94,16 @@ class Candidates {
       const bool goes_last = first == First::shared && places.size() == 1 && is_best_shared;
       if (goes_first || (saved > (best == nullptr ? 0 : best->second.saved) && !goes_last)) best = &candidate;
     }
-    return best == nullptr ? Candidate{} : Candidate{best->first, best->second.places, best->second.saved};
+    return best == nullptr ? FactorCandidate{} : FactorCandidate{best->first, best->second.places, best->second.saved};
   }
 
-  Candidate best_pair() const {
+  FactorCandidate best_pair() const {
     const std::pair<const Powers, int>* best = nullptr;
     for (const auto& candidate : pairs_) {
       if (candidate.second - 1 > (best == nullptr ? 0 : best->second - 1)) best = &candidate;
     }
-    return best == nullptr ? Candidate{} : Candidate{{{best->first, unit_coefficient}}, {}, best->second - 1};
+    return best == nullptr ? FactorCandidate{}
+                           : FactorCandidate{{{best->first, unit_coefficient}}, {}, best->second - 1};
   }
 
  private:
@@ -155,7 +156,7 @@ class Factoring {
   }
 
   Factored run() {
-    for (Candidate best = find_best(); best.saved > 0; best = find_best()) take_out(best);
+    for (FactorCandidate best = find_best(); best.saved > 0; best = find_best()) take_out(best);
     return std::move(result_);
   }
 
@@ -169,9 +170,9 @@ class Factoring {
     return all;
   }
 
-  Candidate find_best() const {
-    Candidate best = candidates_.best_sum(first_);
-    Candidate pair = candidates_.best_pair();
+  FactorCandidate find_best() const {
+    FactorCandidate best = candidates_.best_sum(first_);
+    FactorCandidate pair = candidates_.best_pair();
     const bool sum_goes_first = first_ == First::shared && best.places.size() > 1;
     return pair.saved > best.saved && !sum_goes_first ? pair : best;
   }
@@ -182,7 +183,7 @@ class Factoring {
     candidates_.add(sum, number);
   }
 
-  void take_out(const Candidate& candidate) {
+  void take_out(const FactorCandidate& candidate) {
     const int atom = atoms_.of(candidate.divisor);
     if (candidate.places.empty()) take_out_pair(candidate.divisor.begin()->first, atom);
     for (const Place& place : candidate.places) {

@@ -4,7 +4,7 @@ if exists("b:current_syntax")
   finish
 endif
 syntax case match
-syntax keyword dpdeOption about above adjoint at axes beside bounded by cells every field for from grow halo in
+syntax keyword dpdeOption about above adjoint after at axes beside bounded by cells every field for from grow halo in
 syntax keyword dpdeOption initial inside iterations logarithmic of on order over param periodic preconditioner projected scalar scene seed smoother
 syntax keyword dpdeOption steady step steps stretched time to tolerance two_thirds vector warn weights where with within
 syntax keyword dpdeSide zero_gradient linear outflow pole gradient mixed radiating

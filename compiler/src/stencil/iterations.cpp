@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/iterations.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "stencil/interpret.h"
+#include "stencil/passes/place_fills.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+constexpr std::array<int, max_rank> few_cells{5, 4, 3};
+
+/// What the operator is given: numbers that no terms cancel for but those that always do.
+class ArbitraryInputs {
+ public:
+  double number() { return spread_(generator_); }
+  std::vector<double> field(std::size_t cells) {
+    std::vector<double> values(cells);
+    for (double& value : values) value = number();
+    return values;
+  }
+
+ private:
+  std::mt19937 generator_{1};
+  std::uniform_real_distribution<double> spread_{0.5, 1.5};
+};
+
+/// The matrix of the operator on a few cells, a column for each of them.
+std::vector<std::vector<double>> columns_of(const Module& module, const Program& operation,
+                                            const std::string& unknown) {
+  Grid grid{static_cast<int>(operation.axes.size()), {1, 1, 1}};
+  std::size_t cells = 1;
+  for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
+    cells *= static_cast<std::size_t>(grid.cells[axis] = few_cells[axis]);
+  int halo = 1;
+  for (const auto& [field, widths] : required_halo(module, operation))
+    halo = std::max(halo, *std::ranges::max_element(widths));
+  State state(grid, halo);
+  ArbitraryInputs arbitrary;
+  const Interface interface = interface_of(module, operation);
+  for (const std::string& field : interface.inputs) state.set(field, arbitrary.field(cells));
+  for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
+    state.set_coordinate(static_cast<int>(axis), operation.axes[axis], arbitrary.number(), arbitrary.number());
+  Params params;
+  for (const std::string& param : interface.params) params[param] = arbitrary.number();
+  std::vector<std::vector<double>> columns;
+  for (std::size_t column = 0; column < cells; ++column) {
+    std::vector<double> unit(cells, 0.0);
+    unit[column] = 1;
+    state.set(unknown, unit);
+    interpret(module, operation, state, params);
+    columns.push_back(state.get(operation.keeps.front()));
+  }
+  return columns;
+}
+
+class Iterations {
+ public:
+  Iterations(const Solve& solve, const IterationFields& fields, Precision real, std::string name, Module& module,
+             int rank)
+      : solve_(solve),
+        fields_(fields),
+        negligible_(square(rounding_of(real))),
+        name_(std::move(name)),
+        module_(module),
+        rank_(rank) {}
+
+  /// Of right side and start, without their means where A takes constants to 0.
+  void begin(const std::string& start, bool without_means, std::vector<Statement>& body) const {
+    const std::string& given = solve_.rights.front();
+    Expr right = access(given), guess = start.empty() ? Expr(0.0) : access(start);
+    if (without_means) right = right - mean_of(given, fields_.mean, body);
+    if (without_means && !start.empty()) guess = guess - mean_of(start, fields_.mean_of_start, body);
+    run("begin",
+        {{fields_.x.state, 0.0},
+         {fields_.left.state, right},
+         {direction(), guess},
+         {fields_.squares_at_start, square(right)},
+         {fields_.size.state, 0.0}},
+        body);
+    reduce(fields_.square.state, Reduction::sum, fields_.squares_at_start, body);
+  }
+
+  Repeat passes() const {
+    Repeat repeat{fields_.count + 1, solve_.body, {}};
+    repeat.halos = solve_.halos;
+    repeat.counter.name = fields_.pass;
+    std::vector<Statement>& body = repeat.body;
+    const Expr image = access(solve_.images.front()), from = access(direction());
+    const Expr before = access(fields_.square.state), now = access(fields_.square.next);
+    const Expr is_first = binary(BinaryOp::equal, param(fields_.pass), 0.0);
+    const Expr is_found = binary(BinaryOp::less_equal, before, Expr(negligible_) * access(fields_.size.state));
+    run("product", {{fields_.product, from * image}}, body);
+    reduce(fields_.curvature, Reduction::sum, fields_.product, body);
+    const Let length{"length", select(is_first, 1.0, select(is_found, 0.0, before / access(fields_.curvature)))};
+    const Let left{"left", access(fields_.left.state) - local("length") * image};
+    run("move",
+        {{fields_.x.next, access(fields_.x.state) + local("length") * from},
+         {fields_.left.next, local("left")},
+         {fields_.squares, square(local("left"))}},
+        body, {length, left});
+    reduce(fields_.square.next, Reduction::sum, fields_.squares, body);
+    const Let weight{"weight", select(is_first, 0.0, select(is_found, 0.0, now / before))};
+    run("turn",
+        {{fields_.direction.next, access(fields_.left.next) + local("weight") * from},
+         {fields_.size.next, select(is_first, before + now, access(fields_.size.state))}},
+        body, {weight});
+    repeat.carries = {fields_.x, fields_.left, fields_.direction, fields_.square, fields_.size};
+    repeat.carries[2].state = direction();
+    return repeat;
+  }
+
+ private:
+  static double rounding_of(Precision real) { return real == Precision::f32 ? 0x1p-23 : 0x1p-52; }
+  static double square(double value) { return value * value; }
+  static Expr square(const Expr& e) { return e * e; }
+  const std::string& direction() const { return solve_.unknowns.front(); }
+
+  /// Over all axes.
+  void reduce(const std::string& result, Reduction kind, const std::string& field, std::vector<Statement>& body) const {
+    Reduce reduction{result, kind, field};
+    std::fill_n(reduction.over.begin(), rank_, true);
+    body.push_back(reduction);
+  }
+
+  Expr mean_of(const std::string& field, const std::string& mean, std::vector<Statement>& body) const {
+    reduce(mean, Reduction::mean, field, body);
+    return access(mean);
+  }
+
+  void run(const char* what, const std::vector<std::pair<std::string, Expr>>& stores, std::vector<Statement>& body,
+           std::vector<Let> lets = {}) const {
+    Kernel kernel;
+    kernel.name = name_ + "_" + what;
+    kernel.rank = rank_;
+    kernel.lets = std::move(lets);
+    for (const auto& [field, value] : stores) kernel.stores.push_back({field, false, value, {}});
+    body.push_back(Run{add_kernel(module_, std::move(kernel))});
+  }
+
+  const Solve& solve_;
+  const IterationFields& fields_;
+  double negligible_;  // of squares
+  std::string name_;
+  Module& module_;
+  int rank_;
+};
+
+}  // namespace
+
+OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve) {
+  require(solve.is_linear && solve.unknowns.size() == 1, "a linear solve for one field");
+  Module small{module};
+  small.programs = {operator_of(solve, program)};
+  place_fills(small);
+  const auto columns = columns_of(small, small.programs.front(), solve.unknowns.front());
+  double largest = 0, asymmetric = 0, of_constant = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+      largest = std::max(largest, std::abs(columns[j][i]));
+      asymmetric = std::max(asymmetric, std::abs(columns[j][i] - columns[i][j]));
+      sum += columns[j][i];
+    }
+    of_constant = std::max(of_constant, std::abs(sum));
+  }
+  const double rounding = 64 * 0x1p-52 * static_cast<double>(columns.size()) * largest;
+  return {asymmetric <= rounding, of_constant <= rounding};
+}
+
+void add_iterations(const Solve& solve, const IterationFields& fields, const std::string& start, Precision real,
+                    const std::string& name, Module& module, Program& program) {
+  const bool is_singular = traits_of(module, program, solve).takes_constants_to_zero;
+  const Iterations iterations(solve, fields, real, name, module, static_cast<int>(program.axes.size()));
+  iterations.begin(start, is_singular, program.body);
+  program.body.push_back(iterations.passes());
+}
+
+}  // namespace dpde::stencil

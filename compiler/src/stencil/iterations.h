@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conjugate gradients as statements, so that derivatives go through each of their iterations: what a guess is trained
+// by that is to save iterations. Solves to a tolerance are never differentiated so: see adjoint/solves.h.
+//
+//   b, g without their means where A takes constants to 0;  x = 0;  r = b;  p = g
+//   repeat k in 0 .. count + 1 {
+//     q = A*p;  a = (r, r)/(p, q), in pass 0: 1;  x += a*p;  r -= a*q;  p = r + (r, r)/(r_old, r_old)*p, in pass 0: r
+//   }
+//
+// Pass 0 makes x = g and r = b - A*g by the same block. Where |r| is below the rounding of |b|^2 + |b - A*g|^2 a and
+// the factor of p are 0: what is found has as many digits as it can have, and quotients of what rounding leaves would
+// be any numbers. There the derivative is that of what was found.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+/// Fields: what is found, what it leaves of the right side, the
+/// direction of the next step, which the block reads as its unknown, and sums, the same everywhere.
+struct IterationFields {
+  int count = 0;
+  Carry x, left, direction, square, size;
+  std::string squares, squares_at_start, product, curvature, mean, mean_of_start, pass;
+
+  /// Each with what it is called beside the unknown; but for the unknown itself.
+  std::vector<std::pair<const char*, std::string*>> all() {
+    return {{"found", &x.result},
+            {"x", &x.state},
+            {"x_next", &x.next},
+            {"left", &left.state},
+            {"left_next", &left.next},
+            {"left_last", &left.result},
+            {"direction_next", &direction.next},
+            {"direction_last", &direction.result},
+            {"square", &square.state},
+            {"square_next", &square.next},
+            {"square_last", &square.result},
+            {"size", &size.state},
+            {"size_next", &size.next},
+            {"size_last", &size.result},
+            {"squares", &squares},
+            {"squares_at_start", &squares_at_start},
+            {"product", &product},
+            {"curvature", &curvature},
+            {"mean", &mean},
+            {"mean_of_start", &mean_of_start},
+            {"pass", &pass}};
+  }
+};
+
+/// What an operator is on a few cells, for arbitrary values of all that it reads.
+struct OperatorTraits {
+  bool is_symmetric = false;
+  bool takes_constants_to_zero = false;
+};
+/// Of a linear solve for one field, whose fills may be placed or not.
+OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve);
+
+/// Appends the iterations, whose unknown is the direction in which they go; their kernels are called `name`_...
+void add_iterations(const Solve& solve, const IterationFields& fields, const std::string& start, Precision real,
+                    const std::string& name, Module& module, Program& program);
+
+}  // namespace dpde::stencil
