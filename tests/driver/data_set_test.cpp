@@ -148,8 +148,8 @@ std::vector<Frames> frames_of(const std::string& text) {
   const auto take = [&](int run, const DataRun& data) {
     for (std::size_t v = 0; v < maker->variables().size(); ++v) {
       const FrameVariable& variable = maker->variables()[v];
-      EXPECT_EQ(data.frames[v].empty(), !variable.is_kept);
-      if (variable.is_kept) all[static_cast<std::size_t>(run)][variable.name] = data.frames[v];
+      EXPECT_EQ(data.grids[0].frames[v].empty(), !variable.is_kept);
+      if (variable.is_kept) all[static_cast<std::size_t>(run)][variable.name] = data.grids[0].frames[v];
     }
   };
   if (maker) EXPECT_TRUE(maker->make([](int) { return false; }, take, sink)) << testing::all_messages(source, sink);

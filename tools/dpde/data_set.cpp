@@ -32,21 +32,25 @@ namespace {
 class Part {
  public:
   Part(const Job& job, const training::DataSetMaker& maker, int run)
-      : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().file, run)),
+      : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().grids[0].file, run)),
         key_(static_cast<std::int64_t>(maker.key())) {}
 
   bool save(const training::DataRun& data, DiagnosticSink& sink) const {
     driver::ByteWriter out;
     out.number(key_);
     out.values(data.params);
-    out.number(static_cast<std::int64_t>(data.frames.size()));
-    for (const std::vector<double>& frames : data.frames) out.values(frames);
+    out.number(static_cast<std::int64_t>(data.integrals.size()));
     for (const analysis::Integrals& integrals : data.integrals) {
       out.values(integrals.values);
       out.values({integrals.magnitude});
     }
-    out.number(static_cast<std::int64_t>(data.residuals.size()));
-    for (const analysis::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
+    out.number(static_cast<std::int64_t>(data.grids.size()));
+    for (const training::GridFrames& grid : data.grids) {
+      out.number(static_cast<std::int64_t>(grid.frames.size()));
+      for (const std::vector<double>& frames : grid.frames) out.values(frames);
+      out.number(static_cast<std::int64_t>(grid.residuals.size()));
+      for (const analysis::Residual& residual : grid.residuals) out.values({residual.rate, residual.relative});
+    }
     out.values({data.cpu_seconds});
     return files::write_file(path_, driver::sealed(out.bytes()), sink);
   }
@@ -62,8 +66,7 @@ class Part {
     if (in.number() != key_) return std::nullopt;
     training::DataRun data;
     data.params = in.values();
-    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.frames.push_back(in.values());
-    for (std::size_t v = 0; v < data.frames.size() && in.is_fine(); ++v) {
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
       analysis::Integrals integrals{in.values(), 0};
       const std::vector<double> magnitude = in.values();
       if (magnitude.size() != 1) return std::nullopt;
@@ -71,9 +74,7 @@ class Part {
       data.integrals.push_back(std::move(integrals));
     }
     for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
-      const std::vector<double> residual = in.values();
-      if (residual.size() != 2) return std::nullopt;
-      data.residuals.push_back({residual[0], residual[1]});
+      if (!read_grid(in, data.grids.emplace_back())) return std::nullopt;
     }
     const std::vector<double> seconds = in.values();
     if (seconds.size() != 1) return std::nullopt;
@@ -86,13 +87,33 @@ class Part {
   }
 
  private:
+  static bool read_grid(driver::ByteReader& in, training::GridFrames& grid) {
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) grid.frames.push_back(in.values());
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
+      const std::vector<double> residual = in.values();
+      if (residual.size() != 2) return false;
+      grid.residuals.push_back({residual[0], residual[1]});
+    }
+    return true;
+  }
+
   std::filesystem::path path_;
   std::int64_t key_;
 };
 
-std::vector<model::Axis> axes_of(training::DataSetMaker& maker) {
-  std::vector<model::Axis> axes = maker.session().axes();
-  const std::vector<int> cells = maker.cells();
+/// One file of a data set: the frames of its runs on one grid.
+struct DataFile {
+  training::DataSetMaker& maker;
+  const std::vector<training::DataRun>& runs;
+  std::size_t number;
+
+  const model::DataSet::Grid& grid() const { return maker.set().grids[number]; }
+  const training::GridFrames& of(const training::DataRun& run) const { return run.grids[number]; }
+};
+
+std::vector<model::Axis> axes_of(const DataFile& file) {
+  std::vector<model::Axis> axes = file.maker.session().axes();
+  const std::vector<int> cells = file.maker.cells(file.grid());
   for (std::size_t a = 0; a < axes.size(); ++a) axes[a].cells = cells[a];
   return axes;
 }
@@ -131,10 +152,10 @@ void add_integrals(NetcdfContent& content, const std::string& name, std::size_t 
 }
 
 /// How well the frames satisfy the scene, in each run; nothing where that is not known.
-void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s,
-                   const std::vector<training::DataRun>& runs, NetcdfNames& names) {
-  if (std::ranges::any_of(runs, [s](const training::DataRun& run) { return std::isnan(run.residuals[s].rate); }))
-    return;
+void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s, const DataFile& file,
+                   NetcdfNames& names) {
+  const auto is_unknown = [&](const training::DataRun& run) { return std::isnan(file.of(run).residuals[s].rate); };
+  if (std::ranges::any_of(file.runs, is_unknown)) return;
   NetcdfVariable rate{names.free(state + "_residual"),
                       {"run"},
                       described("root of the mean square of what the scene's steps from a frame, on the grid of the "
@@ -144,9 +165,9 @@ void add_residuals(NetcdfContent& content, const std::string& state, std::size_t
                           {"run"},
                           described("the same in parts of the change from frame to frame"),
                           {}};
-  for (const training::DataRun& run : runs) {
-    rate.values.push_back(run.residuals[s].rate);
-    relative.values.push_back(run.residuals[s].relative);
+  for (const training::DataRun& run : file.runs) {
+    rate.values.push_back(file.of(run).residuals[s].rate);
+    relative.values.push_back(file.of(run).residuals[s].relative);
   }
   content.variables.insert(content.variables.end(), {std::move(rate), std::move(relative)});
 }
@@ -159,11 +180,10 @@ NetcdfAttributes attributes_of(const training::OrderEstimate& estimate) {
 }
 
 /// The frames of a field or formula, and what is known of them.
-void add_variable(NetcdfContent& content, training::DataSetMaker& maker, std::size_t v, const AxisNames& axes,
-                  const std::string& time, const std::vector<training::DataRun>& runs,
-                  const std::vector<training::OrderEstimate>& estimates, NetcdfNames& names) {
-  const model::Problem& problem = maker.session().problem();
-  const training::FrameVariable& frames = maker.variables()[v];
+void add_variable(NetcdfContent& content, const DataFile& file, std::size_t v, const AxisNames& axes,
+                  const std::string& time, const std::vector<training::OrderEstimate>& estimates, NetcdfNames& names) {
+  const model::Problem& problem = file.maker.session().problem();
+  const training::FrameVariable& frames = file.maker.variables()[v];
   NetcdfVariable variable{
       frames.name,
       {"run", time},
@@ -171,32 +191,35 @@ void add_variable(NetcdfContent& content, training::DataSetMaker& maker, std::si
       {},
       problem.scheme.real == Precision::f32};
   for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][frames.placement[a] ? 1 : 0]);
-  for (const training::DataRun& run : runs)
-    variable.values.insert(variable.values.end(), run.frames[v].begin(), run.frames[v].end());
+  for (const training::DataRun& run : file.runs) {
+    const std::vector<double>& values = file.of(run).frames[v];
+    variable.values.insert(variable.values.end(), values.begin(), values.end());
+  }
   const auto estimate = std::ranges::find(estimates, frames.name, &training::OrderEstimate::variable);
   const NetcdfAttributes told = attributes_of(*estimate);
   variable.attributes.insert(variable.attributes.end(), told.begin(), told.end());
   content.variables.push_back(std::move(variable));
-  add_integrals(content, frames.name, v, time, runs, names);
-  if (frames.is_state) add_residuals(content, frames.name, v, runs, names);
+  add_integrals(content, frames.name, v, time, file.runs, names);
+  if (frames.is_state) add_residuals(content, frames.name, v, file, names);
 }
 
-NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
-                         const std::vector<training::OrderEstimate>& estimates) {
+NetcdfContent content_of(const Job& job, const DataFile& file, const std::vector<training::OrderEstimate>& estimates) {
   NetcdfContent content;
+  training::DataSetMaker& maker = file.maker;
+  const std::vector<training::DataRun>& runs = file.runs;
   driver::Session& session = maker.session();
   const model::DataSet& set = maker.set();
   NetcdfNames names(session);
   add_origin(content, job, session);
   content.attributes.insert(content.attributes.end(), {{"dpde_dataset", file_text(job, set.name)},
                                                        {"dpde_dataset_seed", static_cast<double>(set.seed)}});
-  const AxisNames axes = add_axes(content, session, axes_of(maker), names);
+  const AxisNames axes = add_axes(content, session, axes_of(file), names);
   const std::string time = names.free("time");
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(maker.times().size())}});
   content.variables.push_back(time_variable(session.problem(), time, maker.times()));
   for (std::size_t v = 0; v < maker.variables().size(); ++v) {
-    if (maker.variables()[v].is_kept) add_variable(content, maker, v, axes, time, runs, estimates, names);
+    if (maker.variables()[v].is_kept) add_variable(content, file, v, axes, time, estimates, names);
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
@@ -269,12 +292,16 @@ void report_drifts(Job& job, training::DataSetMaker& maker, const std::vector<tr
   told.json["conservation"] = std::move(all);
 }
 
-void report_residuals(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs, Told& told) {
+void report_residuals(Job& job, const DataFile& file, Told& told) {
   Json all = Json::object();
+  training::DataSetMaker& maker = file.maker;
+  const std::vector<training::DataRun>& runs = file.runs;
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
     if (is_memory(maker, name)) continue;
-    const auto residual = [s](const training::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
+    const auto residual = [&](const training::DataRun& run) {
+      return file.of(run).residuals[static_cast<std::size_t>(s)];
+    };
     if (std::ranges::any_of(runs, [&](const training::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
       told.say(
@@ -301,52 +328,80 @@ std::uint64_t key_of_all(const training::DataSetMaker& maker) {
 
 /// False where a file of the result could not be written: better told before the runs than behind them.
 bool can_write(Job& job, const training::DataSetMaker& maker) {
-  for (const std::string& file : {maker.set().file, files::cost_file_of(maker.set().file)}) {
-    const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error))
-      job.sink().report("cannot-write", {}, {path.string(), "it is a folder"});
+  for (const model::DataSet::Grid& grid : maker.set().grids) {
+    for (const std::string& file : {grid.file, files::cost_file_of(grid.file)}) {
+      const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
+      std::error_code error;
+      if (std::filesystem::is_directory(path, error))
+        job.sink().report("cannot-write", {}, {path.string(), "it is a folder"});
+    }
   }
   return !job.failed();
 }
 
-Told report(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
-            const std::vector<training::OrderEstimate>& estimates) {
+/// Of one file. What is of the runs themselves is said of the first.
+Told report(Job& job, const DataFile& file, const std::vector<training::OrderEstimate>& estimates) {
+  training::DataSetMaker& maker = file.maker;
   const model::DataSet& set = maker.set();
+  const std::vector<int> cells = maker.cells(file.grid());
   Told told;
   told.say(job, fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells\n", set.name,
                             set.runs, set.scene, maker.times().size(), maker.times().front(), maker.times().back(),
-                            fmt::join(maker.cells(), " x ")));
-  told.json = {{"runs", set.runs}, {"frames", maker.times().size()}, {"cells", maker.cells()}};
-  report_estimates(job, maker, estimates, told);
-  report_drifts(job, maker, runs, told);
-  report_residuals(job, maker, runs, told);
+                            fmt::join(cells, " x ")));
+  told.json = {{"runs", set.runs}, {"frames", maker.times().size()}, {"cells", cells}};
+  if (file.number == 0) {
+    report_estimates(job, maker, estimates, told);
+    report_drifts(job, maker, file.runs, told);
+  }
+  report_residuals(job, file, told);
   return told;
 }
 
+/// What was told of every file, where all of them are there.
+std::optional<std::vector<Told>> told_of_all(const Job& job, const training::DataSetMaker& maker) {
+  std::vector<Told> all;
+  for (const model::DataSet::Grid& grid : maker.set().grids) {
+    std::optional<Told> told = told_of_finished(job, grid.file, key_of_all(maker));
+    if (!told) return std::nullopt;
+    all.push_back(std::move(*told));
+  }
+  return all;
+}
+
+/// Of the first file, the others by their names.
+Json json_of(const model::DataSet& set, const std::vector<Told>& told) {
+  Json json = told[0].json;
+  for (std::size_t g = 1; g < told.size(); ++g) json["others"][set.grids[g].file] = told[g].json;
+  return json;
+}
+
 /// Of a data set that was finished before.
-Json again(Job& job, const model::DataSet& set, const Told& told) {
-  job.say(fmt::format("{}: all runs are made already, {} is there\n{}", set.name, set.file, told.text));
-  Json result = told.json;
+Json again(Job& job, const model::DataSet& set, const std::vector<Told>& told) {
+  for (std::size_t g = 0; g < told.size(); ++g)
+    job.say(fmt::format("{}: all runs are made already, {} is there\n{}", set.name, set.grids[g].file, told[g].text));
+  Json result = json_of(set, told);
   result["finished"] = true;
   result["resumed_runs"] = set.runs;
   result["files"] = job.files();
   return result;
 }
 
-/// The data set, and beside it what it cost: the seconds that are returned.
+/// The data set, and beside it what it cost: the seconds that are returned. Each file says what all of them cost
+/// together: the runs are the same.
 double write_files(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
-                   const std::vector<training::OrderEstimate>& estimates, const Told& told) {
+                   const std::vector<training::OrderEstimate>& estimates, const std::vector<Told>& told) {
   double cpu_seconds = 0;
   for (const training::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
-  const std::string& file = maker.set().file;
   guarded(job, [&] {
-    NetcdfContent content = content_of(job, maker, runs, estimates);
-    add_told(content, key_of_all(maker), told);
-    const std::string bytes = compose_netcdf(std::move(content));
-    save_text(job, file, bytes);
-    save_text(job, files::cost_file_of(file),
-              files::cost_text(files::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+    for (std::size_t g = 0; g < told.size(); ++g) {
+      const DataFile file{maker, runs, g};
+      NetcdfContent content = content_of(job, file, estimates);
+      add_told(content, key_of_all(maker), told[g]);
+      const std::string bytes = compose_netcdf(std::move(content));
+      save_text(job, file.grid().file, bytes);
+      save_text(job, files::cost_file_of(file.grid().file),
+                files::cost_text(files::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+    }
   });
   return cpu_seconds;
 }
@@ -371,9 +426,8 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   if (!maker) return result;
   if (!can_write(job, *maker)) return result;
   const model::DataSet& set = maker->set();
-  if (const std::optional<Told> told = resume ? told_of_finished(job, set.file, key_of_all(*maker)) : std::nullopt) {
+  if (const std::optional<std::vector<Told>> told = resume ? told_of_all(job, *maker) : std::nullopt)
     return again(job, set, *told);
-  }
   const auto start = std::chrono::steady_clock::now();
   Progress progress(false, quiet);
   int done = 0, there = 0;
@@ -405,13 +459,14 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<training::OrderEstimate> estimates = maker->estimate_order();
-  Told told = report(job, *maker, runs, estimates);
+  std::vector<Told> told;
+  for (std::size_t g = 0; g < set.grids.size(); ++g) told.push_back(report(job, {*maker, runs, g}, estimates));
   const double cpu_seconds = write_files(job, *maker, runs, estimates, told);
   if (!job.failed()) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
   }
   job.say(fmt::format("made in {}\n", human_seconds(seconds)));
-  result = std::move(told.json);
+  result = json_of(set, told);
   result["cpu_s"] = cpu_seconds;
   result["finished"] = true;
   result["resumed_runs"] = there;

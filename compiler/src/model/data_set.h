@@ -29,9 +29,12 @@ struct DataSet {
   double every = 0;                   // time from frame to frame; 0: one step
   std::optional<double> from, to;     // of the frames; else the scene's own
   std::vector<ast::NamedFormula> of;  // what is kept; none: all states
-  int coarsen = 1;                    // cells along each axis that become one
-  std::string file;                   // its name
-  SourceRange range;                  // of the block's name
+  struct Grid {
+    int coarsen = 1;   // cells along each axis that become one
+    std::string file;  // its name
+  };
+  std::vector<Grid> grids;  // of the frames, a file each; one at least
+  SourceRange range;        // of the block's name
 
   /// Of parameter `number` of the list in a run.
   double value_of(std::size_t number, int run) const;

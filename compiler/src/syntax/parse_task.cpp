@@ -229,7 +229,12 @@ template <const char* const& word>
 ItemKind parse_option(Cursor& cursor) {
   return OptionItem{{word, {}}, parse_expression(cursor)};
 }
-constexpr const char *runs_word = "runs", *seed_word = "seed", *coarsen_word = "coarsen", *file_word = "file";
+ItemKind parse_coarsen(Cursor& cursor) {
+  OptionItem item{{"coarsen", {}}, parse_expression(cursor)};
+  if (cursor.accept_word("in")) item.in = parse_expression(cursor);
+  return item;
+}
+constexpr const char *runs_word = "runs", *seed_word = "seed", *file_word = "file";
 
 }  // namespace
 
@@ -239,7 +244,7 @@ BlockRule data_set_rule() {
            {"seed", parse_option<seed_word>},
            {"vary", parse_vary},
            {"frames", parse_frames},
-           {"coarsen", parse_option<coarsen_word>},
+           {"coarsen", parse_coarsen},
            {"file", parse_option<file_word>}},
           {}};
 }

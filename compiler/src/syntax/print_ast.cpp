@@ -279,7 +279,7 @@ std::string print_item(const Item& item) {
       [](const RealItem& i) { return "real " + i.precision.name; },
       [](const HostItem& i) { return "host weights " + print(i.weights); },
       [](const VaryItem& i) { return print_vary(i); }, [](const FramesItem& i) { return print_frames(i); },
-      [](const OptionItem& i) { return i.name.name + " " + print(i.value); },
+      [](const OptionItem& i) { return i.name.name + " " + print(i.value) + (i.in ? " in " + print(*i.in) : ""); },
       [](const AccuracyItem& i) { return print_accuracy(i); },
       [](const ReferenceItem& i) { return "reference " + print(i.value); },
       [](const ChoicesItem& i) { return fmt::format("vary {} in {}", i.key.name, print_list(i.values)); },

@@ -88,9 +88,10 @@ struct FramesItem {  // frames every 0.1 from 3 to 23     frames of u, omega = c
   std::optional<Expr> from, to;
   std::vector<NamedFormula> of;  // in place of all states
 };
-struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
+struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"     coarsen 2 in "finer.nc"
   Identifier name;
   Expr value;
+  std::optional<Expr> in = {};
 };
 
 // ---- items inside a chart ------------------------------------------------------------------------------------------

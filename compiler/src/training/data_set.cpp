@@ -70,11 +70,13 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   }
   maker->files_ = files::hash_of_files(maker->session_->problem(), source);
   for (const model::Axis& axis : maker->session_->axes()) {
-    if (axis.cells % maker->set_.coarsen == 0) continue;
-    sink.report("bad-optimiser-option", {},
-                {"coarsen", "dataset " + maker->set_.name,
-                 fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
-    return nullptr;
+    for (const model::DataSet::Grid& grid : maker->set_.grids) {
+      if (axis.cells % grid.coarsen == 0) continue;
+      sink.report("bad-optimiser-option", {},
+                  {fmt::format("coarsen {}", grid.coarsen), "dataset " + maker->set_.name,
+                   fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
+      return nullptr;
+    }
   }
   return maker;
 }
@@ -109,31 +111,34 @@ std::unique_ptr<driver::Session> DataSetMaker::open_run(int run, const std::map<
   return session_of(compile_run(run, more, sink), options_.stop, sink);
 }
 
-/// The scene on the grid of the frames; null where it cannot be there, as with files of its own grid.
-DataSetMaker::Shared DataSetMaker::compile_stored(int run, Shared own) const {
-  if (set_.coarsen == 1) return own;
-  std::map<std::string, std::string> more;
-  for (const model::Axis& axis : session_->axes())
-    more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
-  DiagnosticSink silent;
-  return compile_run(run, more, silent);
+/// The scene on the grids of the frames; null where it cannot be there, as with files of its own grid.
+std::vector<DataSetMaker::Shared> DataSetMaker::compile_stored(int run, const Shared& own) const {
+  std::vector<Shared> all;
+  for (const model::DataSet::Grid& grid : set_.grids) {
+    std::map<std::string, std::string> more;
+    for (const model::Axis& axis : session_->axes())
+      more["cells." + axis.name] = fmt::format("{}", axis.cells / grid.coarsen);
+    DiagnosticSink silent;
+    all.push_back(grid.coarsen == 1 ? own : compile_run(run, more, silent));
+  }
+  return all;
 }
 
 /// Where they are not known they stay so: a scene may be unstable on the coarser grid, whose frames are none the worse.
-void DataSetMaker::add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const {
+void DataSetMaker::add_residuals(Shared stored, GridFrames& grid) const {
   const auto count = static_cast<std::size_t>(std::ranges::count(variables_, true, &FrameVariable::is_state));
-  const std::vector<std::vector<double>> states(data.frames.begin(),
-                                                data.frames.begin() + static_cast<std::ptrdiff_t>(count));
-  data.residuals.assign(count, {});
+  const std::vector<std::vector<double>> states(grid.frames.begin(),
+                                                grid.frames.begin() + static_cast<std::ptrdiff_t>(count));
+  grid.residuals.assign(count, {});
   DiagnosticSink silent;
   std::atomic<bool> stop = false;
   try {
     const std::unique_ptr<driver::Session> session = session_of(std::move(stored), &stop, silent);
     if (!session || session->rollout().state_count() != static_cast<int>(count)) return;
-    data.residuals = analysis::residuals_of(*session, stop, {states, first_, every_, static_cast<int>(times_.size())},
+    grid.residuals = analysis::residuals_of(*session, stop, {states, first_, every_, static_cast<int>(times_.size())},
                                             most_intervals);
   } catch (const Error&) {
-    data.residuals.assign(count, {});
+    grid.residuals.assign(count, {});
   }
 }
 
@@ -195,16 +200,17 @@ bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
   return false;
 }
 
-std::vector<int> DataSetMaker::cells() const {
+std::vector<int> DataSetMaker::cells(const model::DataSet::Grid& grid) const {
   std::vector<int> all;
-  for (const model::Axis& axis : session_->axes()) all.push_back(axis.cells / set_.coarsen);
+  for (const model::Axis& axis : session_->axes()) all.push_back(axis.cells / grid.coarsen);
   return all;
 }
 
 std::uint64_t DataSetMaker::key() const {
   std::string text = print(session_->compiled().stencil) + std::string(source_.text());
   for (const auto& [name, value] : options_.selection.overrides) text += fmt::format("{}={}\n", name, value);
-  text += fmt::format("{} {} {} {} {} {:016x}", set_.name, set_.seed, set_.coarsen, first_, every_, files_);
+  text += fmt::format("{} {} {} {} {:016x}", set_.name, set_.seed, first_, every_, files_);
+  for (const model::DataSet::Grid& grid : set_.grids) text += fmt::format(" {}", grid.coarsen);
   return files::hash_bytes(text.data(), text.size());
 }
 
@@ -231,13 +237,13 @@ bool DataSetMaker::is_like_first(driver::Session& session, DiagnosticSink& sink)
   return true;
 }
 
-/// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
+/// `count` frames of a run, on all grids. False after a diagnostic, and when stopped.
 bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int count, DataRun& to,
                              DiagnosticSink& sink) const {
   const std::vector<model::Axis>& axes = session.axes();
-  const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
   Rollout& rollout = session.rollout();
-  to.frames.assign(variables_.size(), {});
+  to.grids.assign(set_.grids.size(), {});
+  for (GridFrames& grid : to.grids) grid.frames.assign(variables_.size(), {});
   to.integrals.assign(variables_.size(), {});
   const auto keep = [&](const Snapshot& snapshot) {
     if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count)
@@ -246,23 +252,28 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
     for (std::size_t v = 0; v < variables_.size(); ++v) {
       const model::Placement& placement = variables_[v].placement;
       to.integrals[v].add(all[v], model::cell_volumes(axes, session.problem().metric, placement));
-      const std::vector<double> frame =
-          set_.coarsen == 1 ? all[v] : driver::average_down(all[v], axes, coarse, placement);
-      to.frames[v].insert(to.frames[v].end(), frame.begin(), frame.end());
+      for (std::size_t g = 0; g < set_.grids.size(); ++g) {
+        const int ratio = set_.grids[g].coarsen;
+        const std::vector<double> frame =
+            ratio == 1 ? all[v] : driver::average_down(all[v], axes, with_cells(axes, ratio), placement);
+        to.grids[g].frames[v].insert(to.grids[g].frames[v].end(), frame.begin(), frame.end());
+      }
     }
   };
   const RunResult result = rollout.run({std::gcd(first, every), keep});
   if (result.blow_up) driver::report_blow_up(session, *result.blow_up, sink);
   if (result.blow_up || result.stopped) return false;
-  std::size_t wanted = static_cast<std::size_t>(count);
-  for (const model::Axis& axis : coarse) wanted *= static_cast<std::size_t>(axis.cells);
-  for (std::size_t v = 0; v < variables_.size();
-       ++v) {  // runs are put one after the other into a file: a shorter one would shift the rest
-    if (to.frames[v].size() == wanted) continue;
-    sink.report("run-failed", set_.range,
-                {fmt::format("its frames of {} have {} values in all, not {}", variables_[v].name, to.frames[v].size(),
-                             wanted)});
-    return false;
+  // Runs are put one after the other into a file: a shorter one would shift the rest.
+  for (std::size_t g = 0; g < set_.grids.size(); ++g) {
+    std::size_t wanted = static_cast<std::size_t>(count);
+    for (const int cells : cells(set_.grids[g])) wanted *= static_cast<std::size_t>(cells);
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      const std::size_t made = to.grids[g].frames[v].size();
+      if (made == wanted) continue;
+      sink.report("run-failed", set_.range,
+                  {fmt::format("its frames of {} have {} values in all, not {}", variables_[v].name, made, wanted)});
+      return false;
+    }
   }
   return true;
 }
@@ -298,7 +309,7 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
 void DataSetMaker::make_run(int run, Making& all) const {
   DiagnosticSink own;
   std::unique_ptr<driver::Session> session;
-  std::shared_ptr<const driver::Compiled> stored;
+  std::vector<Shared> stored;
   bool goes_on = false, done = false;
   double spent = -driver::thread_cpu_seconds();
   try {
@@ -317,9 +328,11 @@ void DataSetMaker::make_run(int run, Making& all) const {
     if (session != nullptr && is_like_first(*session, own) &&
         frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
       data.cpu_seconds = spent + driver::thread_cpu_seconds();
-      add_residuals(std::move(stored), data);
-      for (std::size_t v = 0; v < variables_.size(); ++v) {
-        if (!variables_[v].is_kept) data.frames[v] = {};
+      for (std::size_t g = 0; g < stored.size(); ++g) {
+        add_residuals(std::move(stored[g]), data.grids[g]);
+        for (std::size_t v = 0; v < variables_.size(); ++v) {
+          if (!variables_[v].is_kept) data.grids[g].frames[v] = {};
+        }
       }
       const std::lock_guard lock(all.mutex);
       (*all.take)(run, data);

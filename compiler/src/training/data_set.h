@@ -22,12 +22,15 @@ struct FrameVariable {
   bool is_kept = true;  // else it is there for what is told of the runs
 };
 
-/// One run's frames: of each variable, one after the other; of those that are not kept none in the end.
-struct DataRun {
-  std::vector<double> params;  // in the order of DataSet::vary
+/// One run's frames on one grid: of each variable, one after the other; of those that are not kept none in the end.
+struct GridFrames {
   std::vector<std::vector<double>> frames;
+  std::vector<analysis::Residual> residuals;  // of the states
+};
+struct DataRun {
+  std::vector<double> params;                  // in the order of DataSet::vary
+  std::vector<GridFrames> grids;               // in the order of DataSet::grids
   std::vector<analysis::Integrals> integrals;  // of the variables, on the scene's own grid
-  std::vector<analysis::Residual> residuals;   // of the states, on the grid of the frames
   double cpu_seconds = 0;                      // for the frames
 };
 
@@ -64,7 +67,7 @@ class DataSetMaker {
   /// The states in the order of the rollout, behind them formulas.
   const std::vector<FrameVariable>& variables() const { return variables_; }
   /// Of the frames: the scene's axes, coarsened.
-  std::vector<int> cells() const;
+  std::vector<int> cells(const model::DataSet::Grid& grid) const;
   /// Stands for everything that the runs depend on.
   std::uint64_t key() const;
 
@@ -90,8 +93,8 @@ class DataSetMaker {
                                               const std::atomic<bool>* stop, DiagnosticSink& sink) const;
   std::unique_ptr<driver::Session> open_run(int run, const std::map<std::string, std::string>& more,
                                             DiagnosticSink& sink) const;
-  Shared compile_stored(int run, Shared own) const;
-  void add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const;
+  std::vector<Shared> compile_stored(int run, const Shared& own) const;
+  void add_residuals(Shared stored, GridFrames& grid) const;
   bool is_like_first(driver::Session& session, DiagnosticSink& sink) const;
   std::string why_no_order(int at) const;
   std::string run_for_order(int at, int level, std::vector<std::vector<double>>& values) const;

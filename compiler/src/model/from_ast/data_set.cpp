@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dataset NAME : SCENE { runs 10; seed 0; vary nu in 0.01 .. 0.1; vary s from 100; frames every 0.1 from 3 to 23;
-// coarsen 4; file "train.nc" }
+// coarsen 4; file "train.nc" }, or coarsen 4 in "train.nc"; coarsen 2 in "finer.nc"
 #include "model/data_set.h"
 
 #include <fmt/format.h>
@@ -24,8 +24,7 @@ class Reader {
   Reader(const ast::DataSet& source, Draft& draft) : source_(source), draft_(draft) {}
 
   DataSet read() {
-    set_.name = set_.file = source_.name.name;
-    set_.file += ".nc";
+    set_.name = source_.name.name;
     set_.range = source_.name.range;
     set_.scene = source_.of.name;
     if (source_.scheme) set_.scheme = source_.scheme->name;
@@ -44,6 +43,7 @@ class Reader {
         fail(item.every.range(), "frames every", fmt::format("must be positive, not {}", set_.every));
     }
     for (const auto& [item, range] : items_of<ast::VaryItem>(source_.items)) read_vary(item);
+    if (set_.grids.empty()) set_.grids.push_back({coarsen_, file_.empty() ? set_.name + ".nc" : file_});
     return set_;
   }
 
@@ -69,16 +69,38 @@ class Reader {
 
   void read_option(const ast::OptionItem& item, SourceRange range) {
     const std::string& name = item.name.name;
+    if (item.in) return read_grid(item, range);
     refuse_second(name, range);
     if (name == "runs") set_.runs = whole(item.value, name, 1, most_runs);
     if (name == "seed") set_.seed = static_cast<std::uint64_t>(whole(item.value, name, 0));
-    if (name == "coarsen") set_.coarsen = whole(item.value, name, 1);
-    if (name != "file") return;
-    const auto* text = std::get_if<ast::Text>(&item.value->kind);
-    const bool fits = text && text->value.ends_with(".nc") && text->value.find('/') == std::string::npos;
-    if (fits) set_.file = text->value;
-    if (!fits)
-      fail(item.value.range(), name, "is the name of a .nc file in the folder of --out, as in file \"train.nc\"");
+    if (name == "coarsen") coarsen_ = whole(item.value, name, 1);
+    if (name == "file") file_ = file_name(item.value, name);
+    if (name == "coarsen" || name == "file") refuse_mixture(name, range);
+  }
+
+  /// coarsen 2 in "finer.nc"
+  void read_grid(const ast::OptionItem& item, SourceRange range) {
+    set_.grids.push_back({whole(item.value, "coarsen", 1), file_name(*item.in, "coarsen ... in")});
+    const std::string& file = set_.grids.back().file;
+    if (std::ranges::count(set_.grids, file, &DataSet::Grid::file) > 1)
+      fail(item.in->range(), "coarsen ... in", fmt::format("names {} a second time", file));
+    refuse_mixture("coarsen ... in", range);
+  }
+
+  /// A file is named by one line.
+  void refuse_mixture(const std::string& option, SourceRange range) {
+    const bool has_lone = seen_.contains("coarsen") || seen_.contains("file");
+    if (has_lone && !set_.grids.empty())
+      fail(range, option,
+           "stands beside the other way to write it: coarsen N; file \"NAME.nc\" for one grid, or "
+           "coarsen N in \"NAME.nc\" for each");
+  }
+
+  std::string file_name(const ast::Expr& e, const std::string& option) {
+    const auto* text = std::get_if<ast::Text>(&e->kind);
+    if (text && text->value.ends_with(".nc") && text->value.find('/') == std::string::npos) return text->value;
+    fail(e.range(), option, "is the name of a .nc file in the folder of --out, as in file \"train.nc\"");
+    return "";
   }
 
   void read_vary(const ast::VaryItem& item) {
@@ -100,6 +122,8 @@ class Reader {
   const ast::DataSet& source_;
   Draft& draft_;
   DataSet set_;
+  int coarsen_ = 1;
+  std::string file_;
   std::map<std::string, SourceRange> seen_;
 };
 
