@@ -98,8 +98,16 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
   const Field* field = as<Field>(e);
   if (field && anywhere_.contains(field->name)) return;
   const Placement* result = result_of(e);
-  if (field || result || as<NetworkCall>(e) || as<Solve>(e)) {
-    const Placement own = field ? of(field->name) : result ? *result : Placement{};
+  const NetworkCall* network = as<NetworkCall>(e);
+  if (network ? arguments_misplaced(*network, {}).has_value() : as<Solve>(e) && misplaced(e, {})) {
+    found = Fields::several;  // what it is made of is not where it is wanted, wherever that is
+    return;
+  }
+  if (field || result || network || as<Solve>(e)) {
+    const Placement own = field     ? of(field->name)
+                          : result  ? *result
+                          : network ? places_of(*network, {}).result
+                                    : Placement{};
     if (found == Fields::one && own != placement) {
       found = Fields::several;
       return;
@@ -125,13 +133,7 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     if (own == wanted || anywhere_.contains(field->name)) return std::nullopt;
     return Mistake{e, own, wanted};
   }
-  if (const NetworkCall* network_call = as<NetworkCall>(e)) {
-    if (wanted != Placement{}) return Mistake{e, Placement{}, wanted};
-    for (const Expr& argument : network_call->arguments) {
-      if (const auto mistake = misplaced(argument, {})) return mistake;
-    }
-    return std::nullopt;
-  }
+  if (const NetworkCall* network_call = as<NetworkCall>(e)) return misplaced_call(e, *network_call, wanted);
   if (const Solve* solve = as<Solve>(e)) {
     if (wanted != Placement{}) return Mistake{e, Placement{}, wanted};
     for (const Expr& start : solve->starts) {
@@ -183,7 +185,8 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
     if (!anywhere_.contains(field->name)) found.push_back(of(field->name));
     return;
   }
-  if (as<NetworkCall>(e) || as<Solve>(e)) return found.push_back({});
+  if (const NetworkCall* network = as<NetworkCall>(e)) return found.push_back(places_of(*network, {}).result);
+  if (as<Solve>(e)) return found.push_back({});
   if (const Placement* result = result_of(e)) {
     const Apply& apply = *as<Apply>(e);
     found.push_back(*result);

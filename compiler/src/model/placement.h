@@ -8,7 +8,8 @@
 // difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
 // there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is. A reduction is known
 // everywhere along the axes it goes over, and along the others where its operand is. What an operator with an adjoint
-// of its own makes is a field where its body fits.
+// of its own makes is a field where its body fits. What a network makes lies where its arguments lie, all at one place;
+// made of a vector on faces or edges, cell by cell, each component lies where that of the argument does.
 #pragma once
 
 #include <map>
@@ -53,6 +54,16 @@ class Placements {
   /// The part of an operator's body or formulas that keeps its component from being taken at `wanted`.
   std::optional<Mistake> find_mistake_inside(const Apply& apply, const Placement& wanted) const;
 
+  /// Where a network takes its arguments, and where its result lies.
+  struct OfCall {
+    std::vector<Placement> arguments;
+    Placement result{};
+    bool is_cell_by_cell = false;  // a vector on faces or edges beside what lies at the centres
+  };
+  /// With a result that is wanted at `wanted`, which decides for calls of numbers and coordinates alone. Arguments that
+  /// fit nowhere together are asked for where that would be, or at the centres: a mistake of theirs.
+  OfCall places_of(const NetworkCall& call, const Placement& wanted) const;
+
   /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes
   /// over that is wherever the operand fits. nullopt: nowhere.
   std::optional<Placement> operand_placement(const Reduce& reduce, const Placement& wanted) const;
@@ -68,7 +79,10 @@ class Placements {
   void add_candidates(const Expr& e, std::vector<Placement>& found) const;
   std::optional<Mistake> misplaced(const Expr& e, const Placement& wanted) const;
   std::optional<Mistake> misplaced(const Expr& e) const;
+  std::optional<Mistake> arguments_misplaced(const NetworkCall& call, const Placement& wanted) const;
+  std::optional<Mistake> misplaced_call(const Expr& e, const NetworkCall& call, const Placement& wanted) const;
   std::optional<Mistake> bad_interpolation(const Expr& e) const;
+  std::optional<OfCall> cell_by_cell(const NetworkCall& call) const;
 
   bool holds_number_argument(const Expr& e) const;
 

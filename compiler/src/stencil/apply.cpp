@@ -9,6 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/custom_adjoint.h"
 #include "stencil/discretise.h"
+#include "support/assert.h"
 
 namespace dpde::stencil {
 
@@ -167,19 +168,26 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   return access(stem + suffixes[static_cast<std::size_t>(apply.component)]);
 }
 
-/// The field of the output; all outputs of the network for the same fields are computed at once.
-std::string Discretiser::stored_inference(const model::NetworkCall& e) {
+/// All outputs of the network for the same fields are computed at once.
+Expr Discretiser::inferred_at(const model::NetworkCall& e, const Place& place) {
+  const model::Placements::OfCall places = placements_.places_of(e, part_of_cell(place));
+  const Offset cells = whole_cells(place);
+  require(!placements_.is_staggered() || places.result == part_of_cell(place), "a network's values where they lie");
   NetworkCall network_call{e.network, NetworkCall::Mode::value, {}, {}, {}, false};
-  for (const model::Expr& argument : e.arguments) network_call.inputs.push_back(stored_operand(argument, {}));
+  for (std::size_t i = 0; i < e.arguments.size(); ++i) {
+    Place there{};
+    for (std::size_t axis = 0; axis < there.size(); ++axis) there[axis] = places.arguments[i][axis] ? 1 : 0;
+    network_call.inputs.push_back(stored_operand(e.arguments[i], there));
+  }
   for (Preparation& made : preparations_) {
     NetworkCall* known = std::get_if<NetworkCall>(&made);
     if (!known || known->network != network_call.network || known->inputs != network_call.inputs) continue;
-    return known->results[static_cast<std::size_t>(e.output)];
+    return access(known->results[static_cast<std::size_t>(e.output)], cells);
   }
   for (int i = 1; i <= e.outputs; ++i)
     network_call.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
   preparations_.push_back(network_call);
-  return network_call.results[static_cast<std::size_t>(e.output)];
+  return access(network_call.results[static_cast<std::size_t>(e.output)], cells);
 }
 
 }  // namespace dpde::stencil

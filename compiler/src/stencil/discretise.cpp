@@ -254,9 +254,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Interpolate&) { return interpolated_at(e, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
-      [&](const model::NetworkCall& i) {
-        return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
-      },
+      [&](const model::NetworkCall& i) { return Quotient{inferred_at(i, place)}; },
       [&](const model::Solve&) {
         return Quotient{access(stored_solve(e), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
       },

@@ -17,8 +17,8 @@
 //  - spectral: the sum of derivatives with uniform coefficients becomes a field of its own too, made by one transform;
 //  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint,
 //    all its components by one; at another place it is another field, the operator of its arguments displaced;
-//  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any
-//    field;
+//  - the outputs of a network become fields, of its arguments where placements say; at neighbours they are read like
+//    any field;
 //  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it
 //    does not go over, it is the reduction of its operand at that place: walls and half points are then what they
 //    are for the operand.
@@ -134,7 +134,7 @@ class Discretiser {
   std::string stored_operand(const model::Expr& e, const Place& place);
   std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
-  std::string stored_inference(const model::NetworkCall& e);
+  Expr inferred_at(const model::NetworkCall& e, const Place& place);
   std::string stored_solve(const model::Expr& e);
   IterationFields iteration_fields(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);

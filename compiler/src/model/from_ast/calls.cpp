@@ -49,7 +49,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (const DeclaredNetwork* network = find_network(draft_, name)) return inference(*network, e, nullptr, range);
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
                              name == "grad" || name == "div" || name == "advect" || name == "bracket" || name == "curl";
-  const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
+  const bool is_equation = is_of_step() || purpose_ == Purpose::quantity;
   if (name == "interpolate" && !is_equation) return refuse("interpolate", e.callee_range);
   if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
   if (name == "dt") return rate(e, range);

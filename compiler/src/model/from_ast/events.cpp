@@ -34,13 +34,12 @@ void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& even
                  std::map<std::string, SourceRange>& seen) {
   const std::vector<State*> states = find_states(draft, update.field, "an event");
   if (states.empty() || !is_first(draft, "the new value", update.field, states, seen)) return;
-  const auto values =
-      Expressions(draft, Purpose::equation, update.field.name).components(update.value, update.field.name);
+  const auto values = Expressions(draft, Purpose::event, update.field.name).components(update.value, update.field.name);
   for (std::size_t i = 0; values && i < states.size(); ++i) {
     const Expr here = field(states[i]->name, {update.field.range});
     const Expr value =
         update.accumulate ? binary(BinaryOp::add, here, (*values)[i], {update.field.range}) : (*values)[i];
-    event.updates.push_back({states[i]->name, value});
+    event.updates.push_back({states[i]->name, with_points_as_numbers(draft.problem, value)});
   }
 }
 

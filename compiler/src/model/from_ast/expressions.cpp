@@ -43,6 +43,7 @@ Rules anything(std::string_view place) {
 Rules rules_of(Purpose purpose) {
   switch (purpose) {
     case Purpose::equation: return anything("an equation");
+    case Purpose::event: return anything("an event");
     case Purpose::quantity: return anything("a sum over space");
     case Purpose::initial:
       return {.place = "an initial state",
@@ -371,7 +372,7 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
     return {};
   }
   if (!value->second) return is_number ? Typed{} : number_of(param(name, {range}));
-  const bool folds = purpose_ == Purpose::equation && !draft_.selection.keeps_params && !draft_.unknowns.contains(name);
+  const bool folds = is_of_step() && !draft_.selection.keeps_params && !draft_.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));
 }
@@ -443,7 +444,7 @@ void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
   std::vector<std::string>& dropped = draft_.problem.dropped;
   const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
   const std::vector<Expr>& parts = term.value.parts;
-  if (purpose_ != Purpose::equation || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
+  if (!is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
   if (is_written_sum(term.source) || is_written_zero(term.source)) return;
   dropped.resize(begin);
   dropped.push_back(fmt::format("{} in {}: {}", ast::print(term.source), subject_, reason_for_zero(term.source)));

@@ -18,6 +18,7 @@ namespace dpde::model {
 /// Where an expression stands; this decides what it may be made of.
 enum class Purpose {
   equation,
+  event,
   initial,
   coefficient,
   control_field,
@@ -143,6 +144,7 @@ class Expressions {
 
   // inferences.cpp
   bool may_call_network(const DeclaredNetwork& declared, const ast::Call& e);
+  bool may_mix_places(const DeclaredNetwork& declared, const NetworkCall& call, SourceRange range);
   Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
                   SourceRange range);
   std::optional<std::vector<Expr>> counted_channels(const network::Network& network, const ast::Call& e);
@@ -200,6 +202,8 @@ class Expressions {
   void note_if_dropped(const Operand& term, std::size_t begin);
   std::string reason_for_zero(const ast::Expr& e);
 
+  /// In what steps are made of.
+  bool is_of_step() const { return purpose_ == Purpose::equation || purpose_ == Purpose::event; }
   int axis_count() const { return static_cast<int>(draft_.problem.axes.size()); }
 
   Draft& draft_;
@@ -246,6 +250,8 @@ bool can_be_series(const Draft& draft, const std::string& field);
 /// Marks such a datum as one number a state; false when `field` is none.
 bool mark_as_series(Draft& draft, const std::string& field);
 
+/// In steps a value at a point is a number, as a mean is: known once, and in networks the same in all cells.
+Expr with_points_as_numbers(const Problem& problem, const Expr& e);
 /// Terms that hold samples outside of mean, sum and integral, taken once: in the first cell of the grid.
 Expr over_one_cell(Draft& draft, const Expr& e);
 

@@ -32,7 +32,7 @@ int spacing_of(const std::string& name) { return name.size() == 2 && name[0] == 
 }  // namespace
 
 Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, SourceRange range) {
-  const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
+  const bool is_equation = is_of_step() || purpose_ == Purpose::quantity;
   if (function.order && !is_equation) return refuse("the operator " + e.callee, e.callee_range);
   const std::string cycle = cycle_to(function, function_);
   if (!cycle.empty()) {
@@ -100,8 +100,7 @@ void Expressions::note_order(const FunctionScope& call, const Typed& value) {
   function_ = scope.outer;
   is_measuring_ = false;
   draft_.problem.dropped.resize(dropped);
-  const StatedOrder stated{
-      function.name.name, *function.order, body.parts, purpose_ == Purpose::equation, {function.name.range}};
+  const StatedOrder stated{function.name.name, *function.order, body.parts, is_of_step(), {function.name.range}};
   const bool is_known =
       std::any_of(draft_.problem.operators.begin(), draft_.problem.operators.end(), [&](const StatedOrder& other) {
         return other.name == stated.name && other.body == stated.body && other.in_equations == stated.in_equations;

@@ -8,6 +8,7 @@
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/network_from_ast.h"
+#include "model/placement.h"
 
 namespace dpde::model {
 
@@ -79,7 +80,7 @@ bool Expressions::may_call_network(const DeclaredNetwork& declared, const ast::C
                        "use a network without it: what goes in here is known beforehand");
     return false;
   }
-  if (is_formula || purpose_ == Purpose::equation || purpose_ == Purpose::quantity) return true;
+  if (is_formula || is_of_step() || purpose_ == Purpose::quantity) return true;
   const bool is_boundary = purpose_ == Purpose::boundary || purpose_ == Purpose::boundary_weight;
   const std::string hint =
       is_boundary
@@ -91,6 +92,29 @@ bool Expressions::may_call_network(const DeclaredNetwork& declared, const ast::C
   draft_.sink.report("not-allowed-here", e.callee_range, {"the network " + e.callee, std::string(place_of(purpose_))},
                      hint);
   return false;
+}
+
+/// Only vectors have their components at places of their own: the call takes them cell by cell.
+bool Expressions::may_mix_places(const DeclaredNetwork& declared, const NetworkCall& call, SourceRange range) {
+  const Placements placements(draft_.problem);
+  const Placements::OfCall places = placements.places_of(call, {});
+  if (!places.is_cell_by_cell) return true;
+  std::size_t first = 0;
+  for (const ast::Network::Input& input : declared.source->inputs) {
+    const std::size_t count = input.vector ? static_cast<std::size_t>(axis_count()) : 1;
+    const auto begin = places.arguments.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto staggered = std::count_if(begin, begin + static_cast<std::ptrdiff_t>(count),
+                                         [](const Placement& place) { return place != Placement{}; });
+    const bool is_whole = staggered == 0 || (input.vector && declared.vector && staggered == axis_count());
+    for (std::size_t i = 0; !is_whole && i < count; ++i) {
+      const auto mistake = placements.find_mistake(call.arguments[first + i], {});
+      if (!mistake) continue;
+      report_misplaced(draft_, *mistake, range);
+      return false;
+    }
+    first += count;
+  }
+  return true;
 }
 
 Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
@@ -106,6 +130,8 @@ Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e
   const auto value = [&](int number, const std::string& name) {
     return network_call({network, *arguments, number, declared.network->outputs, name}, {range});
   };
+  const std::string first_name = declared.vector ? axis_name(0) : declared.outputs.empty() ? "" : declared.outputs[0];
+  if (!may_mix_places(declared, {network, *arguments, 0, declared.network->outputs, first_name}, range)) return {};
   if (declared.vector) {
     Typed result{axis_count() == 1 ? Typed::Type::number : Typed::Type::vector, {}};
     for (int axis = 0; axis < axis_count(); ++axis)

@@ -54,6 +54,7 @@ void check_radiating(Draft& draft);
 void check_wall_formulas(Draft& draft);
 // pole_places.cpp: whether nothing is divided by the length of 0 on a pole
 void check_pole_places(Draft& draft);
+void check_network_places(Draft& draft);
 /// Whether it lies on faces of which some are poles.
 bool is_on_pole(const Problem& problem, const Expr& e);
 // boundary_values.cpp: whether they are finite

@@ -72,6 +72,10 @@ void check_no_wall_values(Draft& draft, const Placements& placements, const Expr
   if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
     return check_no_wall_values(draft, placements, field(sampled->field, e->origin), true, where);
   }
+  if (const auto* network = std::get_if<NetworkCall>(&e->kind)) {  // its arguments are read where they lie
+    for (const Expr& argument : network->arguments) check_no_wall_values(draft, placements, argument, false, where);
+    return;
+  }
   if (const auto* applied = std::get_if<Apply>(&e->kind)) {
     for (std::size_t i = 0; i < applied->arguments.size(); ++i) {
       const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) {
@@ -181,29 +185,6 @@ Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, i
 
 namespace {
 
-/// What a network makes is at the centres, and formulas have no interpolation.
-void check_formula(Draft& draft, const Placements& placements, const Source& source, const Placement& wanted) {
-  const auto is_network = [](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind); };
-  if (!source.formula || wanted == Placement{} || !any_part(*source.formula, is_network)) return;
-  const auto mistake = placements.find_mistake(*source.formula, wanted);
-  if (!mistake || !mistake->has) return;
-  draft.sink.report(
-      "misplaced", source.origin.range,
-      {"what a network makes", describe(*mistake->has, axis_count(draft)),
-       describe(mistake->wanted, axis_count(draft))},
-      "give the network to a field or coefficient at the cell centres, and interpolate that where it is used");
-}
-
-void check_formulas(Draft& draft, const Placements& placements) {
-  for (const State& state : draft.problem.states) check_formula(draft, placements, state.initial, state.placement);
-  for (const Coefficient& coefficient : draft.problem.coefficients)
-    check_formula(draft, placements, coefficient.value, coefficient.placement);
-  if (!draft.problem.task) return;
-  for (const Unknown& unknown : draft.problem.task->unknowns) {
-    if (unknown.is_field()) check_formula(draft, placements, unknown.from, placements.of(unknown.name));
-  }
-}
-
 /// Between walls on which a state lies a cubic goes through four points, those on the walls among them.
 void check_cubic(Draft& draft, const State& state) {
   const Transport& transport = draft.problem.scheme.transport_of(state.name);
@@ -235,7 +216,7 @@ Taken taken(UseKind kind) {
     case UseKind::test_field: return Taken::checked_elsewhere;  // wherever it is natural
     case UseKind::initial:
     case UseKind::coefficient:
-    case UseKind::unknown_start: return Taken::checked_elsewhere;  // by check_formulas: of coordinates, and networks
+    case UseKind::unknown_start:  // of coordinates, and networks of these
     case UseKind::control:
     case UseKind::control_start:
     case UseKind::exact:
@@ -265,11 +246,11 @@ void check_use(Draft& draft, const Placements& placements, const Use& use) {
 void check_placements(Draft& draft) {
   const Placements placements(draft.problem);
   if (draft.model) check_pole_places(draft);
-  check_formulas(draft, placements);
   for (const State& state : draft.problem.states) {
     if (state.rhs) check_cubic(draft, state);
   }
   for_each_formula(draft.problem, [&](const Use& use) { check_use(draft, placements, use); });
+  check_network_places(draft);
   check_coupling(draft);
 }
 

@@ -320,7 +320,7 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
 }
 
 Typed Expressions::injection(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::equation) return refuse("the point source inject", e.callee_range);
+  if (!is_of_step()) return refuse("the point source inject", e.callee_range);
   const auto position = point(e);
   const auto strength =
       e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
@@ -336,8 +336,27 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
   return number_of(Coordinates(draft_.problem, {range}).per_volume(density));
 }
 
+namespace {
+
+bool holds_sample(const Expr& e) {
+  return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
+}
+
+/// A formula that is the same in all cells, evaluated in the first one: one number.
+Expr in_first_cell(const Problem& problem, const Expr& e) {
+  std::optional<Expr> first;
+  for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
+    const Expr here = binary(BinaryOp::less, coordinate(axis), place_after(problem.axes[axis], axis, 1));
+    first = first ? binary(BinaryOp::logical_and, *first, here) : here;
+  }
+  return reduce(Reduce::Kind::sum, select(*first, e, 0.0), e->origin);
+}
+
+}  // namespace
+
 Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse("the point value sample", e.callee_range);
+  if (purpose_ != Purpose::quantity && purpose_ != Purpose::event)
+    return refuse("the point value sample", e.callee_range);
   const auto position = point(e);
   if (!position) return {};
   Typed value = numeric(e.arguments[0].value);
@@ -352,14 +371,6 @@ Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
   return value;
 }
 
-namespace {
-
-bool holds_sample(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
-}
-
-}  // namespace
-
 bool can_be_series(const Draft& draft, const std::string& field) {
   if (!draft.problem.task) return false;
   const auto datum = std::ranges::find(draft.problem.task->data, field, &Datum::name);
@@ -369,6 +380,15 @@ bool can_be_series(const Draft& draft, const std::string& field) {
 bool mark_as_series(Draft& draft, const std::string& field) {
   if (!can_be_series(draft, field)) return false;
   return std::ranges::find(draft.problem.task->data, field, &Datum::name)->series = true;
+}
+
+Expr with_points_as_numbers(const Problem& problem, const Expr& e) {
+  if (!holds_sample(e) || std::holds_alternative<Reduce>(e->kind)) return e;
+  const bool is_at_point = !holds_reduction(e) && !any_part(e, [](const Expr& part) {
+    return std::holds_alternative<Coordinate>(part->kind) || std::holds_alternative<Field>(part->kind);
+  });
+  if (is_at_point) return in_first_cell(problem, e);
+  return map_parts(e, [&](const Expr& part) { return with_points_as_numbers(problem, part); });
 }
 
 Expr over_one_cell(Draft& draft, const Expr& e) {
@@ -383,14 +403,7 @@ Expr over_one_cell(Draft& draft, const Expr& e) {
     const auto* field = std::get_if<Field>(&part->kind);
     return std::holds_alternative<Coordinate>(part->kind) || (field && !mark_as_series(draft, field->name));
   });
-  if (!at_a_point) return e;
-  std::optional<Expr> first;
-  for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
-    const Axis& grid = draft.problem.axes[axis];
-    const Expr here = binary(BinaryOp::less, coordinate(axis), place_after(grid, axis, 1));
-    first = first ? binary(BinaryOp::logical_and, *first, here) : here;
-  }
-  return reduce(Reduce::Kind::sum, select(*first, e, 0.0), e->origin);
+  return at_a_point ? in_first_cell(draft.problem, e) : e;
 }
 
 }  // namespace dpde::model

@@ -69,8 +69,7 @@ std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
 }
 
 Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity && purpose_ != Purpose::equation)
-    return refuse("the reduction " + e.callee, e.callee_range);
+  if (purpose_ != Purpose::quantity && !is_of_step()) return refuse("the reduction " + e.callee, e.callee_range);
   if (wall_of(e) != nullptr) return wall_reduction(kind, e, range);
   const bool has_operand = !e.arguments.empty() && e.arguments[0].name.empty();
   if (!has_operand) {

@@ -164,6 +164,11 @@ class Seams {
       return go_on(solve->right, {});
     }
     look_around(e, inside, wanted);
+    if (const auto* call = std::get_if<NetworkCall>(&e->kind)) {
+      const Placements::OfCall places = inside.placements.places_of(*call, wanted);
+      for (std::size_t i = 0; i < call->arguments.size(); ++i) go_on(call->arguments[i], places.arguments[i]);
+      return;
+    }
     for_each_part(e, [&](const Expr& part) { go_on(part, wanted); });
   }
 
