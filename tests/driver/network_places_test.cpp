@@ -289,6 +289,14 @@ TEST(ValuesAtPoints, HaveDerivativesInSteps) {
   }
 }
 
+/// Where a network lies is asked for at each level of networks of networks.
+TEST(NetworkPlaces, OfNetworksAreFoundAtOnce) {
+  std::string call = "u.x";
+  for (int depth = 0; depth < 14; ++depth) call = "n(0.5*" + call + " + k, " + std::to_string(depth) + ")";
+  const std::string text = text_of({"", "u.x", call.c_str(), "", ""}, layers_of[0], Stands::equation, grids[0]);
+  EXPECT_EQ(dpde::testing::code_refused(text), "");
+}
+
 std::string code_of(const std::string& call, const std::string& owner, const std::string& symmetry,
                     const std::string& after = "", bool has_walls = true) {
   const Grid& grid = grids[has_walls ? 1 : 0];

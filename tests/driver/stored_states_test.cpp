@@ -35,7 +35,7 @@ struct Found {
   GradientResult result;
 };
 
-Found gradient_of(const std::string& text, const driver::SessionOptions& options) {
+Found gradient_with(const std::string& text, const driver::SessionOptions& options) {
   const SourceFile source("t.dpde", text);
   driver::CompileOptions compile;
   compile.backend = driver::Backend::jit;
@@ -56,11 +56,11 @@ Found gradient_of(const std::string& text, const driver::SessionOptions& options
 
 /// Bits do not depend on what is stored, on the first gradient and on later ones.
 void expect_same_bits(const std::string& text) {
-  const Found all = gradient_of(text, {});
+  const Found all = gradient_with(text, {});
   EXPECT_EQ(all.result.recomputed_steps, 0);
   EXPECT_GT(all.gradient.norm(), 0);
   for (const int slots : {1, 2, 5, step_count - 2, step_count - 1}) {
-    const Found some = gradient_of(text, {.slots = slots});
+    const Found some = gradient_with(text, {.slots = slots});
     EXPECT_EQ(some.gradient, all.gradient) << slots << " slots";
     EXPECT_EQ(some.result.recomputed_steps == 0, slots == step_count - 1) << slots << " slots";
   }
@@ -69,8 +69,8 @@ void expect_same_bits(const std::string& text) {
 TEST(StoredStates, WithoutThoseThatTheWayBackDoesNotRead) {
   const std::string text = wave("leapfrog", "minimise mean(p^2) at t = 0.3");
   expect_same_bits(text);
-  const std::int64_t all = gradient_of(text, {}).result.checkpoint_bytes;
-  const std::int64_t but_one = gradient_of(text, {.slots = step_count - 2}).result.checkpoint_bytes;
+  const std::int64_t all = gradient_with(text, {}).result.checkpoint_bytes;
+  const std::int64_t but_one = gradient_with(text, {.slots = step_count - 2}).result.checkpoint_bytes;
   // p: a buffer a step and stored buffers and the seeds; dt(p): three and the seeds. With a slot less, both in all.
   EXPECT_EQ(all * 2 * step_count, but_one * (step_count + 1 + 4));
 }

@@ -34,6 +34,19 @@ std::vector<Placement> places_of_vector(bool on_faces, std::size_t axes) {
 }  // namespace
 
 Placements::OfCall Placements::places_of(const NetworkCall& call, const Placement& wanted) const {
+  if (!is_staggered()) return laid_out(call, wanted);
+  const std::pair key(&call, wanted);
+  if (const auto known = known_.calls.find(key); known != known_.calls.end()) return known->second;
+  ++known_.depth;
+  OfCall found = laid_out(call, wanted);
+  for (std::size_t i = 0; i < call.arguments.size(); ++i)
+    found.fits = found.fits && can_be_at(call.arguments[i], found.arguments[i]);
+  known_.calls.emplace(key, found);
+  if (--known_.depth == 0) known_.calls.clear();
+  return found;
+}
+
+Placements::OfCall Placements::laid_out(const NetworkCall& call, const Placement& wanted) const {
   const std::vector<Expr>& arguments = call.arguments;
   const auto all_at = [&](const Placement& place) { return OfCall{std::vector(arguments.size(), place), place}; };
   if (!is_staggered()) return all_at({});
@@ -73,20 +86,13 @@ std::optional<Placements::OfCall> Placements::cell_by_cell(const NetworkCall& ca
   return std::nullopt;
 }
 
-std::optional<Placements::Mistake> Placements::arguments_misplaced(const NetworkCall& call,
-                                                                   const Placement& wanted) const {
-  const OfCall places = places_of(call, wanted);
-  for (std::size_t i = 0; i < call.arguments.size(); ++i) {
-    if (const auto mistake = misplaced(call.arguments[i], places.arguments[i])) return mistake;
-  }
-  return std::nullopt;
-}
-
 std::optional<Placements::Mistake> Placements::misplaced_call(const Expr& e, const NetworkCall& call,
                                                               const Placement& wanted) const {
-  if (const auto mistake = arguments_misplaced(call, wanted)) return mistake;
-  const Placement own = places_of(call, wanted).result;
-  return own == wanted ? std::nullopt : std::optional(Mistake{e, own, wanted});
+  const OfCall places = places_of(call, wanted);
+  for (std::size_t i = 0; !places.fits && i < call.arguments.size(); ++i) {
+    if (const auto mistake = misplaced(call.arguments[i], places.arguments[i])) return mistake;
+  }
+  return places.result == wanted ? std::nullopt : std::optional(Mistake{e, places.result, wanted});
 }
 
 }  // namespace dpde::model

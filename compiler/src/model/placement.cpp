@@ -99,7 +99,7 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
   if (field && anywhere_.contains(field->name)) return;
   const Placement* result = result_of(e);
   const NetworkCall* network = as<NetworkCall>(e);
-  if (network ? arguments_misplaced(*network, {}).has_value() : as<Solve>(e) && misplaced(e, {})) {
+  if (network ? !places_of(*network, {}).fits : as<Solve>(e) && misplaced(e, {})) {
     found = Fields::several;  // what it is made of is not where it is wanted, wherever that is
     return;
   }

@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/model.h"
@@ -59,6 +60,7 @@ class Placements {
     std::vector<Placement> arguments;
     Placement result{};
     bool is_cell_by_cell = false;  // a vector on faces or edges beside what lies at the centres
+    bool fits = true;              // each argument can be taken where it is wanted
   };
   /// With a result that is wanted at `wanted`, which decides for calls of numbers and coordinates alone. Arguments that
   /// fit nowhere together are asked for where that would be, or at the centres: a mistake of theirs.
@@ -79,10 +81,21 @@ class Placements {
   void add_candidates(const Expr& e, std::vector<Placement>& found) const;
   std::optional<Mistake> misplaced(const Expr& e, const Placement& wanted) const;
   std::optional<Mistake> misplaced(const Expr& e) const;
-  std::optional<Mistake> arguments_misplaced(const NetworkCall& call, const Placement& wanted) const;
   std::optional<Mistake> misplaced_call(const Expr& e, const NetworkCall& call, const Placement& wanted) const;
   std::optional<Mistake> bad_interpolation(const Expr& e) const;
+  OfCall laid_out(const NetworkCall& call, const Placement& wanted) const;
   std::optional<OfCall> cell_by_cell(const NetworkCall& call) const;
+
+  /// Of networks of networks each is asked for many times while the outermost one is laid out; afterwards nothing is
+  /// known, since other expressions may come to lie at the same addresses.
+  struct KnownCalls {
+    std::map<std::pair<const NetworkCall*, Placement>, OfCall> calls = {};
+    int depth = 0;
+    KnownCalls() = default;
+    KnownCalls(const KnownCalls& /*other*/) {}
+    KnownCalls& operator=(const KnownCalls& /*other*/) { return *this; }
+  };
+  mutable KnownCalls known_;
 
   bool holds_number_argument(const Expr& e) const;
 

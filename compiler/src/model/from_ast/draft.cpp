@@ -84,7 +84,8 @@ void report_duplicate(Draft& draft, const std::string& what, SourceRange range, 
   if (first.is_known()) diagnostic.notes.push_back({first, "the first is here"});
 }
 
-std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, const std::string& thing) {
+std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, const std::string& thing,
+                                const std::string& hint) {
   const std::string field = rated_field(written.name);
   if (draft.scope.is_refused(field)) return {};
   if (!field.empty() && !draft.problem.velocity_of(components_of(draft, field).front())) {
@@ -102,7 +103,7 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
     const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
     const std::string word =
         is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
-    draft.sink.report("not-a-field", name.range, {name.name, word, thing});
+    draft.sink.report("not-a-field", name.range, {name.name, word, thing}, hint);
   } else if (meaning->role == Role::state) {
     for (const std::string& component : components_of(draft, name.name)) {
       for (State& state : draft.problem.states) {

@@ -135,7 +135,8 @@ void report_unknown(Draft& draft, const ast::Identifier& name,
 void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first);
 /// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something
 /// else: "only a field has `thing`".
-std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing);
+std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing,
+                                const std::string& hint = "");
 /// "dt(u)" of a velocity u_t; other names as they are.
 std::string written_name(const Draft& draft, const std::string& name);
 /// The fields that are not among `seen`, of a vector with no component among them the vector.

@@ -32,7 +32,9 @@ std::vector<int> steps_at(Draft& draft, const std::vector<ast::Expr>& times) {
 
 void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& event,
                  std::map<std::string, SourceRange>& seen) {
-  const std::vector<State*> states = find_states(draft, update.field, "an event");
+  const std::vector<State*> states = find_states(
+      draft, update.field, "an event",
+      fmt::format("make {0} a field of the model, with dt({0}) = 0: an event sets it in all cells", update.field.name));
   if (states.empty() || !is_first(draft, "the new value", update.field, states, seen)) return;
   const auto values = Expressions(draft, Purpose::event, update.field.name).components(update.value, update.field.name);
   for (std::size_t i = 0; values && i < states.size(); ++i) {

@@ -355,6 +355,11 @@ Expr in_first_cell(const Problem& problem, const Expr& e) {
 }  // namespace
 
 Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
+  if (purpose_ == Purpose::equation) {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"the point value sample", std::string(place_of(purpose_))},
+                       "read it into a field, after step: s = sample(...), and use s");
+    return {};
+  }
   if (purpose_ != Purpose::quantity && purpose_ != Purpose::event)
     return refuse("the point value sample", e.callee_range);
   const auto position = point(e);
