@@ -396,12 +396,14 @@ std::string field_of(const model::Datum& datum, std::size_t k) {
 DataStates frames_of_window(Session& session, const model::Datum& datum) {
   const WindowStart& window = *session.options().window;
   const std::vector<double>& frames = window.data.at(datum.name);
-  const auto count = static_cast<std::size_t>(session.steps() / window.every), size = window.cells;
+  const std::size_t size = window.cells;
+  const bool is_goal = frames.size() == size;  // or the only frame
+  const auto count = is_goal ? 1 : static_cast<std::size_t>(session.steps() / window.every);
   DataStates result{datum.name, {}, {}};
   for (std::size_t k = 0; k < count; ++k) {
     const auto first = frames.begin() + static_cast<std::ptrdiff_t>(k * size);
     const std::vector<double> own(first, first + static_cast<std::ptrdiff_t>(size));
-    result.times.push_back(session.time_of(static_cast<int>(k + 1) * window.every));
+    if (!is_goal) result.times.push_back(session.time_of(static_cast<int>(k + 1) * window.every));
     result.fields.push_back(field_of(datum, k));
     session.workspace()
         .field(result.fields.back())
@@ -414,6 +416,7 @@ DataStates frames_of_window(Session& session, const model::Datum& datum) {
 
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
+  if (datum.begins_windows()) return DataStates{datum.name, {}, {}};
   // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is
   // compared with.
   if (datum.trajectories && session.options().window != nullptr) return frames_of_window(session, datum);

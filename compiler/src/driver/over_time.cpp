@@ -52,7 +52,7 @@ model::Problem spread_over_time(model::Problem problem) {
   for (model::Loss& loss : problem.task->losses) {
     if (loss.of_averages) continue;
     if (loss.when.kind == model::When::Kind::over) spread(loss.value, loss.when);
-    if (loss.when.kind == model::When::Kind::steps)
+    if (loss.when.kind == model::When::Kind::steps && !loss.when.is_last)
       Spread{double(loss.when.count), problem.step}(loss.value, loss.when);
   }
   for (model::Test& test : problem.task->tests) {

@@ -25,6 +25,7 @@ bool reads_states(const Compiled& compiled, const std::string& program) {
 double begin_of(const model::When& when, const model::Problem& problem) {
   const double end = problem.t_begin + problem.steps * problem.step;
   if (when.kind == model::When::Kind::over) return problem.t_begin;
+  if (when.kind == model::When::Kind::steps && when.is_last) return end;
   if (when.kind == model::When::Kind::steps) return problem.t_begin + problem.step;
   return when.kind == model::When::Kind::end || when.times.empty() ? end : *std::ranges::min_element(when.times);
 }

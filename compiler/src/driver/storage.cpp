@@ -79,7 +79,8 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
       for (int k = 0; k <= run_steps; ++k) steps.push_back(k);
       break;
     case model::When::Kind::steps:
-      for (int k = 1; k <= std::min(when.count, run_steps); ++k) steps.push_back(k);
+      for (int k = when.is_last ? std::min(when.count, run_steps) : 1; k <= std::min(when.count, run_steps); ++k)
+        steps.push_back(k);
       break;
   }
   return steps;

@@ -49,7 +49,7 @@ int first_frame(const files::Trajectories& from, int frames) {
 }
 
 WindowStart begin_of(const model::Problem& problem, const files::Trajectories& from, int frames) {
-  WindowStart start{from.path, 0, first_frame(from, frames), 0, from.every, from.cells, {}, {}, {}};
+  WindowStart start{from.path, 0, first_frame(from, frames), 0, from.looks, from.cells, {}, {}, {}};
   start.t = from.times[static_cast<std::size_t>(start.frame)];
   const auto take = [&](const std::string& variable, int first, int count) {
     const auto values = from.frames(start.run, variable, first, count);
@@ -58,7 +58,9 @@ WindowStart begin_of(const model::Problem& problem, const files::Trajectories& f
   for (const std::string& state : from.states) start.states[state] = take(state, start.frame, 1);
   for (std::size_t p = 0; p < from.params.size(); ++p) start.params[from.params[p]] = from.runs.front().params[p];
   for (const model::Datum& datum : problem.task->data) {
-    if (datum.trajectories) start.data[datum.name] = take(datum.variable, start.frame + 1, frames);
+    if (!datum.trajectories || datum.begins_windows()) continue;
+    start.data[datum.name] =
+        from.is_goal(datum.variable) ? take(datum.variable, 0, 1) : take(datum.variable, start.frame + 1, frames);
   }
   return start;
 }
@@ -75,8 +77,8 @@ FirstWindow first_window(const Compiled& compiled, const SourceFile& source) {
   const std::optional<files::Trajectories> from =
       files::load_trajectories(problem, datum->file, source, datum->origin.range, silent);
   if (!from) return {nullptr, first_error_of(silent)};
-  const int frames = problem.steps / from->every;
-  if (problem.steps % from->every != 0 || from->frame_count() <= frames)
+  const int frames = from->has_frames_of_data ? problem.steps / from->every : 0;
+  if (problem.steps % from->looks != 0 || from->frame_count() <= frames)
     return {nullptr, fmt::format("{} has no window of {} steps: its {} frames are {} steps apart", from->path,
                                  problem.steps, from->frame_count(), from->every)};
   const std::string missing = missing_memory(problem, *from);

@@ -17,13 +17,13 @@ struct WindowStart {
   std::string path;
   int run = 0, frame = 0;
   double t = 0;   // of the frame
-  int every = 1;  // steps from one frame to the next
+  int every = 1;  // steps from one state that losses look at to the next
   std::size_t cells = 0;
   std::map<std::string, std::vector<double>> states;
   std::map<std::string, double> params;             // of the run
   std::map<std::string, std::vector<double>> data;  // by datum: the frames behind, one after the other
 
-  /// So many steps that they end with a frame: `steps`, or the next number below, and at least one frame.
+  /// So many steps that they end with such a state: `steps`, or the next number below, and at least one of them.
   int whole_frames(int steps) const;
 };
 

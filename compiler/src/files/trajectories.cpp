@@ -51,7 +51,7 @@ class Reader {
   void read() {
     std::set<std::string> wanted;
     for (const model::Datum& datum : problem_.task->data) {
-      if (datum.trajectories) wanted.insert(datum.variable);
+      if (datum.trajectories && !datum.begins_windows()) wanted.insert(datum.variable);
     }
     for (const model::State& state : problem_.states) {
       if (find(state.name) == nullptr) continue;
@@ -61,8 +61,19 @@ class Reader {
     if (to_.states.empty())
       fail(fmt::format("it has none of the states of scene {} ({})", problem_.scene,
                        fmt::join(names(problem_.states), ", ")));
+    std::erase_if(wanted, [&](const std::string& name) {
+      if (!lacks_time(name)) return false;
+      to_.goals.push_back(name);
+      return true;
+    });
     for (const std::string& name : wanted) read_field(name);
+    for (const std::string& name : to_.goals) read_field(name);
+    for (const model::Datum& datum : problem_.task->data) {
+      const bool has_frames = datum.trajectories && !datum.begins_windows() && !to_.is_goal(datum.variable);
+      to_.has_frames_of_data = to_.has_frames_of_data || has_frames;
+    }
     read_times();
+    to_.looks = to_.has_frames_of_data ? to_.every : 1;
     read_params();
   }
 
@@ -87,6 +98,14 @@ class Reader {
     return datum == data.end() ? model::Placement{} : datum->placement;
   }
 
+  /// No state: an array a run, or one for all of them.
+  bool lacks_time(const std::string& name) const {
+    const NetcdfReader::Variable* variable = find(name);
+    if (variable == nullptr || problem_.find_state(name) != nullptr) return false;
+    const std::size_t rank = model::axes_at(problem_.axes, placement_of(name)).size(), has = variable->shape.size();
+    return has == rank || (has == rank + 1 && variable->dimensions[0] == "run");
+  }
+
   void read_field(const std::string& name) {
     const NetcdfReader::Variable* variable = find(name);
     if (variable == nullptr) {
@@ -98,8 +117,9 @@ class Reader {
     const model::Placement placement = placement_of(name);
     const std::vector<model::Axis> axes = model::axes_at(problem_.axes, placement);
     const std::size_t rank = axes.size();
-    const bool has_runs = variable->shape.size() == rank + 2;
-    if (!has_runs && variable->shape.size() != rank + 1) {
+    const std::size_t own = rank + (to_.is_goal(name) ? 0 : 1);
+    const bool has_runs = variable->shape.size() == own + 1;
+    if (!has_runs && variable->shape.size() != own) {
       fail(fmt::format("{} has the shape {}, wanted is time and {} axes, or run, time and {}", name,
                        text_of_shape(variable->shape), rank, rank));
     }
@@ -123,10 +143,25 @@ class Reader {
       }
       fail(why);
     }
+    if (to_.is_goal(name)) return take_goal(*variable, has_runs);
     take(*variable, has_runs);
     const std::optional<double> error = file_.number(name, attribute_of_error);
     const std::optional<std::string> why_not = file_.text(name, attribute_of_no_error);
     if (error || why_not) to_.own_errors[name] = {error.value_or(0), why_not.value_or("")};
+  }
+
+  void take_goal(const NetcdfReader::Variable& variable, bool has_runs) {
+    if (has_runs && variable.shape[0] != std::ssize(to_.runs))
+      fail(fmt::format("{} has {} runs, its fields have {}", variable.name, variable.shape[0], to_.runs.size()));
+    const std::vector<double> all = file_.read(variable);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!std::isfinite(rounded(all[i], problem_.scheme.real)))
+        fail(fmt::format("{} is {} in run {}, cell {}", variable.name, shown(all[i]), i / to_.cells, i % to_.cells));
+    }
+    for (std::size_t r = 0; r < to_.runs.size(); ++r) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(has_runs ? r * to_.cells : 0);
+      to_.runs[r].frames[variable.name].assign(begin, begin + static_cast<std::ptrdiff_t>(to_.cells));
+    }
   }
 
   void take(const NetcdfReader::Variable& variable, bool has_runs) {
@@ -159,6 +194,7 @@ class Reader {
     if (coordinate == nullptr || coordinate->shape != Shape{frames_})
       fail(fmt::format("it does not say at which times its {} frames are", frames_));
     to_.times = file_.read(*coordinate);
+    if (to_.times.size() == 1 && !to_.has_frames_of_data) return;  // where each run begins
     if (to_.times.size() < 2) fail(fmt::format("it has {} frames; a window needs at least two", to_.times.size()));
     if (to_.runs.empty()) fail("it has no run");
     const double spacing = (to_.times.back() - to_.times.front()) / static_cast<double>(to_.times.size() - 1);
@@ -203,6 +239,7 @@ class Reader {
 
 std::span<const double> Trajectories::frames(int run, const std::string& variable, int first, int count) const {
   const std::vector<double>& all = runs[static_cast<std::size_t>(run)].frames.at(variable);
+  if (is_goal(variable)) return all;
   return std::span(all).subspan(static_cast<std::size_t>(first) * cells, static_cast<std::size_t>(count) * cells);
 }
 

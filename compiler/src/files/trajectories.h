@@ -3,6 +3,7 @@
 // dimension `run` where there are several. What networks and parameters are learnt from and tested on.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
@@ -24,14 +25,16 @@ inline constexpr const char *attribute_of_error = "error_estimate", *attribute_o
 /// from run to run.
 struct Trajectories {
   std::string path;
-  std::vector<double> times;  // of the frames
-  int every = 1;              // steps of the scene from one frame to the next
+  std::vector<double> times;        // of the frames
+  int every = 1;                    // steps of the scene from one frame to the next
+  bool has_frames_of_data = false;  // of the task's data; else these are goals of whole runs, or there are none
+  int looks = 1;  // steps from one state that losses look at to the next: those that have frames of data, or all
   std::size_t cells = 0;
   std::vector<std::string> states;  // of the scene; the others begin as the scene says
   std::vector<std::string> params;  // of the scene, with a value for each run
   std::set<std::string> counted;    // of these: numbers of runs, as of random fields, that have no range
   struct Run {
-    std::map<std::string, std::vector<double>> frames;  // by variable: one after the other
+    std::map<std::string, std::vector<double>> frames;  // by variable: one after the other; of a goal one for all
     std::vector<double> params;                         // in the order of Trajectories::params
   };
   std::vector<Run> runs;
@@ -45,7 +48,10 @@ struct Trajectories {
   double cost_s = 0;       // seconds that processors worked for it; not a number where that is not known
 
   int frame_count() const { return static_cast<int>(times.size()); }
-  /// `count` frames of a variable from `first` on.
+  std::vector<std::string> goals;  // variables that are one array a run
+  bool is_goal(const std::string& variable) const { return std::ranges::find(goals, variable) != goals.end(); }
+
+  /// `count` frames of a variable from `first` on; of a goal itself, whatever the frames are.
   std::span<const double> frames(int run, const std::string& variable, int first, int count = 1) const;
   /// The standard deviation of a variable over all runs, frames and cells.
   double deviation(const std::string& variable) const;

@@ -157,7 +157,8 @@ struct Quantity {
 struct When {
   enum class Kind { end, at, over, steps } kind = Kind::end;
   std::vector<double> times;                 // of `at`
-  int count = 0;                             // of `steps`: each of so many states behind the first one
+  int count = 0;                             // of `steps`: each of so many states behind the first one, or
+  bool is_last = false;                      // the last of these alone
   std::optional<Reduce::Kind> counted = {};  // mean, sum or integral over these states; none: as each reduction says
 };
 
@@ -165,8 +166,9 @@ struct Datum {
   std::string name;
   std::string file, variable;  // load("...", variable), or
   bool trajectories = false;   // of that file: states of runs, each of which a window may begin with
-  std::string scene, field;    // the field of another scene's run, or its observable
-  bool series = false;         // one number a state of the run, the same at all points
+  bool begins_windows() const { return trajectories && variable.empty(); }  // and has no values itself
+  std::string scene, field;  // the field of another scene's run, or its observable
+  bool series = false;       // one number a state of the run, the same at all points
   When when;
   Origin origin;
   Placement placement{};

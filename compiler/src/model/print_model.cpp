@@ -147,7 +147,7 @@ std::string text_of(const When& when) {
     case When::Kind::end: return "";
     case When::Kind::at: return fmt::format(" at t = {}", fmt::join(when.times, ", "));
     case When::Kind::over: return over + "time";
-    case When::Kind::steps: return fmt::format("{}{} steps", over, when.count);
+    case When::Kind::steps: return fmt::format("{}{} steps", when.is_last ? " after " : over, when.count);
   }
   unreachable("when");
 }
@@ -287,6 +287,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
 }
 
 std::string text_of(const Datum& datum) {
+  if (datum.begins_windows()) return fmt::format("data {} = trajectories(\"{}\")", datum.name, datum.file);
   if (datum.trajectories)
     return fmt::format("data {} = trajectories(\"{}\", {})", datum.name, datum.file, datum.variable);
   const std::string value = datum.scene.empty() ? load_text(datum.file, datum.variable)

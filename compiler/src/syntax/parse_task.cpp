@@ -17,9 +17,14 @@ When parse_over(Cursor& cursor, std::optional<Identifier> counted) {
   return when;
 }
 
-/// at t = 0.5, 1.0, over time, over 4 steps, or nothing.
+/// at t = 0.5, 1.0, over time, over 4 steps, after 4 steps, or nothing.
 When parse_when(Cursor& cursor) {
   if (cursor.accept_word("over")) return parse_over(cursor, {});
+  if (cursor.accept_word("after")) {
+    WhenSteps when{parse_expression(cursor), {}, true};
+    cursor.expect_word("steps");
+    return when;
+  }
   if (!cursor.accept_word("at")) return WhenEnd{};
   WhenAt when;
   cursor.expect_word("t");

@@ -34,7 +34,9 @@ std::string print_when(const When& when) {
   return match(
       when, [](const WhenEnd&) { return std::string(); },
       [](const WhenOver& over) { return print_over(over.counted) + "time"; },
-      [](const WhenSteps& over) { return fmt::format("{}{} steps", print_over(over.counted), print(over.steps)); },
+      [](const WhenSteps& over) {
+        return fmt::format("{}{} steps", over.is_last ? " after " : print_over(over.counted), print(over.steps));
+      },
       [](const WhenAt& at) { return " at t = " + print_list(at.times); });
 }
 

@@ -20,6 +20,7 @@ struct WhenOver {                     // over time: every state from the first t
 struct WhenSteps {  // over 4 steps: each of the states behind so many steps from wherever a run begins
   Expr steps;
   std::optional<Identifier> counted;
+  bool is_last = false;  // after 4 steps: the last of them alone
 };
 struct WhenEnd {};  // nothing said: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;

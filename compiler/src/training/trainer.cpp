@@ -169,7 +169,7 @@ int Trainer::unroll_of(int epoch) const {
 
 std::vector<Window> Trainer::windows_of(int unroll) const {
   std::vector<Window> all;
-  const int frames = unroll / scene_.trajectories.every;
+  const int every = scene_.trajectories.every, frames = (unroll + every - 1) / every;
   for (int run = 0; run < training_runs_; ++run) {
     for (int frame = 0; frame < scene_.starts(unroll); ++frame) {
       if (frame <= last_training_start_ - frames) all.push_back({run, frame});

@@ -11,6 +11,7 @@
 #include "model/placement.h"
 #include "model/print_model.h"
 #include "training/window_batches.h"
+#include "training/window_controls.h"
 
 namespace dpde::training {
 
@@ -111,7 +112,8 @@ std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source,
   std::unique_ptr<TrainingScene> scene =
       open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
   if (!scene) return nullptr;
-  const int steps = scene->steps(), every = scene->trajectories.every;
+  const bool by_frames = scene->trajectories.has_frames_of_data || seeks_controls(*scene->compiled->problem);
+  const int steps = scene->steps(), every = by_frames ? scene->trajectories.every : 1;
   if (steps % every != 0) {
     sink.report(
         "bad-array-file", datum->origin.range,
@@ -162,7 +164,11 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
 }
 
 int TrainingScene::starts(int steps) const {
-  return trajectories.frame_count() - (table->scene().datum_count > 0 ? steps / trajectories.every : 0);
+  const std::span data(table->scene().data, static_cast<std::size_t>(table->scene().datum_count));
+  const bool has_frames = std::ranges::any_of(data, [&](const dpde_datum& datum) {
+    return !trajectories.is_goal(std::ranges::find(task().data, datum.name, &model::Datum::name)->variable);
+  });
+  return trajectories.frame_count() - (has_frames ? steps / trajectories.every : 0);
 }
 
 void TrainingScene::give(Simulation& simulation) const {

@@ -31,7 +31,19 @@ TrajectoryEvaluator::TrajectoryEvaluator(const TrainingScene& scene, const files
 }
 
 int frames_of(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on) {
-  return static_cast<int>(std::lround(test.when.count * scene.own_step / (on.every * scene.compiled->problem->step)));
+  return static_cast<int>(
+      std::lround(test.when.count * scene.own_step / (looks_of(test, on) * scene.compiled->problem->step)));
+}
+
+bool looks_at_all(const model::Test& test, const files::Trajectories& on) {
+  return test.kind == model::Test::Kind::number && test.beside.empty() && !on.has_frames_of_data;
+}
+
+int looks_of(const model::Test& test, const files::Trajectories& on) { return looks_at_all(test, on) ? 1 : on.every; }
+
+double time_of_look(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on, int k) {
+  if (!looks_at_all(test, on)) return on.times[static_cast<std::size_t>(k)];
+  return on.times[0] + k * scene.compiled->problem->step;
 }
 
 void TrajectoryEvaluator::begin(int run) {
@@ -78,7 +90,7 @@ std::vector<double> TrajectoryEvaluator::roll(const model::Test& test, int run) 
   take_values(run);
   std::vector<double> values = room_for(test, spectrum_);
   for (int k = 1; k <= frames_of(test); ++k) {
-    if (!go_on(on_.every)) {
+    if (!go_on(looks_of(test, on_))) {
       look_at_nothing(test, values);
       continue;
     }
@@ -115,7 +127,7 @@ bool TrajectoryEvaluator::makes_data(int run) {
 }
 
 double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
-  const int steps = frames_of(test) * on_.every;
+  const int steps = frames_of(test) * looks_of(test, on_);
   double seconds = 0, time = 0;
   begin(0);
   if (!go_on(std::min(steps, 4))) return std::nan("");  // memory and caches are there afterwards
@@ -164,7 +176,8 @@ void TrajectoryEvaluator::take_data(int run, int frame) {
 /// At the states that are there.
 void TrajectoryEvaluator::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
   for (const model::Datum& datum : scene_.task().data) {
-    if (datum.trajectories) workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
+    if (datum.trajectories && !datum.begins_windows())
+      workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
   }
   if (!test.has_fields()) return values.push_back(number(test, frame));
   const Components own = fields(test, frame);
@@ -178,13 +191,13 @@ void TrajectoryEvaluator::look(const model::Test& test, int run, int frame, std:
 
 double TrajectoryEvaluator::number(const model::Test& test, int frame) {
   const std::map<std::string, double> sums =
-      workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
+      workspace_.run(*scene_.compiled->program(name_of(test)), time_of_look(test, scene_, on_, frame));
   const auto value = sums.find(test.quantity.name);
   return value == sums.end() ? 0 : value->second;
 }
 
 Components TrajectoryEvaluator::fields(const model::Test& test, int frame) {
-  workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
+  workspace_.run(*scene_.compiled->program(name_of(test)), time_of_look(test, scene_, on_, frame));
   Components all;
   for (const std::string& field : scene_.compiled->stencil.find_program(name_of(test))->keeps)
     all.push_back(workspace_.dense(field));

@@ -20,6 +20,12 @@ UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::Vect
 
 /// Steps of a test are those of the task's scene; other scenes have frames at the same times.
 int frames_of(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on);
+/// Whether all states are looked at, not those alone that have frames: of a number that is compared with none.
+bool looks_at_all(const model::Test& test, const files::Trajectories& on);
+/// Steps from one state that the test looks at to the next.
+int looks_of(const model::Test& test, const files::Trajectories& on);
+/// Of the k-th state behind the first.
+double time_of_look(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on, int k);
 
 class TrajectoryEvaluator {
  public:

@@ -47,6 +47,7 @@ Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const 
 }
 
 bool fits(const model::Test& test, const files::Trajectories& on, DiagnosticSink& sink) {
+  if (looks_at_all(test, on)) return true;
   if (test.when.count % on.every == 0 && test.when.count / on.every < on.frame_count()) return true;
   sink.report("bad-array-file", test.on_origin.range,
               {on.path, fmt::format("its {} frames, {} steps apart, do not reach exactly {} steps from the first",
@@ -107,7 +108,7 @@ TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, con
     result.data = over_runs(scene, on, values, options,
                             [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.look_at_data(test, run); });
   for (int k = 1; k <= frames_of(test, scene, on); ++k)
-    result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
+    result.times.push_back(time_of_look(test, scene, on, k) - on.times[0]);
   if (test.kind != model::Test::Kind::spectrum) return result;
   const Spectrum spectrum(problem.axes);
   result.last_resolved = spectrum.last_resolved();

@@ -16,22 +16,30 @@ namespace {
 
 Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
+const std::string& variable_of(const TrainingScene& scene, const dpde_datum& datum) {
+  return std::ranges::find(scene.task().data, datum.name, &model::Datum::name)->variable;
+}
+
 }  // namespace
 
 /// The scene's table with another number of steps: everything else in it holds for runs of any length.
 WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
     : from_(scene), steps_(steps), scene_(scene.table->scene()), is_timed_(options.is_timed) {
-  const int every = scene.trajectories.every;
+  const int every = scene.trajectories.looks;
   for (int k = every; k <= steps; k += every) at_.push_back(k);
   const auto count = static_cast<std::int32_t>(at_.size());
   losses_.assign(scene_.losses, scene_.losses + scene_.loss_count);
-  for (dpde_loss& loss : losses_) {
-    if (loss.of_averages != 0) continue;
-    loss.at = {count, at_.data()};
-    loss.weight = static_cast<double>(scene.steps()) / count;  // of the states that losses are written for
+  for (std::size_t i = 0; i < losses_.size(); ++i) {
+    const bool is_last = scene.task().losses[i].when.is_last;
+    if (losses_[i].of_averages != 0) continue;
+    losses_[i].at = is_last ? dpde_instants{1, &steps_} : dpde_instants{count, at_.data()};
+    if (!is_last) losses_[i].weight = static_cast<double>(scene.steps()) / count;  // of the states it is written for
   }
   data_.assign(scene_.data, scene_.data + scene_.datum_count);
-  for (dpde_datum& datum : data_) datum.at = count == 1 ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
+  for (dpde_datum& datum : data_) {
+    const bool is_one = count == 1 || scene.trajectories.is_goal(variable_of(scene, datum));
+    datum.at = is_one ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
+  }
   scene_.steps = steps;
   scene_.losses = losses_.data();
   scene_.data = data_.data();
@@ -83,11 +91,9 @@ void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, cons
       start[i] += noise.deviations[s] * normal(noise.seed, i * noise.deviations.size() + s, noise.stream + number);
     simulation.set_initial(trajectories.states[s], start);
   }
-  for (const dpde_datum& datum : data_) {
-    const auto declared = std::ranges::find(from_.task().data, datum.name, &model::Datum::name);
-    simulation.set_field(datum.name, trajectories.frames(window.run, declared->variable, window.frame + 1,
+  for (const dpde_datum& datum : data_)
+    simulation.set_field(datum.name, trajectories.frames(window.run, variable_of(from_, datum), window.frame + 1,
                                                          static_cast<int>(at_.size())));
-  }
 }
 
 void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise,

@@ -141,7 +141,7 @@ class WindowBatches {
               const Question& question, Eigen::VectorXd* sum);
 
   const TrainingScene& from_;
-  int steps_;
+  std::int32_t steps_;
   std::vector<std::int32_t> at_;  // states at which losses count
   std::vector<dpde_loss> losses_;
   std::vector<dpde_datum> data_;

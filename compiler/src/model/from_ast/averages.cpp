@@ -73,7 +73,7 @@ void add_loss_of_averages(Draft& draft, const Expr& value, const When& when, Sou
     return refuse((*mistake)->origin.range, "what the states have each for themselves",
                   "a loss of averages is a formula of them, of numbers and of parameters, once a run; write a line of "
                   "its own for the rest: minimise mean((u - v)^2) over 8 steps");
-  if (when.kind != When::Kind::over && when.kind != When::Kind::steps)
+  if ((when.kind != When::Kind::over && when.kind != When::Kind::steps) || when.is_last)
     return refuse(range, "a given time", "it is of all states of a run or window: write over time, or over 8 steps");
   if (when.counted) return refuse(range, "mean, sum or integral over them", "it is one number a run: leave that out");
   When of_average = when;

@@ -95,7 +95,7 @@ const Expr* uncounted_part(const Expr& e) {
 
 /// False after a diagnostic.
 bool is_counted(Draft& draft, const Expr& value, const When& when, SourceRange whole) {
-  const bool is_of_many = when.kind == When::Kind::over || when.kind == When::Kind::steps;
+  const bool is_of_many = when.kind == When::Kind::over || (when.kind == When::Kind::steps && !when.is_last);
   const Expr* term = is_of_many && !when.counted ? uncounted_part(value) : nullptr;
   if (term == nullptr) return true;
   const SourceRange range = (*term)->origin.range;

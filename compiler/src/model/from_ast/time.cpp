@@ -216,7 +216,8 @@ std::optional<Reduce::Kind> counted_as(const std::optional<ast::Identifier>& wor
 
 When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   if (std::holds_alternative<ast::WhenEnd>(when)) return {};
-  if (const auto* over = std::get_if<ast::WhenOver>(&when)) return {When::Kind::over, {}, 0, counted_as(over->counted)};
+  if (const auto* over = std::get_if<ast::WhenOver>(&when))
+    return {When::Kind::over, {}, 0, false, counted_as(over->counted)};
   if (const auto* steps = std::get_if<ast::WhenSteps>(&when)) {
     if (!learns_from_trajectories(draft)) {
       draft.sink.report("not-allowed-here", steps->steps.range(),
@@ -226,11 +227,11 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
     }
     const auto count = evaluate(draft, steps->steps, "a number of steps");
     const auto counted = counted_as(steps->counted);
-    if (!count) return {When::Kind::steps, {}, 1, counted};
+    if (!count) return {When::Kind::steps, {}, 1, steps->is_last, counted};
     if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count))
-      return {When::Kind::steps, {}, static_cast<int>(*count), counted};
+      return {When::Kind::steps, {}, static_cast<int>(*count), steps->is_last, counted};
     draft.sink.report("not-whole", steps->steps.range(), {fmt::format("{}", *count)});
-    return {When::Kind::steps, {}, 1, counted};
+    return {When::Kind::steps, {}, 1, steps->is_last, counted};
   }
   When result{When::Kind::at, {}};
   const Problem& problem = draft.problem;

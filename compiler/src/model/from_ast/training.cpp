@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/words.h"
@@ -38,7 +39,9 @@ std::string file_in(Draft& draft, const ast::Expr& e, std::size_t arguments) {
       call && call->arguments.size() == arguments ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
   if (file && file->value.ends_with(".nc")) return file->value;
   draft.sink.report("bad-data", e.range(), {},
-                    arguments == 2 ? "write trajectories(\"train.nc\", u)" : "write trajectories(\"test.nc\")");
+                    arguments == 2
+                        ? "write trajectories(\"train.nc\", u), or trajectories(\"train.nc\") for where windows begin"
+                        : "write trajectories(\"test.nc\")");
   return "";
 }
 
@@ -107,7 +110,7 @@ int length_of_losses(Draft& draft) {
   for (const Loss& loss : draft.problem.task->losses) {
     if (loss.when.kind != When::Kind::steps) {
       refuse(draft, loss.origin.range, "a loss that is not over a number of steps",
-             "write minimise mean((u - u_ref)^2) over 4 steps");
+             "write minimise mean((u - u_ref)^2) over 4 steps, or after 4 steps");
     } else if (length != 0 && loss.when.count != length) {
       refuse(draft, loss.origin.range, fmt::format("a loss over {} steps beside one over {}", loss.when.count, length));
     } else {
@@ -115,6 +118,23 @@ int length_of_losses(Draft& draft) {
     }
   }
   return length;
+}
+
+/// What windows begin with has no values of its own.
+void check_unread(Draft& draft, const Datum& datum) {
+  const Task& task = *draft.problem.task;
+  const auto check = [&](const Expr& value, const Origin& origin) {
+    if (reads(value, datum.name))
+      draft.sink.report("not-allowed-here", origin.range, {datum.name, "a formula"},
+                        fmt::format("{0} is where windows begin and has no values: write data r = "
+                                    "trajectories(\"{1}\", u) for those of u",
+                                    datum.name, datum.file));
+  };
+  for (const Loss& loss : task.losses) check(loss.value, loss.origin);
+  for (const Test& test : task.tests) {
+    check(test.quantity.value, test.quantity.origin);
+    for (const Expr& field : test.fields) check(field, test.quantity.origin);
+  }
 }
 
 void check_data(Draft& draft) {
@@ -127,6 +147,8 @@ void check_data(Draft& draft) {
       refuse(draft, datum.origin.range,
              fmt::format("a second file of trajectories ({} and {})", first->file, datum.file),
              "one file holds all fields of its runs");
+    } else if (datum.begins_windows()) {
+      check_unread(draft, datum);
     }
   }
 }
@@ -303,8 +325,14 @@ std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::
   const ast::Call* call = as_trajectories(item.value);
   if (!call) return std::nullopt;
   std::vector<Datum> data;
-  const std::string file = file_in(draft, item.value, 2);
+  const bool begins_windows = call->arguments.size() == 1;
+  const std::string file = file_in(draft, item.value, begins_windows ? 1 : 2);
   if (file.empty()) return data;
+  if (begins_windows) {
+    data.emplace_back().file = file;
+    data.back().trajectories = true;
+    return data;
+  }
   const std::vector<std::string> names = variables_of(draft, item, call->arguments[1].value);
   const bool is_tuple = std::holds_alternative<ast::Tuple>(call->arguments[1].value->kind);
   if (names.empty() || (is_tuple && names.size() != draft.problem.axes.size())) {

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Windows that begin with frames which nothing is compared with, losses of the state they end with, goals of runs.
+#include <algorithm>
+#include <cmath>
+
+#include "command_support.h"
+#include "dpde/runtime/netcdf.h"
+
+namespace dpde::testing {
+namespace {
+
+const std::string heated_rod = R"(
+network heater(u) { real f64; initial he, seed 1; conv 2, 3; tanh; conv out, 1, gain = 0.1 }
+model rod { field u; param k; dt(u) = k*lap(u) }
+scene s : rod { grid x = 0 .. 1, cells 8, periodic; k = 0.05; initial u = 0; time 0 .. 1, step 1/64
+  after step: u += heater(u) }
+)";
+
+class WindowGoals : public Command {
+ protected:
+  static constexpr int cells = 8, runs = 3;
+  static double start_of(int run, int cell) { return std::sin(0.7 * run + 0.8 * cell); }
+  static double goal_of(int run, int cell) { return 0.5 + 0.1 * std::cos(run + 0.8 * cell); }
+
+  /// Frames four steps apart, of which the second one, where there is one, is the goal; and the goal of each run.
+  void write_runs(const std::string& name, int frames, const std::function<void(NetcdfContent&)>& change = {}) const {
+    NetcdfContent content;
+    content.dimensions = {{"run", runs}, {"time", frames}, {"x", cells}};
+    content.variables = {{"time", {"time"}, {}, {}},
+                         {"x", {"x"}, {}, {}},
+                         {"u", {"run", "time", "x"}, {}, {}},
+                         {"goal", {"run", "x"}, {}, {}},
+                         {"same", {"x"}, {}, {}}};
+    for (int k = 0; k < frames; ++k) content.variables[0].values.push_back(k / 16.0);
+    for (int i = 0; i < cells; ++i) {
+      content.variables[1].values.push_back((i + 0.5) / cells);
+      content.variables[4].values.push_back(goal_of(0, i));
+    }
+    for (int run = 0; run < runs; ++run) {
+      for (int k = 0; k < frames; ++k) {
+        for (int i = 0; i < cells; ++i)
+          content.variables[2].values.push_back(k == 0 ? start_of(run, i) : goal_of(run, i));
+      }
+      for (int i = 0; i < cells; ++i) content.variables[3].values.push_back(goal_of(run, i));
+    }
+    if (change) change(content);
+    write(name, compose_netcdf(std::move(content)));
+  }
+  std::string task(const std::string& lines,
+                   const std::string& options = "adam(rate = 1e-2), batch 2, epochs 3") const {
+    write("t.dpde", heated_rod + "task t : s { learn heater; " + lines + "; using " + options + " }\n");
+    return "t.dpde t --json";
+  }
+  Json learn(const std::string& lines, const std::string& more = "",
+             const std::string& options = "adam(rate = 1e-2), batch 2, epochs 3") const {
+    const Outcome outcome = dpde("optimize " + task(lines, options) + more);
+    EXPECT_EQ(outcome.status, 0) << lines << outcome.err;
+    return outcome.json();
+  }
+};
+
+TEST_F(WindowGoals, AreWhatTheLastFrameIs) {
+  write_runs("pairs.nc", 2);
+  write_runs("starts.nc", 1);
+  const Json pairs = learn("data r = trajectories(\"pairs.nc\", u); minimise mean((u - r)^2) over 4 steps");
+  const std::string by_goal = "data r = trajectories(\"starts.nc\", goal); minimise mean((u - r)^2) after 4 steps";
+  const Json goals = learn(by_goal, " --out o --threads 2");
+  EXPECT_EQ(goals["windows"], runs);
+  ASSERT_EQ(goals["loss"].size(), pairs["loss"].size());
+  for (std::size_t k = 0; k < goals["loss"].size(); ++k)
+    EXPECT_NEAR(goals["loss"][k].get<double>(), pairs["loss"][k].get<double>(), 1e-12);
+  EXPECT_EQ(learn(by_goal, " --threads 1")["loss"], goals["loss"]);
+  learn(by_goal, " --out p --epochs 1");
+  EXPECT_EQ(learn(by_goal, " --out p --resume")["loss"], goals["loss"]);
+  EXPECT_EQ(content(path("p/heater.safetensors")), content(path("o/heater.safetensors")));
+  const std::string test = "; test miss = mean(abs(u - r)) on trajectories(\"starts.nc\") for 4 steps";
+  const Json tested = dpde("test " + task(by_goal + test) + " --from o").json()["test"]["miss"];
+  EXPECT_EQ(tested["t"].size(), 4u) << "all states are looked at";
+  const Json same = learn("data r = trajectories(\"starts.nc\", same); minimise mean((u - r)^2) after 4 steps");
+  EXPECT_NE(same["loss"], goals["loss"]);
+  const Json verified = dpde("verify " + task(by_goal)).json();
+  EXPECT_EQ(verified["passed"], true) << verified;
+  EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
+}
+
+/// Of states alone the loss is that of all of them; with unread data of each step it always was.
+TEST_F(WindowGoals, NeedNoData) {
+  write_runs("starts.nc", 2);
+  const std::string loss = "; minimise (mean(u) - 0.7)^2, mean over 6 steps; minimise 1e-2*mean(u^2) after 6 steps",
+                    options = "adam(rate = 1e-2), batch 2, epochs 4, unroll (3, 6), cut 2";
+  const Json states = learn("data begin = trajectories(\"starts.nc\")" + loss, "", options);
+  EXPECT_EQ(states["windows"], 2 * runs);
+  write_runs("close.nc", 2, [](NetcdfContent& content) { content.variables[0].values[1] = 1 / 64.0; });
+  const Json unread = learn("data r = trajectories(\"close.nc\", u)" + loss, "", options);
+  EXPECT_EQ(states["loss"], unread["loss"]);
+  const Json verified = dpde("verify " + task("data begin = trajectories(\"starts.nc\")" + loss)).json();
+  EXPECT_EQ(verified["passed"], true) << verified;
+  EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
+}
+
+TEST_F(WindowGoals, SayWhatDoesNotFit) {
+  write_runs("f.nc", 2);
+  write_runs("one.nc", 1);
+  write_runs("other.nc", 2, [](NetcdfContent& content) { content.variables[3].values[3] = NAN; });
+  write_runs("few.nc", 2, [](NetcdfContent& content) {
+    content.dimensions.push_back({"run2", 2});
+    content.variables[3].dimensions = {"run2", "x"};
+    content.variables[3].values.resize(2 * cells);
+  });
+  const struct {
+    const char *lines, *said;
+  } cases[] = {
+      {"data b = trajectories(\"f.nc\"); minimise mean((u - b)^2) over 4 steps", "where windows begin"},
+      {"data b = trajectories(\"f.nc\"); minimise mean(u^2) over 4 steps; test e = mean(b) on trajectories(\"f.nc\") "
+       "for 4 steps",
+       "where windows begin"},
+      {"data r = trajectories(\"one.nc\", u); minimise mean((u - r)^2) over 4 steps", "needs at least two"},
+      {"data r = trajectories(\"other.nc\", goal); minimise mean((u - r)^2) after 4 steps", "run 0, cell 3"},
+      {"data r = trajectories(\"few.nc\", goal); minimise mean((u - r)^2) after 4 steps", "other runs or times"},
+      {"data r = trajectories(\"f.nc\", u); minimise mean((u - r)^2) after 6 steps", "no multiple"},
+      {"data b = trajectories(\"f.nc\"); minimise mean(u^2) after 4 steps; minimise mean(u^2) over 6 steps", "beside"},
+      {"data b = trajectories(\"f.nc\"); minimise average(mean(u^2)) after 4 steps", "over 8 steps"},
+      {"data b = trajectories(\"f.nc\"); data c = trajectories(\"one.nc\"); minimise mean(u^2) after 4 steps",
+       "second file"},
+  };
+  for (const auto& [lines, said] : cases) {
+    const Outcome refused = dpde("optimize " + task(lines));
+    EXPECT_EQ(refused.status, 2) << lines << refused.err;
+    EXPECT_NE(refused.err.find(said), std::string::npos) << lines << "\n" << refused.err;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
