@@ -314,69 +314,70 @@ void say_solves(Job& job, const TrajectoryTest& test) {
                         human_seconds(solve.note.seconds / solves),
                         solve.guess.empty() ? "" : ", beginning with " + solve.guess));
   }
+}
 
-  void say_blow_up(Job & job, const TrajectoryTest& test) {
-    std::vector<std::size_t> runs;
-    double first = 0;
-    for (std::size_t run = 0; run < test.runs.size(); ++run) {
-      const auto at = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
-      if (at == test.runs[run].end()) continue;
-      const double t = test.times[static_cast<std::size_t>(at - test.runs[run].begin())];
-      first = runs.empty() ? t : std::min(first, t);
-      runs.push_back(run);
-    }
-    if (runs.empty()) return;
-    job.say(
-        fmt::format("  warning: {} of scene {} is no longer finite in {} of {} runs of {} ({}), after t = {:.6g} from "
-                    "its first frame "
-                    "in the first of them to end\n",
-                    test.name, test.scene, runs.size(), test.runs.size(), test.file, fmt::join(runs, ", "), first));
+void say_blow_up(Job& job, const TrajectoryTest& test) {
+  std::vector<std::size_t> runs;
+  double first = 0;
+  for (std::size_t run = 0; run < test.runs.size(); ++run) {
+    const auto at = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
+    if (at == test.runs[run].end()) continue;
+    const double t = test.times[static_cast<std::size_t>(at - test.runs[run].begin())];
+    first = runs.empty() ? t : std::min(first, t);
+    runs.push_back(run);
   }
+  if (runs.empty()) return;
+  job.say(
+      fmt::format("  warning: {} of scene {} is no longer finite in {} of {} runs of {} ({}), after t = {:.6g} from "
+                  "its first frame "
+                  "in the first of them to end\n",
+                  test.name, test.scene, runs.size(), test.runs.size(), test.file, fmt::join(runs, ", "), first));
+}
 
-  void report_tests(Job & job, const TestResults& results, Json& json) {
-    json["test"] = Json::object();
-    if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
-    std::set<std::string> files;
-    for (std::size_t i = 0; i < results.start.size(); ++i) {
-      OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent, results.is_chart};
-      for (const training::TestCost& cost : results.costs[i])  // as points of a chart are; else what disturbs least
-        test.costs.push_back(results.is_chart ? cost.median() : cost.least());
-      for (const std::vector<TrajectoryTest>& trial : results.trials) {
-        if (i < trial.size()) test.trials.push_back(&trial[i]);
-      }
-      if (test.trials.size() != results.trials.size()) continue;
-      if (files.insert(test.start->file).second) say_conditions(job, test.start->file, results.conditions[i]);
-      Json& told = json[key_of(test.start->kind)][test.start->name];
-      told = report(job, test);
-      told["conditions"] = json_of(results.conditions[i]);
-      if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
+void report_tests(Job& job, const TestResults& results, Json& json) {
+  json["test"] = Json::object();
+  if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
+  std::set<std::string> files;
+  for (std::size_t i = 0; i < results.start.size(); ++i) {
+    OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent, results.is_chart};
+    for (const training::TestCost& cost : results.costs[i])  // as points of a chart are; else what disturbs least
+      test.costs.push_back(results.is_chart ? cost.median() : cost.least());
+    for (const std::vector<TrajectoryTest>& trial : results.trials) {
+      if (i < trial.size()) test.trials.push_back(&trial[i]);
     }
+    if (test.trials.size() != results.trials.size()) continue;
+    if (files.insert(test.start->file).second) say_conditions(job, test.start->file, results.conditions[i]);
+    Json& told = json[key_of(test.start->kind)][test.start->name];
+    told = report(job, test);
+    told["conditions"] = json_of(results.conditions[i]);
+    if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
   }
+}
 
-  void report_growths(Job & job, const GrowthResults& results, Json& json) {
-    for (std::size_t i = 0; i < results.start.size(); ++i) {
-      const training::GrowthTest& found = results.trials[results.best][i];
-      Json growth = json_of(found);
-      job.say(fmt::format("growth {} of {} = {} a unit of time over {} of {} ({} at the start)\n", found.name,
-                          found.scene, text_of(mean_and_spread(found.rates)), counted_runs(found.rates.size()),
-                          found.file, text_of(mean_and_spread(results.start[i].rates))));
-      growth["start"] = json_of(results.start[i]);
-      std::vector<double> means;
-      for (const std::vector<training::GrowthTest>& trial : results.trials)
-        means.push_back(mean_and_spread(trial[i].rates).mean);
-      if (means.size() > 1) {
-        const MeanAndSpread over = mean_and_spread(means);
-        job.say(fmt::format("  over the trials: {}\n", text_of(over)));
-        growth["trials"] = {
-            {"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", json_numbers(means)}};
-      }
-      growth["beside"] = Json::object();
-      for (const training::GrowthTest& beside : results.beside[i]) {
-        job.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
-        growth["beside"][beside.scene] = json_of(beside);
-      }
-      json["growth"][found.name] = std::move(growth);
+void report_growths(Job& job, const GrowthResults& results, Json& json) {
+  for (std::size_t i = 0; i < results.start.size(); ++i) {
+    const training::GrowthTest& found = results.trials[results.best][i];
+    Json growth = json_of(found);
+    job.say(fmt::format("growth {} of {} = {} a unit of time over {} of {} ({} at the start)\n", found.name,
+                        found.scene, text_of(mean_and_spread(found.rates)), counted_runs(found.rates.size()),
+                        found.file, text_of(mean_and_spread(results.start[i].rates))));
+    growth["start"] = json_of(results.start[i]);
+    std::vector<double> means;
+    for (const std::vector<training::GrowthTest>& trial : results.trials)
+      means.push_back(mean_and_spread(trial[i].rates).mean);
+    if (means.size() > 1) {
+      const MeanAndSpread over = mean_and_spread(means);
+      job.say(fmt::format("  over the trials: {}\n", text_of(over)));
+      growth["trials"] = {
+          {"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", json_numbers(means)}};
     }
+    growth["beside"] = Json::object();
+    for (const training::GrowthTest& beside : results.beside[i]) {
+      job.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
+      growth["beside"][beside.scene] = json_of(beside);
+    }
+    json["growth"][found.name] = std::move(growth);
   }
+}
 
 }  // namespace dpde::tools
