@@ -29,6 +29,39 @@ TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
   EXPECT_LT(look.json()["error"]["k"]["l2"].get<double>(), 3e-4);
 }
 
+/// What solves begin with, on a smaller grid and after a shorter training: iterations and seconds of each are told, and
+/// old solutions save more of them than the guess that was trained.
+TEST_F(NetworkExamples, GuessesOfSolvesAreCompared) {
+  if (!is_thorough()) return;
+  std::string text = example("first_guess/first_guess.dpde");
+  for (const auto& [from, to] : {std::pair{"cells 64", "cells 16"},
+                                 {"time 0 \\.\\. 3", "time 0 .. 0.5"},
+                                 {"from 1 to 1 \\+ 6/128", "from 0.25 to 0.25 + 6/128"},
+                                 {"runs 16", "runs 4"},
+                                 {"epochs 30", "epochs 10"}})
+    text = std::regex_replace(text, std::regex(from), to);
+  write("f.dpde", text);
+  ASSERT_EQ(dpde("run f.dpde learn --out . --json").status, 0);
+  ASSERT_EQ(dpde("optimize f.dpde residual --out residual --json").status, 0);
+  const auto iterations = [&](const std::string& arguments) {
+    const Outcome run = dpde("run f.dpde " + arguments + " --json");
+    EXPECT_EQ(run.status, 0) << run.err;
+    for (const Json& solve : run.json()["solves"]) {
+      if (solve["field"] != "p") continue;
+      EXPECT_GT(solve["cpu_s"].get<double>(), 0);
+      return solve["iterations"].get<double>() / solve["solves"].get<double>();
+    }
+    return 0.0;
+  };
+  const double zero = iterations("box --set guess=none"), learnt = iterations("by_residual"),
+               last = iterations("box --set guess=last"), two = iterations("box --set guess=extrapolate"),
+               cycles = iterations("box --set guess=none --set preconditioner=multigrid");
+  EXPECT_LT(learnt, zero);
+  EXPECT_LT(last, learnt);
+  EXPECT_LT(two, last);
+  EXPECT_LT(cycles, 0.2 * zero);
+}
+
 /// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and
 /// the finer grid half as fine.
 TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
