@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Data sets and learning from them, as a user does: runs with varied parameters in one file, a parameter learnt from
 // mini-batches of windows, killed and taken up again.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "command_support.h"
-#include "dpde/runtime/netcdf.h"
 
 namespace dpde::testing {
 namespace {
@@ -468,42 +465,6 @@ TEST_F(Training, DataSetsAreMadeAgainOnceTheyAreNotThere) {
   EXPECT_EQ(made["resumed_runs"], 0) << "parts of complete sets are gone";
   EXPECT_EQ(made["frames"], 17);
   EXPECT_NEAR(made["estimates"]["u"]["order"].get<double>(), 2, 0.3);
-}
-
-/// A file a grid, to the byte what data sets of one grid each have, but for the text of the block.
-TEST_F(Training, DataSetsOnSeveralGrids) {
-  const std::string runs = "dataset d : truth { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; ";
-  write("both.dpde", burgers + runs + "coarsen 4 in \"a.nc\"; coarsen 2 in \"b.nc\"; coarsen 1 in \"c.nc\" }\n");
-  const Outcome made = dpde("run both.dpde d --out both --json");
-  ASSERT_EQ(made.status, 0) << made.out << made.err;
-  EXPECT_EQ(made.json()["cells"], Json::array({8}));
-  EXPECT_EQ(made.json()["others"]["b.nc"]["cells"], Json::array({16}));
-  EXPECT_EQ(made.json()["others"]["c.nc"]["cells"], Json::array({32}));
-  for (const auto& [file, ratio] : {std::pair("a", 4), std::pair("b", 2), std::pair("c", 1)}) {
-    write("one.dpde", burgers + runs + fmt::format("coarsen {}; file \"{}.nc\" }}\n", ratio, file));
-    const Outcome one = dpde("run one.dpde d --out one --json");
-    ASSERT_EQ(one.status, 0) << one.err;
-    const NetcdfReader several(content(path(fmt::format("both/{}.nc", file))), "several"),
-        alone(content(path(fmt::format("one/{}.nc", file))), "alone");
-    for (const NetcdfReader::Variable& variable : alone.variables()) {
-      const NetcdfReader::Variable* same = several.find(variable.name);
-      ASSERT_NE(same, nullptr) << variable.name;
-      EXPECT_EQ(several.read(*same), alone.read(variable)) << file << " " << variable.name;
-    }
-  }
-  const Outcome again = dpde("run both.dpde d --out both --resume --json");
-  EXPECT_EQ(again.json()["resumed_runs"], 2);
-  EXPECT_EQ(again.json()["others"], made.json()["others"]);
-  std::filesystem::remove(path("both/b.nc"));
-  EXPECT_EQ(dpde("run both.dpde d --out both --resume --json").json()["resumed_runs"], 0);
-  EXPECT_TRUE(std::filesystem::exists(path("both/b.nc")));
-  for (const char* wrong : {"coarsen 4 in \"a.nc\"; coarsen 2", "coarsen 4 in \"a.nc\"; coarsen 2 in \"a.nc\"",
-                            "file \"b.nc\"; coarsen 4 in \"a.nc\"", "coarsen 4 in a", "coarsen 3 in \"a.nc\""}) {
-    write("wrong.dpde", burgers + runs + wrong + " }\n");
-    const Outcome refused = dpde("run wrong.dpde d --out wrong --json");
-    EXPECT_EQ(refused.status, 2) << wrong;
-    EXPECT_EQ(refused.codes(), std::vector<std::string>{"E0707"}) << wrong << refused.err;
-  }
 }
 
 TEST_F(Training, DataSetsAreCoarsened) {

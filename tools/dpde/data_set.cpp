@@ -369,7 +369,7 @@ std::optional<std::vector<Told>> told_of_all(const Job& job, const training::Dat
 }
 
 /// Of the first file, the others by their names.
-Json json_of(const model::DataSet& set, const std::vector<Told>& told) {
+Json data_set_json(const model::DataSet& set, const std::vector<Told>& told) {
   Json json = told[0].json;
   for (std::size_t g = 1; g < told.size(); ++g) json["others"][set.grids[g].file] = told[g].json;
   return json;
@@ -379,7 +379,7 @@ Json json_of(const model::DataSet& set, const std::vector<Told>& told) {
 Json again(Job& job, const model::DataSet& set, const std::vector<Told>& told) {
   for (std::size_t g = 0; g < told.size(); ++g)
     job.say(fmt::format("{}: all runs are made already, {} is there\n{}", set.name, set.grids[g].file, told[g].text));
-  Json result = json_of(set, told);
+  Json result = data_set_json(set, told);
   result["finished"] = true;
   result["resumed_runs"] = set.runs;
   result["files"] = job.files();
@@ -466,7 +466,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
   }
   job.say(fmt::format("made in {}\n", human_seconds(seconds)));
-  result = json_of(set, told);
+  result = data_set_json(set, told);
   result["cpu_s"] = cpu_seconds;
   result["finished"] = true;
   result["resumed_runs"] = there;

@@ -275,7 +275,7 @@ void say_conditions(Job& job, const std::string& file, const training::TestCondi
               : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));
 }
 
-Json json_of(const training::TestConditions& conditions) {
+Json conditions_json(const training::TestConditions& conditions) {
   Json json = {{"knows_training", conditions.knows_training},
                {"training_file", conditions.is_training_file},
                {"known_runs", conditions.known_runs},
@@ -349,7 +349,7 @@ void report_tests(Job& job, const TestResults& results, Json& json) {
     if (files.insert(test.start->file).second) say_conditions(job, test.start->file, results.conditions[i]);
     Json& told = json[key_of(test.start->kind)][test.start->name];
     told = report(job, test);
-    told["conditions"] = json_of(results.conditions[i]);
+    told["conditions"] = conditions_json(results.conditions[i]);
     if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
   }
 }
