@@ -81,7 +81,7 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
   write("f.dpde", text);
   for (const char* set : {"learn", "unseen", "unseen_64"})
     ASSERT_EQ(dpde(std::string("run f.dpde ") + set + " --out . --json").status, 0);
-  const Outcome learned = dpde("optimize f.dpde through --out out --json");
+  const Outcome learned = dpde("optimize f.dpde through --out out --json --beside-named-only");
   ASSERT_EQ(learned.status, 0) << learned.err;
   const Json error = learned.json()["test"]["error"];
   EXPECT_LT(error["mean"].get<double>(), 0.9 * error["start"]["mean"].get<double>());

@@ -124,7 +124,7 @@ TEST_F(SolveTrouble, SolvesThatWereStoppedEarlyAreNotBlamed) {
         "model m { field w; coefficient k; param e = 1\n"
         "  solve div((1 + e*k)*grad(psi)) - advect((2, 1), psi) - psi = -w for psi; dt(w) = 0.2*psi - 0.1*w }\n"
         "scheme few { solve = gmres(1e-12, 2, warn); time = euler; guess = none }\nscene s : m with few {\n"
-        "  grid x = 0 .. 1, cells 24; grid y = 0 .. 1, cells 20\n"
+        "  grid x = 0 .. 1, cells 12; grid y = 0 .. 1, cells 10\n"
         "  k = 100*if(abs(x - 0.5) < 0.2 and abs(y - 0.4) < 0.2, 1, 0)\n"
         "  boundary psi: all = 0; boundary w: all = zero_gradient\n  initial w = 1 + x; time 0 .. 0.2, step 0.1 }\n"
         "task g : s { unknown e; minimise mean(psi^2) }\n");

@@ -23,7 +23,7 @@ class Spectra : public Command {
     write("t.dpde", text);
     const Outcome data = dpde("run t.dpde truths --out . --json");
     EXPECT_EQ(data.status, 0) << data.out << data.err;
-    return dpde("optimize t.dpde t " + arguments);
+    return dpde("optimize t.dpde t --beside-named-only " + arguments);
   }
 };
 
@@ -187,7 +187,7 @@ TEST_F(Spectra, CorrelationIsLostAsWavesDriftApart) {
   }
   EXPECT_EQ(outcome.json()["correlation"]["usual"]["beside"]["near"]["staying"], 3) << "cos 0.4 is above 0.8";
   EXPECT_EQ(content(path("o/usual.csv")).substr(0, 2), "t,");
-  const Outcome words = dpde("optimize t.dpde t");
+  const Outcome words = dpde("optimize t.dpde t --beside-named-only");
   EXPECT_NE(
       words.out.find(
           "  near: 4 +- 0 on truth.nc; 3 of 3 runs stay above it to the end, t = 4, which is taken for their time\n"),
@@ -234,7 +234,7 @@ TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
   write("t.dpde", burgers_spectrum_text);
   ASSERT_EQ(dpde("run t.dpde finer --out . --json").status, 0);
   const Json made_data = dpde("run t.dpde truths --out . --json").json();
-  const Outcome outcome = dpde("optimize t.dpde t --out o --json");
+  const Outcome outcome = dpde("optimize t.dpde t --beside-named-only --out o --json");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json test = outcome.json()["test"]["err"], even = test["break_even"];
   EXPECT_EQ(even["data_s"], made_data["cpu_s"]);
@@ -252,28 +252,30 @@ TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
     }
   }
   // What it took is kept where it is taken up again, and no file of other data is believed.
-  const Json again = dpde("optimize t.dpde t --out o --resume --json").json()["test"]["err"]["break_even"];
+  const Json again =
+      dpde("optimize t.dpde t --beside-named-only --out o --resume --json").json()["test"]["err"]["break_even"];
   EXPECT_EQ(again["training_s"], even["training_s"]);
   std::string cost = content(path("truth.nc.cost"));
   cost[5] = cost[5] == '0' ? '1' : '0';
   write("truth.nc.cost", cost);
-  EXPECT_TRUE(dpde("optimize t.dpde t --json").json()["test"]["err"]["break_even"]["data_s"].is_null());
+  EXPECT_TRUE(
+      dpde("optimize t.dpde t --beside-named-only --json").json()["test"]["err"]["break_even"]["data_s"].is_null());
 }
 
 TEST_F(Spectra, TrialsThatAreNotWantedAreKept) {
   write("t.dpde", burgers_spectrum_text);
   for (const char* set : {"finer", "truths"})
     ASSERT_EQ(dpde(std::string("run t.dpde ") + set + " --out . --json").status, 0);
-  const Json both = dpde("optimize t.dpde t --out o --json").json();
+  const Json both = dpde("optimize t.dpde t --beside-named-only --out o --json").json();
   std::string text = burgers_spectrum_text;
   text.replace(text.find("trials 2"), 8, "trials 1");
   write("one.dpde", text);
-  const Outcome one = dpde("optimize one.dpde t --out o --resume");
+  const Outcome one = dpde("optimize one.dpde t --beside-named-only --out o --resume");
   EXPECT_NE(one.out.find("goes on after 32 updates, with all 4 epochs made\n"), std::string::npos) << one.out;
   text.replace(text.find("epochs 4"), 8, "epochs 5");
   write("more.dpde", text);
-  EXPECT_EQ(dpde("optimize more.dpde t --out o --resume --json").json()["iterations"], 40);
-  const Outcome again = dpde("optimize t.dpde t --out o --resume --epochs 5 --json");
+  EXPECT_EQ(dpde("optimize more.dpde t --beside-named-only --out o --resume --json").json()["iterations"], 40);
+  const Outcome again = dpde("optimize t.dpde t --beside-named-only --out o --resume --epochs 5 --json");
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_EQ(again.json()["resumed_iterations"], 40 + 32);
   auto losses = again.json()["trials"][1]["loss"].get<std::vector<double>>();
@@ -316,7 +318,7 @@ TEST_F(Spectra, StatisticsOfNothingHaveNoPercentage) {
       words.out.find("  tried: mean 0.375 (+0.38 more), deviation 0.1768 (+0.18 more); the data of truth.nc: 0, 0\n"),
       std::string::npos)
       << words.out;
-  const Json level = dpde("optimize t.dpde t --json").json()["statistic"]["level"];
+  const Json level = dpde("optimize t.dpde t --beside-named-only --json").json()["statistic"]["level"];
   EXPECT_TRUE(level["mean_difference"].is_null());
   EXPECT_TRUE(level["deviation_difference"].is_null());
 }

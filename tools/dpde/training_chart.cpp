@@ -34,15 +34,17 @@ chart::Point point_of(const TrajectoryTest& test, const training::TestCost& cost
   return point;
 }
 
-/// The first scene of each scheme names its curve, whatever its step.
+/// The first scene of each scheme names its curve, whatever its step, its precision and how near its solves come.
 class CurveNames {
  public:
   std::string of(model::Test::Beside beside, model::Scheme scheme) {
     scheme.name.clear();
+    scheme.real = Precision::f64;
+    scheme.solve.tolerance = SolveBy{}.tolerance;
     for (const auto& [known, name] : known_) {
       if (known == scheme) return name;
     }
-    beside.method.erase("step");
+    for (const char* key : {"step", "real", "solve"}) beside.method.erase(key);
     known_.emplace_back(std::move(scheme), training::title_of(beside));
     return known_.back().second;
   }
