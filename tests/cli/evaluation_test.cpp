@@ -60,7 +60,7 @@ class Evaluation : public Command {
   }
   Outcome learn(const std::string& text, const std::string& arguments) const {
     write("t.dpde", text);
-    return dpde("optimize t.dpde learn --json " + arguments);
+    return dpde("optimize t.dpde learn --json --beside-named-only " + arguments);
   }
 };
 
