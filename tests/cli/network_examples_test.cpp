@@ -96,12 +96,17 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
       << "linear interpolation takes energy away";
   EXPECT_NEAR(rate["beside"]["plain"]["mean"].get<double>(), rate["start"]["mean"].get<double>(), 1e-4);
   if (!testing::is_thorough()) return;  // each of the chart's methods takes two seconds to be judged
-  // The chart of the same training: beside the schemes that the task names, seven more on each grid.
+  // The chart of the same training: beside the schemes that the task names seven more, on the grid of the network; the
+  // other one is that of the data. Which of them has a version in single precision hangs on what they take.
   const Json chart = dpde("chart f.dpde through --out out --json --samples 1 --sample-seconds 0").json(),
              points = chart["points"];
-  EXPECT_EQ(points.size(), 2U + 4 + 2 * 7);
+  EXPECT_EQ(std::ranges::count_if(points,
+                                  [](const Json& point) {
+                                    return point["scene"].get<std::string>().find("real=f32") == std::string::npos;
+                                  }),
+            2 + 4 + 7);
   EXPECT_EQ(points[0]["error"], error["trials"]["each"][0]["mean"]);
-  EXPECT_EQ(std::ranges::count_if(points, [](const Json& point) { return point["stable"] == false; }), 8)
+  EXPECT_EQ(std::ranges::count_if(points, [](const Json& point) { return point["stable"] == false; }), 4)
       << "central differences and upwind5 at this step";
   const auto maker = std::ranges::find_if(points, [](const Json& point) { return point["scene"] == "plain_64"; });
   EXPECT_TRUE(maker != points.end() && maker->at("made_data"));
