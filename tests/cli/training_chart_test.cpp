@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A trained network on a chart: beside plain methods that nobody named, with what data and training cost.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -152,7 +154,8 @@ TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
   }
   EXPECT_NE(chart["best_plain"]["err"]["most_accurate"]["scene"], "fine");
   const Outcome trained = dpde("optimize g.dpde learn --beside-named-only");
-  EXPECT_NE(trained.out.find("; it made the data, and is left out of what follows\n"), std::string::npos)
+  EXPECT_NE(trained.out.find("; it gives these data but for rounding, and is left out of what follows\n"),
+            std::string::npos)
       << trained.out;
   const std::size_t ratios = trained.out.find("  for its time");
   ASSERT_NE(ratios, std::string::npos);
@@ -254,6 +257,40 @@ TEST_F(TrainingChart, SaysWhatATestIsOf) {
   const Outcome begun = dpde("optimize later.dpde learn --beside-named-only");
   EXPECT_NE(begun.out.find("warning: run 0 of later.nc begins with a frame that was learnt from\n"), std::string::npos)
       << begun.out;
+}
+
+/// Other runs, numbers with a sign and runs that blow up are no pairs, and what is told of each is the numbers' own.
+TEST_F(TrainingChart, ComparesWhatIsPaired) {
+  std::string text = learn(both +
+                           ", middle_again on trajectories(\"others_32.nc\")\n  test bias = mean(u - r) on "
+                           "trajectories(\"unseen.nc\") for 32 steps beside coarse");
+  text.insert(text.find("network"),
+              "scene middle_again = middle { step 1/16 }\n"
+              "dataset others_32 : fine { runs 3; seed 8; vary a in 0.5 .. 1.5; frames every 1/16; coarsen 2; file "
+              "\"others_32.nc\" }\n");
+  write("pairs.dpde", text);
+  ASSERT_EQ(dpde("run pairs.dpde others_32 --out . --json").status, 0);
+  const Outcome words = dpde("optimize pairs.dpde learn --beside-named-only --out o");
+  EXPECT_NE(words.out.find("; the runs of others_32.nc are others: no ratio"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("  bias has negative values and is no error to compare by"), std::string::npos) << words.out;
+  const Json all = dpde("test pairs.dpde learn --from o --json").json()["test"], beside = all["err"]["beside"];
+  EXPECT_EQ(beside["middle_again"]["paired"], false);
+  EXPECT_TRUE(beside["middle_again"]["ratio"].is_null());
+  EXPECT_EQ(beside["middle"]["paired"], true);
+  EXPECT_FALSE(all["bias"].contains("equal_error"));
+  for (const auto& [kind, each] : all["err"]["kinds"].items()) {
+    const Json paired = each["equal_cost"].is_null() ? Json() : each["equal_cost"]["paired"];
+    if (paired.is_null()) continue;
+    EXPECT_LE(paired["low"].get<double>(), paired["mean"].get<double>()) << kind;
+    EXPECT_GE(paired["high"].get<double>(), paired["mean"].get<double>()) << kind;
+  }
+  const std::string table = content(path("o/err_beside.csv"));
+  EXPECT_NE(table.find(",run_0,run_1,run_2\n"), std::string::npos) << table;
+  EXPECT_NE(
+      table.find(fmt::format(",{},{},{}\n", beside["middle"]["runs"][0].get<double>(),
+                             beside["middle"]["runs"][1].get<double>(), beside["middle"]["runs"][2].get<double>())),
+      std::string::npos)
+      << table;
 }
 
 TEST_F(TrainingChart, WhatCannotBe) {

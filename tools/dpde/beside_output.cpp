@@ -52,10 +52,18 @@ std::string cost_text(const Investment& spent) {
   return text;
 }
 
-/// What plain schemes take for the network's figure, and have for its time; the same of each run and seed.
+/// One number of means over the runs, and the same of each run and seed: without a mean where one of them has none.
+struct EqualPoint {
+  Equal of_means;
+  PairedRatio by_run;  // over the network's own
+  int runs_beyond = 0,
+      runs_within = 0;  // in which, for a seed at least, no scheme reaches so far; even the last one does
+
+  bool is_of_all_runs() const { return runs_beyond == 0 && runs_within == 0; }
+};
+/// What plain schemes take for the network's figure, and have for its time.
 struct Equals {
-  Equal at_error, at_cost;
-  PairedRatio cost, error;  // of costs at equal error, of errors at equal cost
+  EqualPoint cost, error;
 };
 
 class Comparison {
@@ -75,26 +83,40 @@ class Comparison {
   void report(Json& json) {
     json["cost_s"] = json_number(cost_);
     json["beside"] = Json::object();
-    if (is_time_)  // which is said above
-      job_.say(fmt::format("  {}: {} a unit of time\n", test_.found().scene, human_seconds(cost_)));
-    else
-      say_row(test_.found(), cost_, "");
+    say_own_row();
     for (std::size_t s = 0; s < beside_.size(); ++s) report_scene(s, json["beside"]);
     say_others();
     say_of_what();
     if (!job_.options().out.empty()) save_text(job_, test_.found().name + "_beside.csv", table());
-    if (plain_.empty() || !std::isfinite(error_)) return;
-    const Equals all = equals(plain_);
-    json["equal_error"] = equal_json(all.at_error, all.cost, "cost_s", cost_);
-    json["equal_cost"] = equal_json(all.at_cost, all.error, is_time_ ? "time" : "error", figure_of(error_));
-    say_equal_error(all);
-    say_equal_cost(all);
-    report_kinds(json);
     report_failures(json);
-    say_break_even(all.at_error, json);
+    if (!can_be_compared()) return;
+    const Equals all = equals(plain_);
+    json["equal_error"] = cost_json(all.cost);
+    json["equal_cost"] = error_json(all.error);
+    say_equal_error(all.cost);
+    say_equal_cost(all.error);
+    report_kinds(json);
+    say_break_even(all.cost, json);
   }
 
  private:
+  /// Ratios are of positive numbers. Says why there is nothing to compare.
+  bool can_be_compared() {
+    const auto is_signed = [](const std::vector<double>& errors) {
+      return std::ranges::any_of(errors, [](double error) { return error < 0; });
+    };
+    if (std::ranges::any_of(own_, is_signed) || std::ranges::any_of(beside_, is_signed)) {
+      job_.say(fmt::format("  {} has negative values and is no error to compare by: take its size, abs(...)\n",
+                           test_.found().name));
+      return false;
+    }
+    if (plain_.empty() && std::ranges::any_of(*test_.beside, &TrajectoryTest::made_data))
+      job_.say("  no plain scheme is left to compare with: those here give these data but for rounding\n");
+    if (!plain_.empty() && !std::isfinite(error_))
+      job_.say("  the network blows up: no plain scheme is compared with it\n");
+    return !plain_.empty() && std::isfinite(error_);
+  }
+
   /// And back.
   double figure_of(double error) const { return is_time_ ? 1 / error : error; }
 
@@ -120,7 +142,7 @@ class Comparison {
     return all;
   }
 
-  /// ratio(trial, run) of all of them.
+  /// ratio(trial, run) of all of them; none where one of them has none: what is left would be chosen by the result.
   template <class Ratio>
   PairedRatio paired(const Ratio& ratio) const {
     std::vector<std::vector<double>> all;
@@ -128,37 +150,51 @@ class Comparison {
       std::vector<double>& of_trial = all.emplace_back();
       for (std::size_t run = 0; run < trial.size(); ++run) of_trial.push_back(ratio(trial[run], run));
     }
-    return analysis::paired_ratio(all);
+    const PairedRatio found = analysis::paired_ratio(all);
+    return found.runs == std::ssize(own_[0]) ? found : no_ratio();
   }
+  static PairedRatio no_ratio() { return {std::nan(""), std::nan(""), std::nan(""), 0, 0}; }
   /// By how much the error of a scene is larger.
   PairedRatio error_ratio(std::size_t s) const {
-    if (beside_[s].size() != own_[0].size()) return {std::nan(""), std::nan(""), std::nan(""), 0, 0};
+    if (!scene(s).is_paired) return no_ratio();
     return paired([&](double own, std::size_t run) { return beside_[s][run] / own; });
+  }
+
+  /// find(schemes, network's error) of the schemes in each run, over `unit(error)`.
+  template <class Find, class Unit>
+  void look_at_runs(const std::vector<std::size_t>& schemes, const Find& find, const Unit& unit,
+                    EqualPoint& point) const {
+    std::set<std::size_t> beyond, within;
+    point.by_run = paired([&](double own, std::size_t run) {
+      std::vector<analysis::CostAndError> of_run;
+      for (const std::size_t s : schemes) of_run.push_back({scene(s).scene, test_.costs[s + 1], beside_[s][run]});
+      const Equal equal = find(of_run, own);
+      if (equal.kind == Equal::Kind::beyond_all) beyond.insert(run);
+      if (equal.kind == Equal::Kind::within_all) within.insert(run);
+      return equal.kind == Equal::Kind::found ? equal.value / unit(own) : std::nan("");
+    });
+    point.runs_beyond = static_cast<int>(beyond.size());
+    point.runs_within = static_cast<int>(within.size());
   }
 
   /// Of these scenes: in the mean, and of each run by those that are the best in the mean, chosen before any run is
   /// looked at.
   Equals equals(const std::vector<std::size_t>& scenes) const {
     const std::vector<analysis::CostAndError> means = costs_and_errors(scenes);
-    Equals all{cost_of_equal_error(means, error_), error_of_equal_cost(means, cost_), {}, {}};
+    Equals all{{cost_of_equal_error(means, error_)}, {error_of_equal_cost(means, cost_)}};
     std::vector<std::size_t> best;
+    bool are_paired = true;
     for (const analysis::CostAndError& each : analysis::best_of(means)) {
-      const auto at = std::ranges::find_if(scenes, [&](std::size_t s) { return scene(s).scene == each.scene; });
-      if (beside_[*at].size() == own_[0].size()) best.push_back(*at);
+      best.push_back(*std::ranges::find_if(scenes, [&](std::size_t s) { return scene(s).scene == each.scene; }));
+      are_paired = are_paired && scene(best.back()).is_paired;
     }
-    const auto of_run = [&](std::size_t run) {
-      std::vector<analysis::CostAndError> one;
-      for (const std::size_t s : best) one.push_back({scene(s).scene, test_.costs[s + 1], beside_[s][run]});
-      return one;
-    };
-    all.cost = paired([&](double own, std::size_t run) {
-      const Equal equal = cost_of_equal_error(of_run(run), own);
-      return equal.kind == Equal::Kind::found ? equal.value / cost_ : std::nan("");
-    });
-    all.error = paired([&](double own, std::size_t run) {
-      const Equal equal = error_of_equal_cost(of_run(run), cost_);
-      return equal.kind == Equal::Kind::beyond_all ? std::nan("") : equal.value / own;
-    });
+    all.cost.by_run = all.error.by_run = no_ratio();
+    if (!are_paired) return all;
+    look_at_runs(
+        best, analysis::cost_of_equal_error, [&](double) { return cost_; }, all.cost);
+    const auto at_cost = [&](const auto& schemes, double) { return error_of_equal_cost(schemes, cost_); };
+    look_at_runs(
+        best, at_cost, [](double own) { return own; }, all.error);
     return all;
   }
 
@@ -167,13 +203,29 @@ class Comparison {
 
   void say_row(const TrajectoryTest& each, double cost, const std::string& rest) {
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
-    const char* maker = each.made_data ? "; it made the data, and is left out of what follows" : "";
+    const char* maker = each.made_data ? "; it gives these data but for rounding, and is left out of what follows" : "";
     const std::string staying = is_time_ ? staying_text(each) : "";
     job_.say(fmt::format("  {}: {} on {}{}, {}{}{}\n", each.scene, text_of(mean_and_spread(figures_of(each))),
                          each.file, staying, time, rest, maker));
   }
 
-  std::string ratio_text(const PairedRatio& ratio) const {
+  /// Over the trials, as all ratios are.
+  void say_own_row() {
+    const TrajectoryTest& found = test_.found();
+    const std::string cost = std::isfinite(cost_) ? human_seconds(cost_) + " a unit of time" : "blows up";
+    if (!test_.has_trials() && !is_time_) return say_row(found, cost_, "");
+    std::vector<double> means;
+    for (const TrajectoryTest* trial : test_.trials) means.push_back(mean_and_spread(figures_of(*trial)).mean);
+    if (test_.has_trials())
+      job_.say(fmt::format("  {}: {} over {} trials on {}, {}\n", found.scene, text_of(mean_and_spread(means)),
+                           means.size(), found.file, cost));
+    else
+      job_.say(fmt::format("  {}: {}\n", found.scene, cost));  // the rest is said above
+    if (!test_.is_chart) say_solves(job_, found);
+  }
+
+  std::string ratio_text(const TrajectoryTest& each, const PairedRatio& ratio) const {
+    if (!each.is_paired) return fmt::format("; the runs of {} are others: no ratio", each.file);
     if (ratio.runs == 0) return "";
     return is_time_ ? fmt::format("; the network's lasts {:.3g} times as long{}", ratio.mean, interval_text(ratio))
                     : fmt::format("; {:.3g} times the network's{}", ratio.mean, interval_text(ratio));
@@ -183,7 +235,8 @@ class Comparison {
     const TrajectoryTest& each = scene(s);
     const double cost = test_.costs[s + 1];
     const PairedRatio ratio = error_ratio(s);
-    if (each.is_named || front_.contains(each.scene)) say_row(each, cost, each.made_data ? "" : ratio_text(ratio));
+    if (each.is_named || front_.contains(each.scene))
+      say_row(each, cost, each.made_data ? "" : ratio_text(each, ratio));
     if (each.is_named && !test_.is_chart) say_blow_up(job_, each);
     Json json = json_of(figures_of(each));
     json["course"] = json_numbers(each.course());
@@ -192,6 +245,7 @@ class Comparison {
                  {"network", each.has_network},
                  {"made_data", each.made_data},
                  {"named", each.is_named},
+                 {"paired", each.is_paired},
                  {"kind", each.method_kind},
                  {"ratio", ratio_json(ratio)},
                  {"cost_s", json_number(cost)}});
@@ -211,19 +265,28 @@ class Comparison {
 
   /// What intervals are of, and whether there is any.
   void say_of_what() {
+    bool has_ratio = false;
+    for (std::size_t s = 0; s < beside_.size(); ++s)
+      has_ratio = has_ratio || (!scene(s).made_data && error_ratio(s).runs > 0);
+    if (!has_ratio) return;
     const auto runs = own_[0].size(), seeds = own_.size();
     if (runs < 2 && seeds < 2) {
       job_.say("  one run and one seed: nothing tells how far these ratios would be others with other ones\n");
       return;
     }
-    const std::string of = seeds > 1 ? fmt::format("{} runs and {} seeds", runs, seeds)
-                                     : fmt::format("{} runs, with one seed of the training", runs);
+    const std::string of = seeds < 2  ? fmt::format("{} runs, with one seed of the training", runs)
+                           : runs < 2 ? fmt::format("{} seeds, with one run: other runs may give other ratios", seeds)
+                                      : fmt::format("{} runs and {} seeds", runs, seeds);
     job_.say(fmt::format("  ratios are paired by run, geometric means with intervals of 95 %, over {}\n", of));
   }
 
   std::string table() const {
     std::string text =
-        "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high,solves,iterations,solve_s\n";
+        "scene,file,network,mean,spread,cost_s,named,kind,ratio,ratio_low,ratio_high,solves,iterations,solve_s";
+    std::size_t most_runs = own_[0].size();
+    for (const std::vector<double>& errors : beside_) most_runs = std::max(most_runs, errors.size());
+    for (std::size_t run = 0; run < most_runs; ++run) text += fmt::format(",run_{}", run);
+    text += "\n";
     const auto add = [&](const TrajectoryTest& each, double cost, const PairedRatio& ratio) {
       const MeanAndSpread whole = mean_and_spread(figures_of(each));
       SolveNote all;
@@ -232,9 +295,13 @@ class Comparison {
         all.iterations += solve.note.iterations;
         all.seconds += solve.note.seconds;
       }
-      text += fmt::format("\"{}\",{},{},{},{},{},{},\"{}\",{},{},{},{},{},{}\n", each.scene, each.file,
+      text += fmt::format("\"{}\",{},{},{},{},{},{},\"{}\",{},{},{},{},{},{}", each.scene, each.file,
                           each.has_network ? 1 : 0, whole.mean, whole.spread, cost, each.is_named ? 1 : 0,
                           each.method_kind, ratio.mean, ratio.low, ratio.high, all.solves, all.iterations, all.seconds);
+      const std::vector<double> figures = figures_of(each);
+      for (std::size_t run = 0; run < most_runs; ++run)
+        text += run < figures.size() ? fmt::format(",{}", figures[run]) : ",";
+      text += "\n";
     };
     add(test_.found(), cost_, {1, 1, 1, 0, 0});
     for (std::size_t s = 0; s < beside_.size(); ++s) add(scene(s), test_.costs[s + 1], error_ratio(s));
@@ -244,36 +311,62 @@ class Comparison {
   // ---- equal error, equal time
   // ---------------------------------------------------------------------------------------
 
-  static Json equal_json(const Equal& equal, const PairedRatio& paired, const char* key, double own) {
-    if (equal.kind == Equal::Kind::beyond_all) return nullptr;
-    return {{key, json_number(equal.value)},
-            {"ratio", json_number(equal.value / own)},
-            {"between", {equal.from, equal.to}},
-            {"beyond", equal.kind == Equal::Kind::within_all},
-            {"paired", ratio_json(paired)}};
+  static Json equal_json(const EqualPoint& point, const char* key, double value, double ratio) {
+    if (point.of_means.kind == Equal::Kind::beyond_all) return nullptr;
+    return {{key, json_number(value)},
+            {"ratio", json_number(ratio)},
+            {"between", {point.of_means.from, point.of_means.to}},
+            {"beyond", point.of_means.kind == Equal::Kind::within_all},
+            {"paired", ratio_json(point.by_run)},
+            {"runs_beyond", point.runs_beyond},
+            {"runs_within", point.runs_within}};
+  }
+  Json cost_json(const EqualPoint& point) const {
+    return equal_json(point, "cost_s", point.of_means.value, point.of_means.value / cost_);
+  }
+  /// Ratios are of errors, also where the figure is a time.
+  Json error_json(const EqualPoint& point) const {
+    return equal_json(point, is_time_ ? "time" : "error", figure_of(point.of_means.value),
+                      point.of_means.value / error_);
   }
 
-  /// What runs and seeds say of a ratio of means.
-  std::string paired_text(const PairedRatio& ratio) const {
-    const auto runs = static_cast<int>(own_[0].size());
-    if (ratio.runs == runs)
-      return ratio.has_interval() ? fmt::format("; by run {:.3g}{}", ratio.mean, interval_text(ratio)) : "";
-    return fmt::format("; in {} of {} runs there is such a scheme", ratio.runs, runs);
+  /// What runs and seeds say of a ratio of means. `beyond`, `within`: of the runs that have none.
+  std::string by_run_text(const EqualPoint& point, const char* beyond, const char* within) const {
+    const auto runs = own_[0].size();
+    std::string text;
+    if (point.by_run.runs > 0) return fmt::format("; by run {:.3g}{}", point.by_run.mean, interval_text(point.by_run));
+    if (point.runs_beyond > 0) text += fmt::format("; in {} of {} runs {}", point.runs_beyond, runs, beyond);
+    if (point.runs_within > 0) text += fmt::format("; in {} of {} runs {}", point.runs_within, runs, within);
+    return text;
+  }
+  std::string cost_by_run(const EqualPoint& point) const {
+    return by_run_text(point, "none reaches it", "even the cheapest one is better");
+  }
+  std::string error_by_run(const EqualPoint& point) const {
+    return by_run_text(point, "none is as cheap", "even the most accurate one takes less");
   }
   /// "its err of 0.08", "its time of 5.1"
   std::string own_text() const { return fmt::format("its {} of {:.4g}", test_.found().name, shown(figure_of(error_))); }
+  const char* schemes_text() const {
+    const bool only_named = std::ranges::all_of(*test_.beside, &TrajectoryTest::is_named);
+    return only_named ? "plain schemes named" : "plain schemes";
+  }
+  std::string much_text(double times) const {
+    return is_time_ ? fmt::format("the network's lasts {:.3g} times as long", times)
+                    : fmt::format("{:.3g} times as much", times);
+  }
 
-  void say_equal_error(const Equals& all) {
-    const Equal& equal = all.at_error;
+  void say_equal_error(const EqualPoint& point) {
+    const Equal& equal = point.of_means;
     const std::string took =
         fmt::format("{} a unit of time, {:.3g} times as long", human_seconds(equal.value), equal.value / cost_);
     switch (equal.kind) {
       case Equal::Kind::found:
         job_.say(fmt::format("  for {} plain schemes take {} ({}){}\n", own_text(), took, between_text(equal),
-                             paired_text(all.cost)));
+                             cost_by_run(point)));
         return;
       case Equal::Kind::beyond_all:
-        job_.say(fmt::format("  for {}: none of the plain schemes reaches it\n", own_text()));
+        job_.say(fmt::format("  for {}: none of the {} reaches it\n", own_text(), schemes_text()));
         return;
       case Equal::Kind::within_all:
         job_.say(fmt::format("  for {}: the cheapest plain scheme is better, and takes {}\n", own_text(), took));
@@ -281,22 +374,29 @@ class Comparison {
     }
   }
 
-  void say_equal_cost(const Equals& all) {
-    const Equal& equal = all.at_cost;
-    const double value = figure_of(equal.value), times = equal.value / error_;
-    const std::string much =
-        is_time_ ? fmt::format("{:.3g} times as long", 1 / times) : fmt::format("{:.3g} times as much", times);
+  void say_equal_cost(const EqualPoint& point) {
+    const Equal& equal = point.of_means;
+    const double value = figure_of(equal.value);
+    const std::string much = much_text(equal.value / error_);
     switch (equal.kind) {
       case Equal::Kind::found:
         job_.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {} ({}){}\n", test_.found().name, value,
-                             much, between_text(equal), is_time_ ? "" : paired_text(all.error)));
+                             much, between_text(equal), error_by_run(point)));
         return;
-      case Equal::Kind::beyond_all: job_.say("  for its time: none of the plain schemes is as cheap\n"); return;
+      case Equal::Kind::beyond_all:
+        job_.say(fmt::format("  for its time: none of the {} is as cheap\n", schemes_text()));
+        return;
       case Equal::Kind::within_all:
-        job_.say(fmt::format("  for its time: the dearest plain scheme takes less, with {} = {:.4g}, {}\n",
+        job_.say(fmt::format("  for its time: the most accurate plain scheme takes less, with {} = {:.4g}, {}\n",
                              test_.found().name, value, much));
         return;
     }
+  }
+
+  /// The ratio by run where all runs have it, else that of means.
+  static std::string ratio_of(const EqualPoint& point, double of_means) {
+    return point.by_run.runs > 0 ? fmt::format("{:.3g}{}", point.by_run.mean, interval_text(point.by_run))
+                                 : fmt::format("{:.3g}", of_means);
   }
 
   /// The best of each kind of method.
@@ -309,19 +409,18 @@ class Comparison {
       std::ranges::copy_if(plain_, std::back_inserter(of_kind),
                            [&](std::size_t s) { return scene(s).method_kind == kind; });
       const Equals all = equals(of_kind);
-      json["kinds"][kind] = {{"equal_error", equal_json(all.at_error, all.cost, "cost_s", cost_)},
-                             {"equal_cost", equal_json(all.at_cost, all.error, "error", error_)}};
+      json["kinds"][kind] = {{"equal_error", cost_json(all.cost)}, {"equal_cost", error_json(all.error)}};
       if (kinds.size() < 2) continue;
-      const std::string time = all.at_error.kind == Equal::Kind::beyond_all
-                                   ? "none as good"
-                                   : fmt::format("{}{:.3g} times as long{}",
-                                                 all.at_error.kind == Equal::Kind::within_all ? "at most " : "",
-                                                 all.at_error.value / cost_, interval_text(all.cost)),
-                        error = all.at_cost.kind == Equal::Kind::beyond_all
-                                    ? "none as cheap"
-                                    : fmt::format("{:.3g} times {}{}", all.at_cost.value / error_,
-                                                  is_time_ ? "as short" : "the error", interval_text(all.error));
-      job_.say(fmt::format("    {}: {}; for its time {}\n", kind, time, error));
+      const Equal &at_error = all.cost.of_means, &at_cost = all.error.of_means;
+      const std::string ratio = ratio_of(all.error, at_cost.value / error_),
+                        time = at_error.kind == Equal::Kind::beyond_all ? "none is as good"
+                               : at_error.kind == Equal::Kind::within_all
+                                   ? fmt::format("better in {:.3g} times its time", at_error.value / cost_)
+                                   : ratio_of(all.cost, at_error.value / cost_) + " times as long",
+                        error = at_cost.kind == Equal::Kind::beyond_all ? "none is as cheap"
+                                : is_time_ ? "the network's lasts " + ratio + " times as long"
+                                           : "for its time " + ratio + " times the error";
+      job_.say(fmt::format("    {}: {}; {}\n", kind, time, error));
     }
   }
 
@@ -335,7 +434,7 @@ class Comparison {
         continue;
       }
       const auto is_beaten = [&](std::size_t s) {
-        return test_.costs[s + 1] <= cost_ && run < beside_[s].size() &&
+        return test_.costs[s + 1] <= cost_ && scene(s).is_paired &&
                std::ranges::any_of(own_, [&](const auto& trial) { return beside_[s][run] < trial[run]; });
       };
       if (std::ranges::any_of(plain_, is_beaten)) worse.push_back(run);
@@ -350,7 +449,8 @@ class Comparison {
   }
 
   /// After how many runs as long as the test's data and training are earned.
-  void say_break_even(const Equal& at_error, Json& json) {
+  void say_break_even(const EqualPoint& point, Json& json) {
+    const Equal& at_error = point.of_means;
     const Investment& spent = *test_.spent;
     const bool knows_data = !std::isnan(spent.data_s), knows_training = !std::isnan(spent.training_s);
     const double length = test_.found().times.back(),
@@ -365,18 +465,27 @@ class Comparison {
                           {"training_s", knows_training ? Json(spent.training_s) : Json(nullptr)},
                           {"all_trainings_s", knows_training ? Json(spent.training_s * spent.trials) : Json(nullptr)}};
     if (even.kind == When::never) {
-      job_.say("  data and training never pay for themselves: plain schemes have this error in no more time\n");
+      job_.say("  data and training never pay for themselves: plain schemes are as good in no more time\n");
     } else if (even.kind == When::unknown) {
-      job_.say(
-          "  whether data and training pay for themselves is not known: none of the plain schemes has this error\n");
+      job_.say("  whether data and training pay for themselves is not known: no plain scheme is as good\n");
     } else if (!knows_data && !knows_training) {
       job_.say(
           "  after how many runs data and training pay for themselves is not known: neither file tells what they "
           "cost\n");
     } else {
-      job_.say(fmt::format("  data and training pay for themselves after {:.4g} runs of {:.4g} units of time ({})\n",
-                           std::ceil(even.runs), length, cost_text(spent)));
+      const std::string doubt = point.is_of_all_runs() ? "" : ", by the means alone: not every run has such a scheme";
+      job_.say(
+          fmt::format("  data and training pay for themselves after {:.4g} runs{} of {:.4g} units of time ({}){}\n",
+                      std::ceil(even.runs), runs_between(point, length, sum), length, cost_text(spent), doubt));
     }
+  }
+
+  /// " (80 to 300)": with the ends of the interval of the ratio.
+  std::string runs_between(const EqualPoint& point, double length, double spent) const {
+    if (!point.by_run.has_interval()) return "";
+    const auto runs = [&](double ratio) { return std::ceil(spent / (length * cost_ * (ratio - 1))); };
+    const std::string last = point.by_run.low > 1 ? fmt::format("{:.4g}", runs(point.by_run.low)) : "never";
+    return point.by_run.high > 1 ? fmt::format(" ({:.4g} to {})", runs(point.by_run.high), last) : "";
   }
 
   Job& job_;

@@ -133,6 +133,8 @@ Json report_test(Job& job, const OneTest& test) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
   job.say(fmt::format("test {} = {} over {} of {} ({} at the start)\n", test.found().name, text_of(learnt),
                       counted_runs(test.found().runs.size()), test.found().file, text_of(before)));
+  if (learnt.mean > before.mean && !(before.mean < 0))
+    job.say("  warning: that is more than at the start: what was learnt makes these runs no better\n");
   say_blow_up(job, test.found());
   Json json = numbers_of(test.found());
   json["t"] = json_numbers(test.found().times);

@@ -10,6 +10,7 @@
 
 #include "chart/sweep.h"
 #include "dpde/runtime/team.h"
+#include "model/build.h"
 #include "support/assert.h"
 
 namespace dpde::training {
@@ -25,6 +26,16 @@ bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const
   bool made = true;
   for (int run = 0; made && run < std::ssize(scene.trajectories.runs); ++run) made = evaluator.makes_data(run);
   return made;
+}
+
+/// What does not is no distance from them.
+bool reads_data(const model::Problem& problem, const model::Test& test) {
+  if (test.kind != model::Test::Kind::number) return true;
+  return model::any_part(test.quantity.value, [&](const model::Expr& e) {
+    const auto* field = std::get_if<model::Field>(&e->kind);
+    const auto& data = problem.task->data;
+    return field != nullptr && std::ranges::find(data, field->name, &model::Datum::name) != data.end();
+  });
 }
 
 /// `visit` of every run, on all threads. `met`: what the solves of all runs have met.
@@ -180,19 +191,39 @@ bool check_beside(const model::Test& test, double interval, const model::Test::B
 
 }  // namespace
 
+RunParams::RunParams(const files::Trajectories& on) : count(on.runs.size()) {
+  for (std::size_t p = 0; p < on.params.size(); ++p) {
+    for (const files::Trajectories::Run& run : on.runs) values[on.params[p]].push_back(run.params[p]);
+  }
+}
+
+bool RunParams::are(const RunParams& others) const {
+  return count == others.count && std::ranges::all_of(values, [&](const auto& each) {
+           const auto same = others.values.find(each.first);
+           return same == others.values.end() || same->second == each.second;
+         });
+}
+
 std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source,
                                              std::vector<model::Test> tests, std::vector<model::Test> growths,
                                              DiagnosticSink& sink) {
   std::vector<model::Test> all = tests;
   all.insert(all.end(), growths.begin(), growths.end());
   std::vector<double> intervals;
+  std::vector<RunParams> runs;
   for (const model::Test& test : all) {
     const std::optional<files::Trajectories> on = load_test(own, test, source, sink);
     if (!on || !has_states(test, own, *on, sink)) return nullptr;
     intervals.push_back(interval_of(own, *on));
+    runs.emplace_back(*on);
   }
-  std::unique_ptr<TestScenes> scenes(new TestScenes{
-      own, source, std::move(tests), std::move(growths), BesideScenes::open(own, all, source, sink), {}});
+  std::unique_ptr<TestScenes> scenes(new TestScenes{own,
+                                                    source,
+                                                    std::move(tests),
+                                                    std::move(growths),
+                                                    std::move(runs),
+                                                    BesideScenes::open(own, all, source, sink),
+                                                    {}});
   if (!scenes->beside) return nullptr;
   for (std::size_t i = 0; i < scenes->tests.size(); ++i) {
     const model::Test& test = scenes->tests[i];
@@ -253,8 +284,9 @@ TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const mod
   TrajectoryTest found = roll_out(scenes.tests[test], scene, beside.on, scene.trajectories, values, options);
   const model::Problem &problem = *scene.compiled->problem, &own = *scenes.own.compiled->problem;
   found.scene = title_of(beside);
-  found.made_data = made_data_of(scene, values, options);
+  found.made_data = reads_data(own, scenes.tests[test]) && made_data_of(scene, values, options);
   found.is_named = beside.method.empty();
+  found.is_paired = scenes.runs[test].are(RunParams(scene.trajectories));
   const std::string model = problem.model == own.model ? "" : fmt::format(" ({})", problem.model);
   found.method_kind = chart::kind_of_method(problem) + model;
   return found;

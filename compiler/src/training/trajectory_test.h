@@ -24,6 +24,7 @@ struct TrajectoryTest {
   bool has_network = false;               // the scene
   bool made_data = false;                 // the scene made the data of `file`: what errors are against, no competitor
   bool is_named = true;                   // in the task; else a plain method that the tool adds
+  bool is_paired = true;                  // its runs are those of the test, by their parameters
   std::string method_kind;                // how it takes derivatives in space
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
   std::size_t last_resolved = 0;                 // shell
@@ -59,11 +60,21 @@ struct MeanAndSpread {
 };
 MeanAndSpread mean_and_spread(const std::vector<double>& values);
 
+/// What the runs of a file are: their number, and parameters of each that differ from run to run.
+struct RunParams {
+  std::size_t count = 0;
+  std::map<std::string, std::vector<double>> values;
+  explicit RunParams(const files::Trajectories& on);
+  /// As many, and no parameter that both have is another one.
+  bool are(const RunParams& others) const;
+};
+
 /// What tests need beside the task's scene, and the scenes that have the tangents of their steps.
 struct TestScenes {
   const TrainingScene& own;
   const SourceFile& source;
   std::vector<model::Test> tests, growths;
+  std::vector<RunParams> runs;  // by test
   std::unique_ptr<BesideScenes> beside;
   std::map<std::string, std::unique_ptr<GrowthScene>>
       growth_scenes;  // by name; none where no rate of growth is asked for
