@@ -2,6 +2,8 @@
 // Networks of what lies on faces, edges and nodes, cell by cell of vectors, and of values at points: places x
 // topologies x layers x uses. Gradients, tangents and products with the Hessian against differences, back ends against
 // one another, on few cells; values against the layers applied to the arrays of files; what is refused, by its code.
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "driver/inverse.h"
@@ -241,6 +243,21 @@ TEST(ValuesAtPoints, AreThoseOfResults) {
   for (const double value : reached.at("F")) EXPECT_NEAR(value, 2 * (0.2 + 0.3 * 0.35), 1e-13);
   for (int cell = 0; cell < 20; ++cell)
     EXPECT_NEAR(reached.at("G")[static_cast<std::size_t>(cell)], 0.3 + 0.24 + 0.3 + 0.1 + 0.2 * (cell % 5), 1e-13);
+}
+
+/// A thermostat: conditions are no numbers, the values in them are.
+TEST(ValuesAtPoints, Switch) {
+  const std::string text =
+      "model m { field T, heat; dt(T) = 0; dt(heat) = 0 }\nscene s : m {\n  grid x = 0 .. 1, cells 10\n"
+      "  boundary T: x = zero_gradient\n  boundary heat: x = zero_gradient\n  initial T = x\n  initial heat = 0\n"
+      "  time 0 .. 1, step 0.5\n"
+      "  at t = 0.5: heat = if(sample(T, at = 0.3) < LOW and sample(T, at = 0.7) > 0.6, 2*T, sample(T, at = 0.4))\n}\n";
+  for (const double low : {0.29, 0.31}) {
+    std::string one = text;
+    const auto reached = dpde::testing::run_scene(one.replace(one.find("LOW"), 3, fmt::format("{}", low)), "s").state;
+    for (int cell = 0; cell < 10; ++cell)
+      EXPECT_NEAR(reached.at("heat")[static_cast<std::size_t>(cell)], low < 0.3 ? 0.4 : 0.1 + 0.2 * cell, 1e-13);
+  }
 }
 
 /// What is read at points while steps are made: a controller c(s, k) of a value, a tracer, a sensor.

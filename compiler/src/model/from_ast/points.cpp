@@ -16,6 +16,7 @@
 #include "model/from_ast/parts.h"
 #include "model/metric.h"
 #include "model/stretch.h"
+#include "support/comparisons.h"
 
 namespace dpde::model {
 
@@ -280,6 +281,10 @@ bool is_beside_its_pole(const Draft& draft, const Expr& e, const std::vector<Exp
   return false;
 }
 
+bool holds_sample(const Expr& e) {
+  return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
+}
+
 }  // namespace
 
 std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
@@ -300,8 +305,9 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
   for (int axis = 0; axis < axis_count(); ++axis) {
     const Expr& along = (*position)[axis];
     const Axis& grid = draft_.problem.axes[axis];
-    if (!is_uniform(along)) {
-      draft_.sink.report("not-allowed-here", place.range(), {"what differs from cell to cell", "the place of a point"},
+    if (!is_uniform(along) || holds_sample(along)) {
+      const char* const what = is_uniform(along) ? "the value of a field" : "what differs from cell to cell";
+      draft_.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
                          "a place is made of numbers, parameters and t");
       return std::nullopt;
     }
@@ -338,8 +344,9 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
 
 namespace {
 
-bool holds_sample(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
+bool is_condition(const Expr& e) {
+  const auto* binary = std::get_if<Binary>(&e->kind);
+  return binary != nullptr && (is_comparison(binary->op) || is_logical(binary->op));
 }
 
 /// A formula that is the same in all cells, evaluated in the first one: one number.
@@ -392,7 +399,7 @@ Expr with_points_as_numbers(const Problem& problem, const Expr& e) {
   const bool is_at_point = !holds_reduction(e) && !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Coordinate>(part->kind) || std::holds_alternative<Field>(part->kind);
   });
-  if (is_at_point) return in_first_cell(problem, e);
+  if (is_at_point && !is_condition(e)) return in_first_cell(problem, e);
   return map_parts(e, [&](const Expr& part) { return with_points_as_numbers(problem, part); });
 }
 
