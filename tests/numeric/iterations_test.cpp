@@ -95,6 +95,30 @@ TEST(Iterations, ComeToTheSolution) {
 }
 
 /// Which is known up to a constant where the solution is.
+/// Wherever a solution may stand: what is stored of them before a kernel is stored behind them.
+TEST(Iterations, StandWhereSolutionsDo) {
+  const std::vector<std::string> uses{
+      "psi",           "mean(psi^2)",        "lap(psi^2)",         "n(psi)",          "n(2*psi)",
+      "n(n(psi) + w)", "mean(n(psi*w))*psi", "div(psi*grad(psi))", "integral(psi*w)", "psi*mean(lap(psi)^2, y)"};
+  const auto state = [](const std::string& use, const std::string& after, bool is_event) {
+    const std::string text =
+        "network n(a) { real f64; padding x periodic, y zero; initial he, seed 1; conv 2, 3; tanh; conv out, 3 }\n"
+        "model m { field w; solve lap(psi) - psi = -w for psi" +
+        after + "; dt(w) = " + (is_event ? "0" : use) + " }\nscheme c { time = rk2; solve = direct }\n" +
+        "scene s : m with c {\n" + axis("x", 4, ", periodic") + axis("y", 3, "") +
+        "boundary w: y = 0\nboundary psi: y = 0\ninitial w = sin(2*pi*x)*(1 + y) + cos(5*y)\n" +
+        (is_event ? "after step: w += " + use + "\n" : "") + "time 0 .. 1/4, step 1/8 }\n";
+    return run_scene(text, "s").state.at("w");
+  };
+  for (const std::string& use : uses) {
+    for (const bool is_event : {false, true}) {
+      SCOPED_TRACE(use + (is_event ? " in an event" : " in an equation"));
+      const auto found = state(use, " after 12 iterations", is_event), solution = state(use, "", is_event);
+      for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], solution[i], 1e-10);
+    }
+  }
+}
+
 TEST(Iterations, ZeroOfThemAreTheGuess) {
   for (std::size_t count = 0; const Equation& equation : equations()) {
     if (!is_tried(count++, 4)) continue;

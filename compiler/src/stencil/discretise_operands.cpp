@@ -17,7 +17,9 @@ std::vector<std::string> fields_made(const Preparation& preparation) {
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
       [](const NetworkCall& network_call) { return network_call.results; },
       [](const Transform& transform) { return std::vector<std::string>{transform.result}; },
-      [](const PreparedSolve& solve) { return std::vector<std::string>{solve.unknown}; });
+      [](const PreparedSolve& solve) {
+        return std::vector<std::string>{solve.unknown, solve.result()};
+      });
 }
 
 }  // namespace
