@@ -86,6 +86,8 @@ TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   EXPECT_EQ(json["test"]["err"]["trials"]["each"].size(), 2u);
   EXPECT_EQ(json["unknowns"]["nu"]["value"], trained.json()["unknowns"]["nu"]["value"]);
   EXPECT_FALSE(json["test"]["err"]["break_even"]["data_s"].is_null());
+  const double all_s = trained.json()["test"]["err"]["break_even"]["all_trainings_s"].get<double>();
+  EXPECT_NEAR(json["test"]["err"]["break_even"]["all_trainings_s"].get<double>(), all_s, 1e-9 * all_s);
   for (const Json& file : json["files"]) {
     const std::string name = fs::path(file.get<std::string>()).filename();
     EXPECT_TRUE(fs::exists(path("o/" + name))) << name;

@@ -293,6 +293,57 @@ TEST_F(TrainingChart, ComparesWhatIsPaired) {
       << table;
 }
 
+/// From rest all runs begin alike: with parameters that were not learnt they are others.
+TEST_F(TrainingChart, RunsFromRestAreNotThoseLearnt) {
+  std::string text =
+      "model pushed { field u; param k = 1; param f = 1; dt(u) = -k*u + f*sin(x) }\nscene rest : pushed {\n"
+      "  grid x = 0 .. 2*pi, cells 8, periodic\n  initial u = 0\n  time 0 .. 1, step 1/8\n}\n"
+      "dataset some : rest { runs 2; vary f in 0.5, 1; frames every 1/8; file \"some.nc\" }\n"
+      "dataset more : rest { runs 2; vary f in 0.7, 1; frames every 1/8; file \"more.nc\" }\n"
+      "task learn : rest {\n  data r = trajectories(\"some.nc\", u)\n  unknown k from 0.5\n"
+      "  minimise mean((u - r)^2) over 1 steps\n  using adam(rate = 1e-2), epochs 1\n"
+      "  test err = mean(abs(u - r)) on trajectories(\"more.nc\") for 4 steps\n}\n";
+  write("rest.dpde", text);
+  for (const char* set : {"some", "more"}) ASSERT_EQ(dpde(std::string("run rest.dpde ") + set + " --out .").status, 0);
+  const Json conditions = dpde("test rest.dpde learn --json").json()["test"]["err"]["conditions"];
+  EXPECT_EQ(conditions["known_runs"], Json::array({1}));
+}
+
+/// Where some runs blow up there is no mean error, and nothing to compare: these runs are told.
+TEST_F(TrainingChart, TellsRunsThatBlowUp) {
+  std::string text = learn(both);
+  text.replace(text.find("u += corrector(u)"), 4, "u += 0.02*u^3 +");
+  write("up.dpde", text);
+  const Outcome outcome = dpde("test up.dpde learn --beside-named-only");
+  const Json test = dpde("test up.dpde learn --beside-named-only --json").json()["test"]["err"];
+  EXPECT_EQ(test["mean"], "inf");
+  EXPECT_EQ(test["failures"]["blown_up"], Json::array({2})) << test;
+  EXPECT_NE(outcome.out.find("  the network blows up in 1 of 3 runs (2)\n"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(test["beside"]["coarse"]["ratio"].is_null()) << "a ratio of those left would be chosen by the result";
+  EXPECT_EQ(outcome.out.find("nan"), std::string::npos) << outcome.out;
+}
+
+/// A correlation's figure is a time: a larger one is better, and the plain scheme's stands over the network's.
+TEST_F(TrainingChart, ComparesTimesOfCorrelations) {
+  std::string text = learn("");
+  text.replace(text.rfind("  test err"), std::string::npos,
+               "  correlation c = u above 0.9999 on trajectories(\"unseen.nc\") for 32 steps" + both + " }\n");
+  write("c.dpde", text);
+  const Json c = dpde("test c.dpde learn --beside-named-only --json").json()["correlation"]["c"];
+  const auto time_of = [](const Json& each) { return each["time"]["mean"].get<double>(); };
+  const auto one = [&](const std::string& scene) { return c["beside"][scene]["mean"].get<double>(); };
+  for (const Json& equal : {c["equal_cost"], c["kinds"]["central(2)"]["equal_cost"]}) {
+    ASSERT_TRUE(equal["beyond"].get<bool>()) << "both are cheaper than the network: " << c;
+    EXPECT_NEAR(equal["time"].get<double>(), std::max(one("coarse"), one("middle")), 1e-9);
+    EXPECT_NEAR(equal["ratio"].get<double>(), equal["time"].get<double>() / time_of(c), 1e-9);
+    double logs = 0;  // `middle` stays above to the end
+    for (const Json& run : c["time"]["runs"]) logs += std::log(2 / run.get<double>()) / 3;
+    EXPECT_NEAR(equal["paired"]["mean"].get<double>(), std::exp(logs), 1e-9 * std::exp(logs));
+    EXPECT_LT(equal["paired"]["low"], equal["paired"]["mean"]);
+    EXPECT_GT(equal["paired"]["high"], equal["paired"]["mean"]);
+  }
+}
+
 TEST_F(TrainingChart, WhatCannotBe) {
   write("alone.dpde", learn(""));
   const Outcome alone = dpde("chart alone.dpde learn --json");

@@ -82,7 +82,7 @@ class Comparison {
 
   void report(Json& json) {
     json["cost_s"] = json_number(cost_);
-    json["beside"] = Json::object();
+    if (!json.contains("beside")) json["beside"] = Json::object();  // of a correlation its times are there
     say_own_row();
     for (std::size_t s = 0; s < beside_.size(); ++s) report_scene(s, json["beside"]);
     say_others();
@@ -114,7 +114,7 @@ class Comparison {
       job_.say("  no plain scheme is left to compare with: those here give these data but for rounding\n");
     if (!plain_.empty() && !std::isfinite(error_))
       job_.say("  the network blows up: no plain scheme is compared with it\n");
-    return !plain_.empty() && std::isfinite(error_);
+    return !plain_.empty() && std::isfinite(error_) && std::isfinite(cost_);
   }
 
   /// And back.
@@ -134,6 +134,7 @@ class Comparison {
   }
 
   const TrajectoryTest& scene(std::size_t s) const { return (*test_.beside)[s]; }
+  bool is_paired(std::size_t s) const { return scene(s).has_runs_of(test_.found()); }
   bool is_plain(std::size_t s) const { return !scene(s).has_network && !scene(s).made_data; }
 
   std::vector<analysis::CostAndError> costs_and_errors(const std::vector<std::size_t>& scenes) const {
@@ -156,22 +157,24 @@ class Comparison {
   static PairedRatio no_ratio() { return {std::nan(""), std::nan(""), std::nan(""), 0, 0}; }
   /// By how much the error of a scene is larger.
   PairedRatio error_ratio(std::size_t s) const {
-    if (!scene(s).is_paired) return no_ratio();
+    if (!is_paired(s)) return no_ratio();
     return paired([&](double own, std::size_t run) { return beside_[s][run] / own; });
   }
 
-  /// find(schemes, network's error) of the schemes in each run, over `unit(error)`.
+  /// find(schemes, network's error) of the schemes in each run, over `unit(error)`. `takes_within`: also where even the
+  /// last scheme reaches farther.
   template <class Find, class Unit>
-  void look_at_runs(const std::vector<std::size_t>& schemes, const Find& find, const Unit& unit,
+  void look_at_runs(const std::vector<std::size_t>& schemes, bool takes_within, const Find& find, const Unit& unit,
                     EqualPoint& point) const {
     std::set<std::size_t> beyond, within;
     point.by_run = paired([&](double own, std::size_t run) {
       std::vector<analysis::CostAndError> of_run;
       for (const std::size_t s : schemes) of_run.push_back({scene(s).scene, test_.costs[s + 1], beside_[s][run]});
       const Equal equal = find(of_run, own);
+      const bool is_within = equal.kind == Equal::Kind::within_all && !takes_within;
       if (equal.kind == Equal::Kind::beyond_all) beyond.insert(run);
-      if (equal.kind == Equal::Kind::within_all) within.insert(run);
-      return equal.kind == Equal::Kind::found ? equal.value / unit(own) : std::nan("");
+      if (is_within) within.insert(run);
+      return is_within || equal.kind == Equal::Kind::beyond_all ? std::nan("") : equal.value / unit(own);
     });
     point.runs_beyond = static_cast<int>(beyond.size());
     point.runs_within = static_cast<int>(within.size());
@@ -186,15 +189,15 @@ class Comparison {
     bool are_paired = true;
     for (const analysis::CostAndError& each : analysis::best_of(means)) {
       best.push_back(*std::ranges::find_if(scenes, [&](std::size_t s) { return scene(s).scene == each.scene; }));
-      are_paired = are_paired && scene(best.back()).is_paired;
+      are_paired = are_paired && is_paired(best.back());
     }
     all.cost.by_run = all.error.by_run = no_ratio();
     if (!are_paired) return all;
     look_at_runs(
-        best, analysis::cost_of_equal_error, [&](double) { return cost_; }, all.cost);
+        best, false, analysis::cost_of_equal_error, [&](double) { return cost_; }, all.cost);
     const auto at_cost = [&](const auto& schemes, double) { return error_of_equal_cost(schemes, cost_); };
     look_at_runs(
-        best, at_cost, [](double own) { return own; }, all.error);
+        best, true, at_cost, [](double own) { return own; }, all.error);
     return all;
   }
 
@@ -207,6 +210,7 @@ class Comparison {
     const std::string staying = is_time_ ? staying_text(each) : "";
     job_.say(fmt::format("  {}: {} on {}{}, {}{}{}\n", each.scene, text_of(mean_and_spread(figures_of(each))),
                          each.file, staying, time, rest, maker));
+    if (!test_.is_chart) say_solves(job_, each);
   }
 
   /// Over the trials, as all ratios are.
@@ -224,8 +228,8 @@ class Comparison {
     if (!test_.is_chart) say_solves(job_, found);
   }
 
-  std::string ratio_text(const TrajectoryTest& each, const PairedRatio& ratio) const {
-    if (!each.is_paired) return fmt::format("; the runs of {} are others: no ratio", each.file);
+  std::string ratio_text(std::size_t s, const PairedRatio& ratio) const {
+    if (!is_paired(s)) return fmt::format("; the runs of {} are others: no ratio", scene(s).file);
     if (ratio.runs == 0) return "";
     return is_time_ ? fmt::format("; the network's lasts {:.3g} times as long{}", ratio.mean, interval_text(ratio))
                     : fmt::format("; {:.3g} times the network's{}", ratio.mean, interval_text(ratio));
@@ -235,8 +239,7 @@ class Comparison {
     const TrajectoryTest& each = scene(s);
     const double cost = test_.costs[s + 1];
     const PairedRatio ratio = error_ratio(s);
-    if (each.is_named || front_.contains(each.scene))
-      say_row(each, cost, each.made_data ? "" : ratio_text(each, ratio));
+    if (each.is_named || front_.contains(each.scene)) say_row(each, cost, each.made_data ? "" : ratio_text(s, ratio));
     if (each.is_named && !test_.is_chart) say_blow_up(job_, each);
     Json json = json_of(figures_of(each));
     json["course"] = json_numbers(each.course());
@@ -245,7 +248,7 @@ class Comparison {
                  {"network", each.has_network},
                  {"made_data", each.made_data},
                  {"named", each.is_named},
-                 {"paired", each.is_paired},
+                 {"paired", is_paired(s)},
                  {"kind", each.method_kind},
                  {"ratio", ratio_json(ratio)},
                  {"cost_s", json_number(cost)}});
@@ -311,23 +314,26 @@ class Comparison {
   // ---- equal error, equal time
   // ---------------------------------------------------------------------------------------
 
-  static Json equal_json(const EqualPoint& point, const char* key, double value, double ratio) {
+  static Json equal_json(const EqualPoint& point, const PairedRatio& by_run, const char* key, double value,
+                         double own) {
     if (point.of_means.kind == Equal::Kind::beyond_all) return nullptr;
     return {{key, json_number(value)},
-            {"ratio", json_number(ratio)},
+            {"ratio", json_number(value / own)},
             {"between", {point.of_means.from, point.of_means.to}},
             {"beyond", point.of_means.kind == Equal::Kind::within_all},
-            {"paired", ratio_json(point.by_run)},
+            {"paired", ratio_json(by_run)},
             {"runs_beyond", point.runs_beyond},
             {"runs_within", point.runs_within}};
   }
   Json cost_json(const EqualPoint& point) const {
-    return equal_json(point, "cost_s", point.of_means.value, point.of_means.value / cost_);
+    return equal_json(point, point.by_run, "cost_s", point.of_means.value, cost_);
   }
-  /// Ratios are of errors, also where the figure is a time.
+  /// Of times: how many times as long the plain schemes' is.
   Json error_json(const EqualPoint& point) const {
-    return equal_json(point, is_time_ ? "time" : "error", figure_of(point.of_means.value),
-                      point.of_means.value / error_);
+    if (!is_time_) return equal_json(point, point.by_run, "error", point.of_means.value, error_);
+    const PairedRatio& of = point.by_run;
+    const PairedRatio inverse{1 / of.mean, 1 / of.high, 1 / of.low, of.runs, of.seeds};
+    return equal_json(point, inverse, "time", figure_of(point.of_means.value), figure_of(error_));
   }
 
   /// What runs and seeds say of a ratio of means. `beyond`, `within`: of the runs that have none.
@@ -342,9 +348,7 @@ class Comparison {
   std::string cost_by_run(const EqualPoint& point) const {
     return by_run_text(point, "none reaches it", "even the cheapest one is better");
   }
-  std::string error_by_run(const EqualPoint& point) const {
-    return by_run_text(point, "none is as cheap", "even the most accurate one takes less");
-  }
+  std::string error_by_run(const EqualPoint& point) const { return by_run_text(point, "none is as cheap", ""); }
   /// "its err of 0.08", "its time of 5.1"
   std::string own_text() const { return fmt::format("its {} of {:.4g}", test_.found().name, shown(figure_of(error_))); }
   const char* schemes_text() const {
@@ -434,7 +438,7 @@ class Comparison {
         continue;
       }
       const auto is_beaten = [&](std::size_t s) {
-        return test_.costs[s + 1] <= cost_ && scene(s).is_paired &&
+        return test_.costs[s + 1] <= cost_ && is_paired(s) &&
                std::ranges::any_of(own_, [&](const auto& trial) { return beside_[s][run] < trial[run]; });
       };
       if (std::ranges::any_of(plain_, is_beaten)) worse.push_back(run);

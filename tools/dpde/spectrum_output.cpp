@@ -217,7 +217,7 @@ std::string staying_text(const TrajectoryTest& test) {
 
 Json report_correlation(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("correlation {} over {}: time until it falls below {:.3g}\n", found.name,
+  job.say(fmt::format("correlation {} over {}: time until it falls below {:.6g}\n", found.name,
                       counted_runs(found.runs.size()), found.threshold));
   Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
     const auto all = crossings(each);

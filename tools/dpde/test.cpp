@@ -176,6 +176,7 @@ bool take_found(Job& job, const std::string& folder, const training::TrainingSce
   tested.best = static_cast<std::size_t>(best - trials.begin());
   tested.start = training::values_of(begin.parts, best->values.start);
   tested.spent.training_s = cost;
+  tested.spent.trials = static_cast<int>(trials.size());
   job.say(fmt::format("values of {} from {}\n",
                       trials.size() == 1 ? "the training" : fmt::format("{} trials", trials.size()), path));
   return true;

@@ -160,7 +160,7 @@ Json json_of(const std::vector<std::vector<double>>& runs) {
   const OverTime all = over_time(runs);
   return {{"mean", json_number(all.mean.mean)},
           {"mean_spread", spread_json(all.mean.spread)},
-          {"deviation", json_number(all.deviation.mean)},
+          {"deviation", spread_json(all.deviation.mean)},
           {"deviation_spread", spread_json(all.deviation.spread)},
           {"course", json_numbers(TrajectoryTest::course_of(runs))}};
 }
@@ -176,16 +176,21 @@ std::string difference_text(double value, double of_data) {
 }
 
 Json difference_json(double value, double of_data) {
-  return of_data == 0 ? Json(nullptr) : json_number(difference(value, of_data));
+  return of_data == 0 ? Json(nullptr) : spread_json(difference(value, of_data));
 }
 
 /// Of a scene, beside what the data of its own file say.
 Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTest& test) {
   const OverTime own = over_time(test.runs), data = over_time(test.data);
-  job.say(fmt::format("  {}: mean {:.5g} ({}), deviation {:.4g} ({}); the data of {}: {:.5g}, {:.4g}\n", title,
-                      shown(own.mean.mean), difference_text(own.mean.mean, data.mean.mean), shown(own.deviation.mean),
-                      difference_text(own.deviation.mean, data.deviation.mean), test.file, shown(data.mean.mean),
-                      shown(data.deviation.mean)));
+  std::string deviation, of_data;
+  if (test.times.size() > 1) {  // one time tells none
+    deviation = fmt::format(", deviation {:.4g} ({})", shown(own.deviation.mean),
+                            difference_text(own.deviation.mean, data.deviation.mean));
+    of_data = fmt::format(", {:.4g}", shown(data.deviation.mean));
+  }
+  job.say(fmt::format("  {}: mean {:.5g} ({}){}; the data of {}: {:.5g}{}\n", title, shown(own.mean.mean),
+                      difference_text(own.mean.mean, data.mean.mean), deviation, test.file, shown(data.mean.mean),
+                      of_data));
   Json json = json_of(test.runs);
   json.update({{"file", test.file},
                {"data", json_of(test.data)},

@@ -26,8 +26,21 @@ std::vector<std::string> shared_states(const Trajectories& a, const Trajectories
   return shared;
 }
 
+/// By the parameters that both files tell: runs that begin at rest alike are not one run.
+bool has_same_params(const Trajectories& learnt, int r, const Trajectories& on, int run) {
+  for (std::size_t p = 0; p < on.params.size(); ++p) {
+    const auto known = std::ranges::find(learnt.params, on.params[p]);
+    if (known == learnt.params.end()) continue;
+    const auto q = static_cast<std::size_t>(known - learnt.params.begin());
+    if (on.runs[static_cast<std::size_t>(run)].params[p] != learnt.runs[static_cast<std::size_t>(r)].params[q])
+      return false;
+  }
+  return true;
+}
+
 bool is_frame_of(const Trajectories& learnt, const Trajectories& on, int run, const std::vector<std::string>& states) {
   for (int r = 0; r < static_cast<int>(learnt.runs.size()); ++r) {
+    if (!has_same_params(learnt, r, on, run)) continue;
     for (int frame = 0; frame < learnt.frame_count(); ++frame) {
       const auto is_same = [&](const std::string& state) {
         return std::ranges::equal(on.frames(run, state, 0), learnt.frames(r, state, frame));

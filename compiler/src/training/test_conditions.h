@@ -15,7 +15,7 @@ namespace dpde::training {
 struct TestConditions {
   bool knows_training = false;  // the data that were learnt from are there
   bool is_training_file = false;
-  std::vector<int> known_runs;  // of the test, whose first frame is one of the training's
+  std::vector<int> known_runs;  // of the test, whose first frame is one of a run of the training with its parameters
   /// A parameter of runs, or "rms of u": the root of the mean square of a state in the first frames.
   struct Outside {
     std::string what;

@@ -109,6 +109,9 @@ TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, con
   const model::Problem& problem = *scene.compiled->problem;
   TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
   result.threshold = test.threshold;
+  for (std::size_t p = 0; p < on.params.size(); ++p) {
+    for (const files::Trajectories::Run& run : on.runs) result.params[on.params[p]].push_back(run.params[p]);
+  }
   std::deque<SolveNote> met;
   result.runs = over_runs(
       scene, on, values, options, [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.roll(test, run); },
@@ -135,6 +138,18 @@ std::vector<double> TrajectoryTest::errors() const {
   std::vector<double> all;
   for (const std::vector<double>& run : runs) all.push_back(1 / first_below(times, run, threshold).time);
   return all;
+}
+
+bool TrajectoryTest::has_runs_of(const TrajectoryTest& other) const {
+  constexpr double rounding = 1e-6;  // of a file's numbers
+  const auto is_alike = [](double a, double b) {
+    return std::abs(a - b) <= rounding * std::max(std::abs(a), std::abs(b));
+  };
+  const auto are_its = [&](const auto& param) {
+    const auto its = other.params.find(param.first);
+    return its == other.params.end() || std::ranges::equal(param.second, its->second, is_alike);
+  };
+  return runs.size() == other.runs.size() && std::ranges::all_of(params, are_its);
 }
 
 std::vector<double> TrajectoryTest::means_of(const Runs& runs) {
@@ -191,31 +206,16 @@ bool check_beside(const model::Test& test, double interval, const model::Test::B
 
 }  // namespace
 
-RunParams::RunParams(const files::Trajectories& on) : count(on.runs.size()) {
-  for (std::size_t p = 0; p < on.params.size(); ++p) {
-    for (const files::Trajectories::Run& run : on.runs) values[on.params[p]].push_back(run.params[p]);
-  }
-}
-
-bool RunParams::are(const RunParams& others) const {
-  return count == others.count && std::ranges::all_of(values, [&](const auto& each) {
-           const auto same = others.values.find(each.first);
-           return same == others.values.end() || same->second == each.second;
-         });
-}
-
 std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source,
                                              std::vector<model::Test> tests, std::vector<model::Test> growths,
                                              DiagnosticSink& sink) {
   std::vector<model::Test> all = tests;
   all.insert(all.end(), growths.begin(), growths.end());
   std::vector<double> intervals;
-  std::vector<RunParams> runs;
   for (const model::Test& test : all) {
     const std::optional<files::Trajectories> on = load_test(own, test, source, sink);
     if (!on || !has_states(test, own, *on, sink)) return nullptr;
     intervals.push_back(interval_of(own, *on));
-    runs.emplace_back(*on);
   }
   std::unique_ptr<TestScenes> scenes(new TestScenes{own,
                                                     source,
@@ -286,7 +286,6 @@ TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const mod
   found.scene = title_of(beside);
   found.made_data = reads_data(own, scenes.tests[test]) && made_data_of(scene, values, options);
   found.is_named = beside.method.empty();
-  found.is_paired = scenes.runs[test].are(RunParams(scene.trajectories));
   const std::string model = problem.model == own.model ? "" : fmt::format(" ({})", problem.model);
   found.method_kind = chart::kind_of_method(problem) + model;
   return found;

@@ -3,6 +3,7 @@
 // other scenes beside it, and a quantity tells at every frame behind it how far it has gone astray.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,13 @@ struct TrajectoryTest {
   bool has_network = false;               // the scene
   bool made_data = false;                 // the scene made the data of `file`: what errors are against, no competitor
   bool is_named = true;                   // in the task; else a plain method that the tool adds
-  bool is_paired = true;                  // its runs are those of the test, by their parameters
   std::string method_kind;                // how it takes derivatives in space
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
-  std::size_t last_resolved = 0;                 // shell
-  double unit = 0, noise = 0;                    // wave number of shell 1; see distance()
-  double threshold = 0;                          // of a correlation
-  std::vector<driver::SolveReport> solves = {};  // those of all runs
+  std::size_t last_resolved = 0;                           // shell
+  double unit = 0, noise = 0;                              // wave number of shell 1; see distance()
+  double threshold = 0;                                    // of a correlation
+  std::vector<driver::SolveReport> solves = {};            // those of all runs
+  std::map<std::string, std::vector<double>> params = {};  // by name, of each run
 
   /// Over the times, of each run; and over the runs, at each time.
   std::vector<double> means() const { return means_of(runs); }
@@ -38,6 +39,8 @@ struct TrajectoryTest {
   /// What scenes are compared by, of each run: the mean over the times; of a correlation one over the time that it
   /// lasts.
   std::vector<double> errors() const;
+  /// Whether run k of both is one run, by the parameters that both files tell.
+  bool has_runs_of(const TrajectoryTest& other) const;
   static std::vector<double> means_of(const std::vector<std::vector<double>>& runs);
   static std::vector<double> course_of(const std::vector<std::vector<double>>& runs);
   /// Over the times, of each run.
@@ -60,21 +63,11 @@ struct MeanAndSpread {
 };
 MeanAndSpread mean_and_spread(const std::vector<double>& values);
 
-/// What the runs of a file are: their number, and parameters of each that differ from run to run.
-struct RunParams {
-  std::size_t count = 0;
-  std::map<std::string, std::vector<double>> values;
-  explicit RunParams(const files::Trajectories& on);
-  /// As many, and no parameter that both have is another one.
-  bool are(const RunParams& others) const;
-};
-
 /// What tests need beside the task's scene, and the scenes that have the tangents of their steps.
 struct TestScenes {
   const TrainingScene& own;
   const SourceFile& source;
   std::vector<model::Test> tests, growths;
-  std::vector<RunParams> runs;  // by test
   std::unique_ptr<BesideScenes> beside;
   std::map<std::string, std::unique_ptr<GrowthScene>>
       growth_scenes;  // by name; none where no rate of growth is asked for
