@@ -190,7 +190,7 @@ TEST_F(Spectra, CorrelationIsLostAsWavesDriftApart) {
   const Outcome words = dpde("optimize t.dpde t --beside-named-only");
   EXPECT_NE(
       words.out.find(
-          "  near: 4 +- 0 on truth.nc; 3 of 3 runs stay above it to the end, t = 4, which is taken for their time\n"),
+          "  near: 4 +- 0 on truth.nc; 3 of 3 runs stay above it to the end, t = 4, which is taken for their time, "),
       std::string::npos)
       << words.out;
 }

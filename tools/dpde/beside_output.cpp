@@ -8,8 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "analysis/comparison.h"
-#include "analysis/paired_ratio.h"
+#include "beside_figures.h"
 #include "support/evaluate.h"
 
 namespace dpde::tools {
@@ -52,33 +51,9 @@ std::string cost_text(const Investment& spent) {
   return text;
 }
 
-/// One number of means over the runs, and the same of each run and seed: without a mean where one of them has none.
-struct EqualPoint {
-  Equal of_means;
-  PairedRatio by_run;  // over the network's own
-  int runs_beyond = 0,
-      runs_within = 0;  // in which, for a seed at least, no scheme reaches so far; even the last one does
-
-  bool is_of_all_runs() const { return runs_beyond == 0 && runs_within == 0; }
-};
-/// What plain schemes take for the network's figure, and have for its time.
-struct Equals {
-  EqualPoint cost, error;
-};
-
-class Comparison {
+class Comparison : private BesideFigures {
  public:
-  Comparison(Job& job, const OneTest& test)
-      : job_(job), test_(test), is_time_(test.start->kind == model::Test::Kind::correlation) {
-    for (const TrajectoryTest* trial : test.trials) own_.push_back(trial->errors());
-    for (const TrajectoryTest& beside : *test.beside) beside_.push_back(beside.errors());
-    cost_ = test.costs[0];
-    error_ = error_of_mean();
-    for (std::size_t s = 0; s < beside_.size(); ++s) {
-      if (is_plain(s)) plain_.push_back(s);
-    }
-    for (const analysis::CostAndError& best : analysis::best_of(costs_and_errors(plain_))) front_.insert(best.scene);
-  }
+  Comparison(Job& job, const OneTest& test) : BesideFigures(test), job_(job) {}
 
   void report(Json& json) {
     json["cost_s"] = json_number(cost_);
@@ -115,90 +90,6 @@ class Comparison {
     if (!plain_.empty() && !std::isfinite(error_))
       job_.say("  the network blows up: no plain scheme is compared with it\n");
     return !plain_.empty() && std::isfinite(error_) && std::isfinite(cost_);
-  }
-
-  /// And back.
-  double figure_of(double error) const { return is_time_ ? 1 / error : error; }
-
-  std::vector<double> figures_of(const TrajectoryTest& test) const {
-    std::vector<double> figures = test.errors();
-    for (double& figure : figures) figure = figure_of(figure);
-    return figures;
-  }
-  double error_of(const TrajectoryTest& test) const { return figure_of(mean_and_spread(figures_of(test)).mean); }
-  /// Over trials and runs.
-  double error_of_mean() const {
-    std::vector<double> figures;
-    for (const TrajectoryTest* trial : test_.trials) figures.push_back(mean_and_spread(figures_of(*trial)).mean);
-    return figure_of(mean_and_spread(figures).mean);
-  }
-
-  const TrajectoryTest& scene(std::size_t s) const { return (*test_.beside)[s]; }
-  bool is_paired(std::size_t s) const { return scene(s).has_runs_of(test_.found()); }
-  bool is_plain(std::size_t s) const { return !scene(s).has_network && !scene(s).made_data; }
-
-  std::vector<analysis::CostAndError> costs_and_errors(const std::vector<std::size_t>& scenes) const {
-    std::vector<analysis::CostAndError> all;
-    for (const std::size_t s : scenes) all.push_back({scene(s).scene, test_.costs[s + 1], error_of(scene(s))});
-    return all;
-  }
-
-  /// ratio(trial, run) of all of them; none where one of them has none: what is left would be chosen by the result.
-  template <class Ratio>
-  PairedRatio paired(const Ratio& ratio) const {
-    std::vector<std::vector<double>> all;
-    for (const std::vector<double>& trial : own_) {
-      std::vector<double>& of_trial = all.emplace_back();
-      for (std::size_t run = 0; run < trial.size(); ++run) of_trial.push_back(ratio(trial[run], run));
-    }
-    const PairedRatio found = analysis::paired_ratio(all);
-    return found.runs == std::ssize(own_[0]) ? found : no_ratio();
-  }
-  static PairedRatio no_ratio() { return {std::nan(""), std::nan(""), std::nan(""), 0, 0}; }
-  /// By how much the error of a scene is larger.
-  PairedRatio error_ratio(std::size_t s) const {
-    if (!is_paired(s)) return no_ratio();
-    return paired([&](double own, std::size_t run) { return beside_[s][run] / own; });
-  }
-
-  /// find(schemes, network's error) of the schemes in each run, over `unit(error)`. `takes_within`: also where even the
-  /// last scheme reaches farther.
-  template <class Find, class Unit>
-  void look_at_runs(const std::vector<std::size_t>& schemes, bool takes_within, const Find& find, const Unit& unit,
-                    EqualPoint& point) const {
-    std::set<std::size_t> beyond, within;
-    point.by_run = paired([&](double own, std::size_t run) {
-      std::vector<analysis::CostAndError> of_run;
-      for (const std::size_t s : schemes) of_run.push_back({scene(s).scene, test_.costs[s + 1], beside_[s][run]});
-      const Equal equal = find(of_run, own);
-      const bool is_within = equal.kind == Equal::Kind::within_all && !takes_within;
-      if (equal.kind == Equal::Kind::beyond_all) beyond.insert(run);
-      if (is_within) within.insert(run);
-      return is_within || equal.kind == Equal::Kind::beyond_all ? std::nan("") : equal.value / unit(own);
-    });
-    point.runs_beyond = static_cast<int>(beyond.size());
-    point.runs_within = static_cast<int>(within.size());
-  }
-
-  /// Of these scenes: in the mean, and of each run by those that are the best in the mean, chosen before any run is
-  /// looked at.
-  Equals equals(const std::vector<std::size_t>& scenes) const {
-    const std::vector<analysis::CostAndError> means = costs_and_errors(scenes);
-    Equals all{{cost_of_equal_error(means, error_)}, {error_of_equal_cost(means, cost_)}};
-    std::vector<std::size_t> best;
-    bool are_paired = true;
-    for (const analysis::CostAndError& each : analysis::best_of(means)) {
-      best.push_back(*std::ranges::find_if(scenes, [&](std::size_t s) { return scene(s).scene == each.scene; }));
-      are_paired = are_paired && is_paired(best.back());
-    }
-    all.cost.by_run = all.error.by_run = no_ratio();
-    if (!are_paired) return all;
-    look_at_runs(
-        best, false, analysis::cost_of_equal_error, [&](double) { return cost_; }, all.cost);
-    const auto at_cost = [&](const auto& schemes, double) { return error_of_equal_cost(schemes, cost_); };
-    look_at_runs(
-        best, true, at_cost, [](double own) { return own; }, all.error);
-    return all;
   }
 
   // ---- rows
@@ -493,12 +384,6 @@ class Comparison {
   }
 
   Job& job_;
-  const OneTest& test_;
-  bool is_time_;                                   // figures are times that correlations last, errors one over them
-  std::vector<std::vector<double>> own_, beside_;  // errors: by trial or scene, then run
-  double cost_ = 0, error_ = 0;                    // the network's
-  std::vector<std::size_t> plain_;
-  std::set<std::string> front_;  // titles
 };
 
 }  // namespace
