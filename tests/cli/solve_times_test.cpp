@@ -60,14 +60,14 @@ TEST_F(SolveTimes, AreToldOfRunsGradientsAndTests) {
 TEST_F(SolveTimes, AreToldOfTestsAndScenesBeside) {
   write("s.dpde", vortices);
   ASSERT_EQ(dpde("run s.dpde made --out .").status, 0);
-  const Outcome learnt = dpde("optimize s.dpde t --json --out o");
+  const Outcome learnt = dpde("optimize s.dpde t --json --out o --beside-named-only");
   ASSERT_EQ(learnt.status, 0) << learnt.err;
   const Json test = learnt.json()["test"]["error"];
   const Told own = told(test["solves"][0]), beside = told(test["beside"]["warm"]["solves"][0]);
   EXPECT_GT(own.seconds, 0);
   EXPECT_LT(beside.each, 0.8 * own.each);
   const std::string table = content(path("o/error_beside.csv"));
-  EXPECT_TRUE(table.substr(0, table.find('\n')).ends_with(",solves,iterations,solve_s")) << table;
+  EXPECT_TRUE(table.substr(0, table.find('\n')).ends_with(",solves,iterations,solve_s,run_0,run_1")) << table;
   const std::string said = dpde("test s.dpde t --beside-named-only").out;
   for (const char* scene : {"base", "warm"})
     EXPECT_NE(said.find(std::string("    ") + scene + ", solve for psi: cg, "), std::string::npos) << said;

@@ -76,9 +76,9 @@ class TestVerb : public Command {
 
 TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   make_data();
-  const Outcome trained = dpde("optimize t.dpde learn --out o --json");
+  const Outcome trained = dpde("optimize t.dpde learn --out o --json --beside-named-only");
   ASSERT_EQ(trained.status, 0) << trained.err;
-  const Outcome tested = dpde("test t.dpde learn --from o --out w --json");
+  const Outcome tested = dpde("test t.dpde learn --from o --out w --json --beside-named-only");
   ASSERT_EQ(tested.status, 0) << tested.err;
   const Json json = tested.json();
   expect_same(json, trained.json());
@@ -91,7 +91,7 @@ TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   for (const Json& file : json["files"]) {
     const std::string name = fs::path(file.get<std::string>()).filename();
     EXPECT_TRUE(fs::exists(path("o/" + name))) << name;
-    if (name.ends_with(".csv") && !name.ends_with("_beside.csv") && !name.ends_with("_chart.csv"))  // with times
+    if (name.ends_with(".csv") && !name.ends_with("_beside.csv"))
       EXPECT_EQ(content(path("w/" + name)), content(path("o/" + name)));
   }
   expect_values_one_by_one(trained.json());
@@ -101,7 +101,7 @@ TEST_F(TestVerb, SaysWhatTheTrainingSaid) {
   more.replace(more.find("epochs 2, epochs"), 16, "epochs");
   more.insert(more.find("  growth"), "  test most = max(abs(u - r)) on trajectories(\"unseen.nc\") for 4 steps\n");
   write("t.dpde", tested_scenes + more);
-  const Json without = dpde("test t.dpde learn --from o --threads 1 --json").json();
+  const Json without = dpde("test t.dpde learn --from o --threads 1 --json --beside-named-only").json();
   EXPECT_TRUE(without["test"]["most"]["mean"].is_number()) << without;
   EXPECT_TRUE(without["test"]["err"]["break_even"]["data_s"].is_null());
   EXPECT_EQ(without["test"]["err"]["conditions"]["knows_training"], false);

@@ -221,7 +221,7 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
                                                     source,
                                                     std::move(tests),
                                                     std::move(growths),
-                                                    std::move(runs),
+
                                                     BesideScenes::open(own, all, source, sink),
                                                     {}});
   if (!scenes->beside) return nullptr;
