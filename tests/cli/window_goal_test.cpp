@@ -98,6 +98,26 @@ TEST_F(WindowGoals, NeedNoData) {
   EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
 }
 
+/// A data set keeps a single frame, the state that each run begins with.
+TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
+  const std::string begins = heated_rod +
+                             "scene starts : rod { grid x = 0 .. 1, cells 8, periodic; k = 0; initial u = noise(1)\n"
+                             "  time -1 .. 0, step 1 }\n"
+                             "dataset d : starts { runs 2; frames every 1 from 0; file \"one.nc\" }\n";
+  write("d.dpde", begins);
+  const Outcome made = dpde("run d.dpde d --out . --json");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.json()["frames"], 1);
+  EXPECT_TRUE(made.json()["residuals"]["u"].is_null());
+  const Json learnt = learn("data begin = trajectories(\"one.nc\"); minimise mean(u^2) after 4 steps");
+  EXPECT_EQ(learnt["windows"], 2);
+  EXPECT_LT(learnt["loss"].back(), learnt["loss"].front());
+  write("d.dpde", std::string(begins).replace(begins.find("from 0;"), 7, "from 1;"));
+  const Outcome none = dpde("run d.dpde d --out . --json");
+  EXPECT_EQ(none.status, 2);
+  EXPECT_NE(none.err.find("are none up to t = 0"), std::string::npos) << none.err;
+}
+
 TEST_F(WindowGoals, SayWhatDoesNotFit) {
   write_runs("f.nc", 2);
   write_runs("one.nc", 1);

@@ -304,9 +304,9 @@ void report_residuals(Job& job, const DataFile& file, Told& told) {
     };
     if (std::ranges::any_of(runs, [&](const training::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
-      told.say(
-          job,
-          fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
+      told.say(job,
+               fmt::format("{}: how well the frames satisfy the scene is not known: {}\n", name,
+                           maker.times().size() < 2 ? "no frame follows another" : "it does not run on their grid"));
       continue;
     }
     const auto most =

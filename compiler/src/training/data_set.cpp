@@ -130,6 +130,7 @@ void DataSetMaker::add_residuals(Shared stored, GridFrames& grid) const {
   const std::vector<std::vector<double>> states(grid.frames.begin(),
                                                 grid.frames.begin() + static_cast<std::ptrdiff_t>(count));
   grid.residuals.assign(count, {});
+  if (times_.size() < 2) return;  // no frame follows another
   DiagnosticSink silent;
   std::atomic<bool> stop = false;
   try {
@@ -193,10 +194,9 @@ bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
   every_ = std::max(*every, 1);
   first_ = *first;
   for (int k = first_; k <= problem.steps; k += every_) times_.push_back(session_->time_of(k));
-  if (times_.size() >= 2) return true;
+  if (!times_.empty()) return true;
   sink.report("bad-optimiser-option", {},
-              {"frames", "dataset " + set_.name,
-               fmt::format("are {}, fewer than two, up to t = {}", times_.size(), session_->end_time())});
+              {"frames", "dataset " + set_.name, fmt::format("are none up to t = {}", session_->end_time())});
   return false;
 }
 
