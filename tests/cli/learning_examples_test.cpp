@@ -4,6 +4,7 @@
 
 #include "command_support.h"
 #include "dpde/runtime/npy.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -126,6 +127,26 @@ TEST_F(LearningExamples, LeastPullAtACylinder) {
   EXPECT_NEAR(flow["drag"].get<double>(), loss.back().get<double>(), 0.02);
   EXPECT_NEAR(flow["through"].get<double>(), 0.2, 1e-3);
   EXPECT_GT(flow["slowest"].get<double>(), -2e-3);
+}
+
+/// A run of data, windows of 5 units and three iterations in place of four runs, 20 units and six.
+TEST_F(LearningExamples, ANetworkHoldsTheFlux) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
+  const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/plasma";
+  for (const char* file : {"plasma.dpde", "hold.dpde"}) fs::copy(folder / file, path(file));
+  std::string text = content(folder / "hold_network.dpde");
+  const std::pair<std::string, std::string> smaller[] = {{"runs 4", "runs 1"},
+                                                         {"from 120 to 200", "from 160 to 200"},
+                                                         {"over 800 steps", "over 200 steps"},
+                                                         {"epochs 6", "epochs 3"}};
+  for (const auto& [from, to] : smaller) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  }
+  write("t.dpde", text);
+  ASSERT_EQ(dpde("run t.dpde coarse_saturated --out . --json").status, 0);
+  const Json loss = found("t.dpde", "least_effort_by_network")["loss"];
+  EXPECT_LT(loss.back().get<double>(), 0.6 * loss.front().get<double>());
 }
 
 /// A tenth of the scenes and epochs: unseen goals are missed by less than a third of what they are missed by untrained.
