@@ -91,6 +91,13 @@ const std::map<std::string, std::string> smaller = {
     {"sphere rotation", "--set cells=8 --set end=2400 --set time=euler"},
     {"sphere wave", "--set cells=8 --set end=1200 --set step=300 --set time=euler"},
     {"helmholtz_hodge projected", "--set cells=16"},
+    {"steered cases", "--set cells=8"},
+    {"steered direct", "--set cells=8"},
+    {"steered each", "--set cells=8"},
+    {"steered guided", "--set cells=8"},
+    {"steered judged", "--set cells=8"},
+    {"steered learn", "--set cells=8"},
+    {"steered waiting", "--set cells=8"},
     {"stations eddies_there", "--set cells=8 --set end=1800 --set time=euler"},
     {"stations estimate", "--set cells=8 --set end=900 --set time=euler"},
     {"stations guess", "--set cells=8 --set end=1200 --set time=euler"},
@@ -131,7 +138,7 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"first_guess", "hold_network", "sphere", "stations", "year"};
+const std::set<std::string> at_night = {"first_guess", "hold_network", "sphere", "stations", "steered", "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
