@@ -187,5 +187,25 @@ TEST(Iterations, DoNotFitEverySolve) {
   EXPECT_EQ(refused("lap(psi)", "y = 0", " after -1 iterations", "dx = central(2)"), "E0567");
 }
 
+/// Whether the mean is left out is seen from the text: a value that makes an operator singular by itself is refused.
+TEST(Iterations, MayNotBeSingularByAValue) {
+  for (const auto& [value, is_fine] : {std::pair{"0", false}, {"2", true}, {"1e-3", true}}) {
+    const std::string text =
+        std::string("model m { field w; param a = ") + value +
+        "; solve lap(q) - a*q = -w for q after 3 iterations; dt(w) = q }\n"
+        "scene s : m { grid x = 0 .. 1, cells 6, periodic; initial w = sin(2*pi*x); time 0 .. 0.1, "
+        "step 0.1 }\n";
+    const SourceFile source("t.dpde", text);
+    DiagnosticSink sink;
+    driver::CompileOptions options;
+    options.selection.keeps_params = true;
+    EXPECT_EQ(driver::compile(source, options, sink).has_value(), is_fine) << value;
+    if (!is_fine) {
+      ASSERT_EQ(sink.all().size(), 1U);
+      EXPECT_EQ(sink.all()[0].kind->code, std::string("E0567"));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

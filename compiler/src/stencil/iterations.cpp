@@ -35,8 +35,8 @@ class ArbitraryInputs {
 };
 
 /// The matrix of the operator on a few cells, a column for each of them.
-std::vector<std::vector<double>> columns_of(const Module& module, const Program& operation,
-                                            const std::string& unknown) {
+std::vector<std::vector<double>> columns_of(const Module& module, const Program& operation, const std::string& unknown,
+                                            const Params& known) {
   Grid grid{static_cast<int>(operation.axes.size()), {1, 1, 1}};
   std::size_t cells = 1;
   for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
@@ -51,7 +51,10 @@ std::vector<std::vector<double>> columns_of(const Module& module, const Program&
   for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
     state.set_coordinate(static_cast<int>(axis), operation.axes[axis], arbitrary.number(), arbitrary.number());
   Params params;
-  for (const std::string& param : interface.params) params[param] = arbitrary.number();
+  for (const std::string& param : interface.params) {
+    const auto value = known.find(param);
+    params[param] = value == known.end() ? arbitrary.number() : value->second;
+  }
   std::vector<std::vector<double>> columns;
   for (std::size_t column = 0; column < cells; ++column) {
     std::vector<double> unit(cells, 0.0);
@@ -157,12 +160,12 @@ class Iterations {
 
 }  // namespace
 
-OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve) {
+OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known) {
   require(solve.is_linear && solve.unknowns.size() == 1, "a linear solve for one field");
   Module small{module};
   small.programs = {operator_of(solve, program)};
   place_fills(small);
-  const auto columns = columns_of(small, small.programs.front(), solve.unknowns.front());
+  const auto columns = columns_of(small, small.programs.front(), solve.unknowns.front(), known);
   double largest = 0, asymmetric = 0, of_constant = 0;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     double sum = 0;

@@ -44,7 +44,19 @@ void check_one(const Lowering& lowering, const model::Expr& e, DiagnosticSink& s
   const Program& program = lowering.add_program(module, "solved", {Lowering::stage(std::move(kernel), at_point)});
   const Solve* solve = find_solve(program, plain.name);
   require(solve != nullptr, "a solve of what is solved");
-  if (traits_of(module, program, *solve).is_symmetric) return;
+  const OperatorTraits traits = traits_of(module, program, *solve);
+  Params values;
+  for (const model::Parameter& param : lowering.problem().params) values[param.name] = param.value;
+  if (traits_of(module, program, *solve, values).takes_constants_to_zero != traits.takes_constants_to_zero) {
+    sink.report("solve-does-not-fit", e->origin.range,
+                {plain.name,
+                 "the values of parameters alone make its operator one that takes constants to 0, and "
+                 "iterations would leave the mean as it is"},
+                "write the operator without the term that is 0, whose constants are then known; without after any "
+                "operator is solved");
+    return;
+  }
+  if (traits.is_symmetric) return;
   sink.report("solve-does-not-fit", e->origin.range,
               {plain.name, "conjugate gradients need a symmetric operator, which this is not with its boundary"},
               "take sums of lap, div(k*grad(...)) and products, central differences, and values or slopes at walls; "
