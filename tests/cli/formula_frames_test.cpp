@@ -70,5 +70,21 @@ TEST_F(FormulaFrames, WhatLiesElsewhereIsSaid) {
   EXPECT_NE(half.out.find("of a vector the components"), std::string::npos) << half.out;
 }
 
+/// A derivative by Fourier series lies where its field does: it was taken for one on the faces, half a cell off, and
+/// interpolation between cells of what is made of waves ended in an internal error.
+TEST_F(FormulaFrames, OfWavesLieAtTheCentres) {
+  const std::string waves =
+      "model m { field c; dt(c) = 0*lap(c) }\nscheme f { dx = spectral; lap = spectral; time = rk4 }\n"
+      "scene s : m with f { grid x = 0 .. 2*pi, cells 16, periodic; initial c = sin(x); time 0 .. 0.1, step 0.1\n"
+      "  observe far = max(abs(interpolate(dx(c)) - cos(x))) }\n";
+  write("w.dpde", waves);
+  EXPECT_LT(dpde("run w.dpde s --json").json()["observables"]["far"].get<double>(), 1e-14);
+  for (const char* formula : {"dx(c)", "interpolate(dx(c))", "interpolate(c)"}) {
+    write("f.dpde", waves + "dataset d : s { frames of e on faces.x = " + formula + " every 0.1; file \"d.nc\" }\n");
+    const Outcome refused = dpde("run f.dpde d --out . --json");
+    EXPECT_EQ(refused.codes(), std::vector<std::string>{"E0331"}) << formula << refused.err;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -66,7 +66,7 @@ std::vector<Axis> axes_at(std::vector<Axis> axes, const Placement& placement) {
   return axes;
 }
 
-Placements::Placements(const Problem& problem) {
+Placements::Placements(const Problem& problem) : has_waves_(problem.scheme.derivative_order == spectral) {
   const auto add = [&](const std::string& name, const Placement& placement) {
     if (placement != Placement{}) staggered_.emplace(name, placement);
   };
@@ -153,7 +153,9 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     return inside ? inside : Mistake{e, natural(reduce->operand), wanted};
   }
   if (only(e) == wanted) return std::nullopt;  // as on grids without staggering
-  if (const Derivative* d = as<Derivative>(e); d && d->order == 1) {
+  if (const Interpolate* interpolate = as<Interpolate>(e); interpolate && has_waves_)
+    return misplaced(interpolate->operand, wanted);
+  if (const Derivative* d = as<Derivative>(e); d && d->order == 1 && !has_waves_) {
     const auto staggered = misplaced(d->operand, toggled(wanted, d->axis));
     return !staggered || !misplaced(d->operand, wanted) ? std::nullopt : staggered;
   }
@@ -202,7 +204,7 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
   }
   for_each_part_in_place(e, [&](const Expr& part) { add_candidates(part, found); });
   const Derivative* d = as<Derivative>(e);
-  if (!d || d->order != 1) return;
+  if (!d || d->order != 1 || has_waves_) return;
   const std::vector<Placement> same(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
   for (std::size_t i = before; i < found.size(); ++i) found[i] = toggled(found[i], d->axis);
   found.insert(found.end(), same.begin(), same.end());
@@ -235,6 +237,7 @@ bool Placements::holds_number_argument(const Expr& e) const {
 
 Placements Placements::inside(const Apply& apply, const Placement& wanted) const {
   Placements inner;
+  inner.has_waves_ = has_waves_;
   if (!is_staggered()) return inner;
   const Operator& function = apply.function;
   for (std::size_t i = 0; i < function.parameters.size(); ++i) {

@@ -105,6 +105,7 @@ class Placements {
     argument
   };  // data that are one number a state; arguments that are the same at all points
   std::map<std::string, Anywhere> anywhere_;
+  bool has_waves_ = false;  // derivatives by Fourier series lie where their operands do, and nothing lies elsewhere
 };
 
 }  // namespace dpde::model

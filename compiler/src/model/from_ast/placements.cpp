@@ -126,6 +126,9 @@ std::string places_wanted(const Draft& draft, const Placements::Mistake& mistake
 }
 
 std::string hint_of(const Draft& draft, const Placements::Mistake& mistake, const std::string& text) {
+  if (draft.problem.scheme.derivative_order == spectral)
+    return "with dx = spectral all values lie at the cell centres: keep it there, or take differences, as "
+           "dx = central(8)";
   const std::string on = places_wanted(draft, mistake);
   if (on.empty()) return fmt::format("write interpolate({})", text);
   return fmt::format("write interpolate({}), or declare vector {} on {} where all of it is wanted there", text,
