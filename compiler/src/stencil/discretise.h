@@ -78,6 +78,8 @@ struct PreparedSolve {
 
   /// The field that has what is found.
   const std::string& result() const { return iterations ? iterations->x.result : unknown; }
+  /// All that have a name of its own.
+  std::vector<std::string> fields_made() const;
 };
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a

@@ -17,9 +17,7 @@ std::vector<std::string> fields_made(const Preparation& preparation) {
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
       [](const NetworkCall& network_call) { return network_call.results; },
       [](const Transform& transform) { return std::vector<std::string>{transform.result}; },
-      [](const PreparedSolve& solve) {
-        return std::vector<std::string>{solve.unknown, solve.result()};
-      });
+      [](const PreparedSolve& solve) { return solve.fields_made(); });
 }
 
 }  // namespace

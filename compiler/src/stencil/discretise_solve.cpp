@@ -7,6 +7,14 @@
 
 namespace dpde::stencil {
 
+std::vector<std::string> PreparedSolve::fields_made() const {
+  std::vector<std::string> fields{unknown, image, at_rest, of_walls, total, between_walls};
+  if (!iterations) return fields;
+  IterationFields passes = *iterations;
+  for (const auto& [what, field] : passes.all()) fields.push_back(*field);
+  return fields;
+}
+
 IterationFields Discretiser::iteration_fields(const model::Solve& solve) {
   IterationFields fields;
   fields.count = *solve.iterations;
