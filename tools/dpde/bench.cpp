@@ -232,11 +232,12 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
 Json bench(Job& job, const BenchOptions& options) {
   Json result = Json::object();
   if (!job.load_source()) return result;
-  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  const std::optional<bool> learns = learns_from_trajectories(job);
+  std::optional<driver::CompileOptions> compile_options = learns ? job.compile_options() : std::nullopt;
   if (!compile_options) return result;
   compile_options->adjoint = true;
-  compile_options->takes_jumps = compile_options->trusts_signs = true;      // only its speed is asked for
-  compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
+  compile_options->takes_jumps = compile_options->trusts_signs = true;  // only its speed is asked for
+  compile_options->selection.keeps_params = *learns;                    // as its training does
   const std::shared_ptr<codegen::CodeCache> cache =
       std::exchange(compile_options->cache, nullptr);  // compile_s is measured
   std::optional<Preparing> preparing(std::in_place, job);

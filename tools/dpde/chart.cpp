@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "chart/budget.h"
@@ -12,9 +13,11 @@
 #include "chart_scene.h"
 #include "command.h"
 #include "interrupt.h"
+#include "model/from_ast.h"
 #include "order_report.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "syntax/parser.h"
 #include "train.h"
 #include "verbs.h"
 
@@ -75,6 +78,16 @@ std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& en
   return points;
 }
 
+/// Not a scene or a chart block, which may be called the same.
+bool names_task(const Job& job) {
+  DiagnosticSink unread;  // told when it is compiled
+  const ast::File file = ast::parse(job.source(), unread);
+  const auto is_among = [&](const std::vector<std::string>& names) {
+    return std::ranges::find(names, job.options().name) != names.end();
+  };
+  return is_among(model::task_names(file)) && !is_among(model::chart_names(file));
+}
+
 /// The training is made, or taken from the folder of --out where it is there already.
 Json chart_training(Job& job, const ChartOptions& options) {
   const ChartWishes& wishes = options.wishes;
@@ -99,7 +112,11 @@ Json Chart::operator()() {
     job_.sink().report("bad-option", {}, {"--resume needs the --out DIR of the chart"});
   if (job_.failed()) return result;
   if (!job_.load_source() || !prepare_out(job_)) return result;
-  if (!options_.name.empty() && learns_from_trajectories(job_)) return chart_training(job_, options_);
+  if (names_task(job_)) {
+    const std::optional<bool> learns = learns_from_trajectories(job_);
+    if (!learns) return result;
+    if (*learns) return chart_training(job_, options_);
+  }
   if (!open_chart_scene(job_, options_.wishes, scene_)) return result;
   const model::Problem& problem = scene_.session->problem();
   warn_of_jumps(job_, driver::jumps_in_fluxes(*scene_.session));

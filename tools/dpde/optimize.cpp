@@ -238,13 +238,14 @@ Json optimize(Job& job, const OptimizeOptions& options) {
     return json;
   }
   if (!job.load_source() || !prepare_out(job)) return json;
-  const bool learns = learns_from_trajectories(job);
-  if (!learns && options.epochs > 0) {
+  const std::optional<bool> learns = learns_from_trajectories(job);
+  if (!learns) return json;
+  if (!*learns && options.epochs > 0) {
     job.sink().report("bad-option", job.place(), {"--epochs is for tasks that learn from trajectories"},
                       "--iterations is for those that do not");
     return json;
   }
-  if (learns) return train(job, options);
+  if (*learns) return train(job, options);
   if (!open_task(job, options, run)) return json;
   model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
   if (options.iterations > 0) method.iterations = options.iterations;
@@ -275,15 +276,11 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["growth"] = outcome.growth;
   json["scales"] = report_scales(job, run, outcome.scales);
   json["unknowns"] = unknowns_json(job, run, result);
-  Json tests = Json::object();
+  json["test"] = Json::object();
   if (!interrupt_flag().load()) {
-    for (const auto& [name, value] : run.inverse->tests(result.x)) {
-      tests[name] = json_number(value);
-      job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
-    }
-    warn_of_run(job, run, result.x);
+    const std::string kept = fmt::format("dpde test {} {} --from {} runs them", options.file, job.name(), options.out);
+    json["test"] = run_own_tests(job, run, result.x, options.out.empty() ? "" : kept).values;
   }
-  json["test"] = std::move(tests);
   write_optimised(job, run, result);
   json["files"] = job.files();
   return json;

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
 
 #include "interrupt.h"
 #include "train.h"
@@ -32,9 +35,48 @@ void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValu
   training::add_cheaper_versions(run.scenes, costs, found, run.options, tests.beside);
 }
 
-}  // namespace
+/// Where no run of a test gives a number, as all of them blow up, there is nothing to judge. Of what lasts for a while,
+/// as a correlation does, that is a number.
+void fail_where_nothing_is_finite(Job& job, const training::TestScenes& scenes,
+                                  const std::vector<training::TrajectoryTest>& tests) {
+  if (job.failed()) return;
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const training::TrajectoryTest& test = tests[i];
+    const auto is_finite = [](double value) { return std::isfinite(value); };
+    const bool lasts = test.kind == model::Test::Kind::correlation;
+    if (lasts || test.runs.empty() || std::ranges::any_of(test.means(), is_finite)) continue;
+    job.sink().report("run-failed", scenes.tests[i].quantity.origin.range,
+                      {fmt::format("test {} is a finite number in none of the {} runs of {} with these values",
+                                   test.name, test.runs.size(), test.file)},
+                      "fewer steps of the test, a longer unroll of the training or a smaller step may help");
+  }
+}
 
-void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& json) {
+/// Weights are the network's in all scenes: what is learnt stands above the file of weights that a scene beside names.
+void tell_weights_not_used(Job& job, const training::TestScenes& scenes) {
+  const model::Problem& own = *scenes.own.compiled->problem;
+  std::set<std::string> told;
+  for (const model::Test& test : scenes.tests) {
+    for (const model::Test::Beside& beside : test.beside) {
+      const model::Problem& problem = *scenes.beside->scene(beside).compiled->problem;
+      for (const model::GivenWeights& given : problem.weights) {
+        const auto is_it = [&](const model::Unknown& unknown) { return unknown.name == given.network; };
+        const auto same = std::ranges::find(own.weights, given.network, &model::GivenWeights::network);
+        const bool is_same = same != own.weights.end() && same->from.file == given.from.file;
+        if (is_same || std::ranges::none_of(own.task->unknowns, is_it) ||
+            !told.insert(problem.scene + " " + given.network).second)
+          continue;
+        job.say(
+            fmt::format("warning: scene {} beside is tested with the weights of {} that task {} learns, not with "
+                        "those of {}, which another network can have\n",
+                        problem.scene, given.network, own.task->name, given.from.file));
+      }
+    }
+  }
+}
+
+/// False where that is interrupted, and nothing is reported.
+bool make_and_report(Job& job, const TestRun& run, const TestedValues& values, Json& json) {
   training::TestScenes& scenes = run.scenes;
   const training::UnknownValues& found = values.trials[values.best];
   TestResults tests{values.best};
@@ -54,11 +96,22 @@ void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& j
   if (!interrupt_flag().load())
     tests.costs =
         training::costs_of_tests(scenes, found, run.options, run.chart.value_or(training::CostTiming{}), job.sink());
-  if (interrupt_flag().load()) return;
+  if (interrupt_flag().load()) return false;
   tests.is_chart = run.chart.has_value();
   report_tests(job, tests, json);
   report_growths(job, growths, json);
   if (has_all) write_training_chart(job, scenes, tests, json);
+  fail_where_nothing_is_finite(job, scenes, tests.trials[tests.best]);
+  return true;
+}
+
+}  // namespace
+
+void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& json) {
+  if (run.scenes.tests.empty() && run.scenes.growths.empty()) return;
+  tell_weights_not_used(job, run.scenes);
+  if (interrupt_flag().load() || !make_and_report(job, run, values, json))
+    job.sink().report("run-failed", {}, {"stopped before all tests were run"}, run.if_stopped);
 }
 
 }  // namespace dpde::tools

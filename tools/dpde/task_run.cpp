@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -19,6 +20,7 @@
 #include "preparing.h"
 #include "scene_output.h"
 #include "stability/verdict.h"
+#include "support/evaluate.h"
 
 namespace dpde::tools {
 
@@ -186,6 +188,26 @@ void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
   back_flow.report(job.sink());
   const double end = session.time_of(done.steps_done);
   driver::report_missed_constraints(session, session.misses(end, session.rollout().final_states()), job.sink());
+}
+
+OwnTests run_own_tests(Job& job, TaskRun& run, const Eigen::VectorXd& x, const std::string& if_stopped) {
+  OwnTests tests;
+  bool is_finite = true;
+  const auto start = std::chrono::steady_clock::now();
+  for (const auto& [name, value] : run.inverse->tests(x)) {
+    tests.values[name] = json_number(value);
+    job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
+    is_finite = is_finite && std::isfinite(value);
+  }
+  tests.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (interrupt_flag().load() && !tests.values.empty()) {
+    job.sink().report("run-failed", {}, {"stopped before all tests were run"}, if_stopped);
+  } else if (!is_finite && !job.failed()) {
+    job.sink().report("run-failed", job.place(), {"a test is not a finite number with these values"});
+  } else {
+    warn_of_run(job, run, x);
+  }
+  return tests;
 }
 
 /// Of f32, whose squares end at 3e38.

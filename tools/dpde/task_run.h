@@ -48,6 +48,15 @@ void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint
 /// ends, constraints that are missed at the end.
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);
 
+/// The tests of a task that does not learn from trajectories: by name, and the seconds that they took.
+struct OwnTests {
+  Json values = Json::object();
+  double seconds = 0;
+};
+/// Told, with what warn_of_run has to say. One that is no finite number is an error, unless there is one already; so is
+/// Ctrl-C, where `if_stopped` says how they are run after all.
+OwnTests run_own_tests(Job& job, TaskRun& run, const Eigen::VectorXd& x, const std::string& if_stopped);
+
 /// What may help where the loss or its gradient is not finite where the task begins. The session's run is another one
 /// afterwards.
 std::string help_at_start(const TaskRun& run, bool has_loss);

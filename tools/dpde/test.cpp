@@ -12,6 +12,7 @@
 #include "codegen/network_table.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/weights_file.h"
+#include "files/data_set_cost.h"
 #include "files/files.h"
 #include "found_file.h"
 #include "interrupt.h"
@@ -93,6 +94,18 @@ std::optional<WeightsByNetwork> given_weights(Job& job, const TestOptions& optio
   return values;
 }
 
+/// Where nothing says what the weights are, they are those that a training would begin with.
+void tell_untrained(Job& job, const TestOptions& options, const model::Task& task, const WeightsByNetwork& given) {
+  for (const model::Unknown& unknown : task.unknowns) {
+    if (unknown.kind != model::Unknown::Kind::network || !options.from.empty() || given.contains(unknown.name))
+      continue;
+    job.say(
+        fmt::format("warning: network {} is not trained here: its weights are {}, as where task {} begins; "
+                    "--from DIR or --weights FILE take those of a training\n",
+                    unknown.name, unknown.from.file.empty() ? "random" : "those of " + unknown.from.file, task.name));
+  }
+}
+
 bool has_tests(Job& job, const model::Problem& problem, SourceRange where) {
   const model::Task& task = *problem.task;
   if (!task.tests.empty() || !task.growths.empty()) return true;
@@ -122,10 +135,18 @@ TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& 
   const model::Task& task = *problem.task;
   const auto datum = std::ranges::find_if(task.data, &model::Datum::trajectories);
   const model::Test& test = task.tests.empty() ? task.growths.front() : task.tests.front();
-  DiagnosticSink silent;
+  const std::string learnt = files::find_data_file(datum->file, job.source().path()).string();
+  std::error_code error;
+  const bool is_there = std::filesystem::exists(learnt, error);
+  if (is_there)
+    files::stored_cost(learnt, 0, datum->origin.range, job.sink());  // damage is told, whatever its data are
+  if (job.failed()) return {};
+  DiagnosticSink told;  // a file that is gone, or of another grid than --set asks for, is not needed
   std::optional<files::Trajectories> on =
-      files::load_trajectories(problem, datum->file, job.source(), datum->origin.range, silent);
+      files::load_trajectories(problem, datum->file, job.source(), datum->origin.range, told);
   const bool knows_training = on.has_value();
+  if (is_there && !on && told.has_errors())
+    job.say(fmt::format("warning: what was learnt from is left out: {}\n", told.all().front().message));
   const SourceRange where = on ? datum->origin.range : test.on_origin.range;
   if (!on) {
     on = files::load_trajectories(problem, test.on, job.source(), where, job.sink());
@@ -196,6 +217,7 @@ bool take_values(Job& job, const TestOptions& options, const training::TrainingS
   }
   const std::optional<WeightsByNetwork> weights = given_weights(job, options, problem);
   if (!weights) return false;
+  tell_untrained(job, options, *problem.task, *weights);
   for (training::UnknownValues& trial : tested.trials) {
     for (const auto& [name, values] : *weights) trial[name] = values;
     for (const training::UnknownPart& part : begin.parts) {
@@ -248,7 +270,6 @@ Json test_on_trajectories(Job& job, const TestOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   run_tests(job, {*tests, batch, options.only_named, {}, knows_training}, values, json);
   json["wall_s"] = seconds_of_tests_since(start);
-  if (interrupt_flag().load()) job.sink().report("run-failed", {}, {"stopped before all tests were run"});
   return json;
 }
 
@@ -263,6 +284,7 @@ std::optional<Eigen::VectorXd> values_to_test(Job& job, const TestOptions& optio
       options.from.empty() ? run.inverse->start() : load_found(job, run, options.from);
   const std::optional<WeightsByNetwork> weights = found ? given_weights(job, options, problem) : std::nullopt;
   if (!weights) return std::nullopt;
+  tell_untrained(job, options, *problem.task, *weights);
   Eigen::VectorXd x = *found;
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_network() && weights->contains(part.name))
@@ -282,29 +304,18 @@ Json test_run(Job& job, const TestOptions& options) {
   training::UnknownValues values;
   for (const driver::Inverse::Part& part : run.inverse->parts()) values[part.name] = part_of(*x, part);
   json["unknowns"] = tested_unknowns_json(job, run.task().unknowns, values);
-  json["test"] = Json::object();
   json["compile_s"] = run.compiled->seconds;
-  const auto start = std::chrono::steady_clock::now();
-  bool is_finite = true;
-  for (const auto& [name, value] : run.inverse->tests(*x)) {
-    json["test"][name] = json_number(value);
-    job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
-    is_finite = is_finite && std::isfinite(value);
-  }
-  json["wall_s"] = seconds_of_tests_since(start);
-  if (interrupt_flag().load()) {
-    job.sink().report("run-failed", {}, {"stopped before all tests were run"});
-  } else if (!is_finite) {
-    job.sink().report("run-failed", job.place(), {"a test is not a finite number with these values"});
-  } else {
-    warn_of_run(job, run, *x);
-  }
+  OwnTests tests = run_own_tests(job, run, *x, "");
+  json["test"] = std::move(tests.values);
+  json["wall_s"] = tests.seconds;
   return json;
 }
 
 Json run_test_verb(Job& job, const TestOptions& options) {
   if (!job.load_source() || !prepare_out(job)) return Json::object();
-  Json json = learns_from_trajectories(job) ? test_on_trajectories(job, options) : test_run(job, options);
+  const std::optional<bool> learns = learns_from_trajectories(job);
+  if (!learns) return Json::object();
+  Json json = *learns ? test_on_trajectories(job, options) : test_run(job, options);
   json["files"] = job.files();
   return json;
 }

@@ -297,6 +297,13 @@ bool can_be_drawn(Job& job, const training::TrainingScene& scene) {
   return false;
 }
 
+/// Where Ctrl-C stops the tests of a training that is done.
+std::string how_to_test(const Job& job, const OptimizeOptions& options) {
+  if (options.out.empty()) return "with --out what was found is kept, and dpde test with --from runs its tests";
+  if (options.chart) return "the same command goes on with the training that is done";
+  return fmt::format("dpde test {} {} --from {} runs them", options.file, job.name(), options.out);
+}
+
 /// All of the task; of a chart those that can be drawn.
 std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::TrainingScene& scene, bool is_chart) {
   const model::Task& task = scene.task();
@@ -314,14 +321,16 @@ bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run) {
   return session && stability::check_step(*session, options.force, job.sink());
 }
 
-bool learns_from_trajectories(Job& job) {
+std::optional<bool> learns_from_trajectories(Job& job) {
   std::optional<driver::CompileOptions> options = job.compile_options();
-  if (!options) return false;
+  if (!options) return std::nullopt;
   options->backend.reset();
-  DiagnosticSink silent;
+  DiagnosticSink told;  // what is no error is told when the source is compiled for use
   const Preparing preparing(job);
-  const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, silent);
-  return compiled && compiled->problem && compiled->problem->task && compiled->problem->task->training;
+  const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, told);
+  for (std::size_t k = 0; !compiled && k < told.all().size(); ++k) job.sink().add(told.all()[k]);
+  if (!compiled) return std::nullopt;
+  return compiled->problem && compiled->problem->task && compiled->problem->task->training;
 }
 
 Json train(Job& job, const OptimizeOptions& options) {
@@ -348,7 +357,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   batch.seed = options.seed;
   const std::unique_ptr<training::TestScenes> scenes = open_tests(job, *scene, options.chart.has_value());
   if (!scenes) return json;
-  const TestRun tests{*scenes, batch, options.only_named, options.chart};
+  const TestRun tests{*scenes, batch, options.only_named, options.chart, true, how_to_test(job, options)};
   if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
     return find_controls(job, options, run, *scene, batch);
@@ -365,7 +374,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
   json["test"] = Json::object();
-  if (!interrupt_flag().load()) run_tests(job, tests, tested_values(*trials, *scene), json);
+  const auto is_stopped = [](const training::Trial& trial) { return trial.end == training::TrainingEnd::stopped; };
+  if (std::ranges::none_of(trials->all(), is_stopped)) run_tests(job, tests, tested_values(*trials, *scene), json);
   json["files"] = job.files();
   return json;
 }

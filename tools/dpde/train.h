@@ -20,8 +20,8 @@ struct OptimizeOptions : TaskOptions {
   std::optional<training::CostTiming> chart = {};  // beside all plain methods, timed so, as a chart
 };
 
-/// The job's source is loaded. False too when the source is wrong: whoever compiles it says so.
-bool learns_from_trajectories(Job& job);
+/// The job's source is loaded. nullopt after the errors of a source that is wrong.
+std::optional<bool> learns_from_trajectories(Job& job);
 
 /// As the scene begins; networks change no step that is refused. False after a diagnostic.
 bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run);
@@ -64,8 +64,10 @@ struct TestRun {
   bool only_named = false;                    // see OptimizeOptions
   std::optional<training::CostTiming> chart;  // see there
   bool knows_training = true;                 // scenes.own is of the data that were learnt from
+  std::string if_stopped = {};                // how these tests are run after all
 };
-/// Runs all tests and reports them, unless that is interrupted.
+/// Runs all tests and reports them, unless that is interrupted, which is an error. So is a test that has a finite
+/// number in none of its runs.
 void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& json);
 
 /// Losses as tables and a curve, what the best trial has learnt as files.

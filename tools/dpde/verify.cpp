@@ -245,12 +245,13 @@ void report_tolerance(Job& job, const std::optional<analysis::ToleranceEffect>& 
 
 Json verify_one(Job& job) {
   Json result = Json::object();
-  std::optional<driver::CompileOptions> options = job.compile_options();
+  const std::optional<bool> learns = learns_from_trajectories(job);
+  std::optional<driver::CompileOptions> options = learns ? job.compile_options() : std::nullopt;
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
-  options->takes_jumps = true;                                      // the certificate tells
-  options->selection.keeps_params = learns_from_trajectories(job);  // each run of the data may have its own
+  options->takes_jumps = true;                // the certificate tells
+  options->selection.keeps_params = *learns;  // each run of the data may have its own
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
   analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag(),

@@ -73,12 +73,35 @@ bool is_same_scene(const driver::Compiled& compiled, const files::Trajectories& 
   return other && text_without_values(*other, trajectories) == own;
 }
 
+/// A setting that the runs of the file do not take, which have values of their own. Of scenes beside it is told once,
+/// of the task's own.
+void tell_settings_not_taken(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
+                             DiagnosticSink& sink) {
+  const model::Selection& selection = scene.compiled->options.selection;
+  if (!selection.beside.empty()) return;
+  for (std::size_t p = 0; p < trajectories.params.size(); ++p) {
+    const std::string& name = trajectories.params[p];
+    const auto set = selection.overrides.find(name);
+    if (set == selection.overrides.end()) continue;
+    double low = trajectories.runs.front().params[p], high = low;
+    for (const files::Trajectories::Run& run : trajectories.runs) {
+      low = std::min(low, run.params[p]);
+      high = std::max(high, run.params[p]);
+    }
+    sink.report("data-of-other-parameter", where,
+                {trajectories.path, name, fmt::format("{:.6g} to {:.6g}, one a run", low, high),
+                 scene.compiled->problem->scene, set->second},
+                fmt::format("its runs are made with their own: leave --set {} out, or make the data with it", name));
+  }
+}
+
 }  // namespace
 
 /// A parameter may stand where the compiler needs its number: in a seed, an extent, another parameter. Another value
 /// then makes another scene.
 bool runs_are_of_this_scene(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
                             DiagnosticSink& sink) {
+  tell_settings_not_taken(scene, trajectories, where, sink);
   const driver::Compiled& compiled = *scene.compiled;
   const std::string own = text_without_values(*compiled.problem, trajectories);
   for (std::size_t p = 0; p < trajectories.params.size(); ++p) {

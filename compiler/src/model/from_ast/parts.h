@@ -65,6 +65,8 @@ void check_seams(Draft& draft);
 void check_wall_derivatives(Draft& draft);
 
 // training.cpp: tasks that learn from trajectories
+/// Of a task that is bound.
+void check_written_files(Draft& draft);
 bool learns_from_trajectories(const Draft& draft);
 bool is_training_option(const std::string& name);
 /// One datum a component; nullopt where the item is something else, none after a diagnostic.

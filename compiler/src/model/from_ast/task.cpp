@@ -425,6 +425,7 @@ void bind_task(Draft& draft) {
   if (!lines.empty()) draft.problem.task->optimiser = optimiser_of(draft, lines[0].kind);
   if (draft.problem.task->optimiser) draft.problem.task->optimiser->origin = {lines[0].range};
   bind_training(draft);
+  check_written_files(draft);
 }
 
 }  // namespace dpde::model

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of optimize --out are called after what they are of: two things that would write the same one are refused
+// before a long training ends with one of them.
+#include <fmt/format.h>
+
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+class WrittenFiles {
+ public:
+  explicit WrittenFiles(Draft& draft) : draft_(draft) {}
+
+  /// What the task writes whatever its names are.
+  void own(const std::string& file) { first_.emplace(file, SourceRange{}); }
+  void add(const std::string& file, SourceRange range, const std::string& name) {
+    const auto [first, is_new] = first_.emplace(file, range);
+    if (is_new || first->second == range) return;
+    Diagnostic& told = draft_.sink.report("duplicate", range, {"the file " + file + " of optimize --out"},
+                                          fmt::format("choose another name than {}", name));
+    if (first->second.is_known()) told.notes.push_back({first->second, "this writes it too"});
+  }
+
+ private:
+  Draft& draft_;
+  std::map<std::string, SourceRange> first_;
+};
+
+/// Those beside them first: a test that is called like one of these is told, not the test that it belongs to.
+void add_tests(const std::vector<Test>& tests, WrittenFiles& files) {
+  for (const Test& test : tests) {
+    if (test.beside.empty()) continue;
+    for (const char* suffix : {"_beside.csv", "_chart.csv"}) files.own(test.quantity.name + suffix);
+  }
+  for (const Test& test : tests) files.add(test.quantity.name + ".csv", test.quantity.origin.range, test.quantity.name);
+}
+
+}  // namespace
+
+void check_written_files(Draft& draft) {
+  const Task& task = *draft.problem.task;
+  WrittenFiles files(draft);
+  for (const char* file : {"loss.csv", "loss.svg"}) files.own(file);
+  if (task.training) files.own("epochs.csv");
+  for (const Unknown& unknown : task.unknowns) {
+    const bool is_initial = unknown.kind == Unknown::Kind::initial;
+    if (unknown.is_field())
+      files.add(unknown.name + (is_initial ? "_initial.npy" : ".npy"), unknown.origin.range, unknown.name);
+  }
+  if (task.training) return add_tests(task.tests, files);
+  files.add(task.name + ".svg", draft.task->name.range, task.name);
+}
+
+}  // namespace dpde::model
