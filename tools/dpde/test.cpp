@@ -99,10 +99,12 @@ void tell_untrained(Job& job, const TestOptions& options, const model::Task& tas
   for (const model::Unknown& unknown : task.unknowns) {
     if (unknown.kind != model::Unknown::Kind::network || !options.from.empty() || given.contains(unknown.name))
       continue;
-    job.say(
-        fmt::format("warning: network {} is not trained here: its weights are {}, as where task {} begins; "
-                    "--from DIR or --weights FILE take those of a training\n",
-                    unknown.name, unknown.from.file.empty() ? "random" : "those of " + unknown.from.file, task.name));
+    const std::string& file = unknown.from.file;
+    job.say(file.empty()
+                ? fmt::format("warning: network {} is not trained: its weights are random, as where task {} "
+                              "begins; --from DIR or --weights FILE take those of a training\n",
+                              unknown.name, task.name)
+                : fmt::format("weights of {} from {}, as where task {} begins\n", unknown.name, file, task.name));
   }
 }
 
