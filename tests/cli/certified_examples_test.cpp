@@ -50,6 +50,22 @@ const std::map<std::string, std::string> smaller = {
     {"free_rolls first_growth", "--set cells=16 --set end=0.01"},
     {"gray_scott spots", "--set cells=64 --set end=100"},
     {"free_rolls free_rolls", "--set cells=16 --set end=0.01"},
+    {"hybrid fine", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid plain", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid plain_third", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid doubled", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid doubled_third", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid hybrid", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid hybrid_third", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid hybrid_small", "--set cells.x=8 --set cells.y=16 --set end=2"},
+    {"hybrid sol4", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid sol4_third", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid non", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid small_2", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid small_4", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid small_8", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid small_16", "--set cells.x=8 --set cells.y=16"},
+    {"hybrid small_32", "--set cells.x=8 --set cells.y=16"},
     {"ground seasons", "--set cells=8 --set end=28800"},
     {"heat block", "--set cells=24"},
     {"hold by_hand", "--set cells=8 --set end=0.1 --set time=euler"},
@@ -138,7 +154,8 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"first_guess", "hold_network", "sphere", "stations", "steered", "year"};
+const std::set<std::string> at_night = {"first_guess", "hybrid",  "hold_network", "sphere",
+                                        "stations",    "steered", "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:

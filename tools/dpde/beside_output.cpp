@@ -101,7 +101,7 @@ class Comparison : private BesideFigures {
     const std::string staying = is_time_ ? staying_text(each) : "";
     job_.say(fmt::format("  {}: {} on {}{}, {}{}{}\n", each.scene, text_of(mean_and_spread(figures_of(each))),
                          each.file, staying, time, rest, maker));
-    if (!test_.is_chart) say_solves(job_, each);
+    if (!test_.is_chart && each.is_named) say_solves(job_, each);
   }
 
   /// Over the trials, as all ratios are.

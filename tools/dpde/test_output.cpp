@@ -316,10 +316,12 @@ const char* key_of(Kind kind) {
 void say_solves(Job& job, const TrajectoryTest& test) {
   for (const driver::SolveReport& solve : test.solves) {
     const auto solves = static_cast<double>(solve.note.solves);
-    job.say(fmt::format("    {}, solve for {}: {}, {:.1f} iterations and {} a solve{}\n", test.scene, solve.field,
-                        solve.note.method, static_cast<double>(solve.note.iterations) / solves,
-                        human_seconds(solve.note.seconds / solves),
-                        solve.guess.empty() ? "" : ", beginning with " + solve.guess));
+    const bool by_steps = solve.note.iterations > 0;
+    const std::string iterations =
+        by_steps ? fmt::format("{:.1f} iterations and ", static_cast<double>(solve.note.iterations) / solves) : "";
+    job.say(fmt::format("    {}, solve for {}: {}, {}{} a solve{}\n", test.scene, solve.field, solve.note.method,
+                        iterations, human_seconds(solve.note.seconds / solves),
+                        by_steps && !solve.guess.empty() ? ", beginning with " + solve.guess : ""));
   }
 }
 

@@ -24,6 +24,13 @@ using Shape = std::vector<std::int64_t>;
 
 std::string text_of_shape(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
 
+/// Steps from frame to frame; 0 where that is no whole number of them.
+int steps_between(const std::vector<double>& times, double step) {
+  const double spacing = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  const double steps = std::round(spacing / step);
+  return steps >= 1 && std::abs(spacing - steps * step) <= 1e-6 * step ? static_cast<int>(steps) : 0;
+}
+
 /// Reads one file; every fault is an Error, which the caller reports.
 class Reader {
  public:
@@ -160,7 +167,8 @@ class Reader {
     }
     for (std::size_t r = 0; r < to_.runs.size(); ++r) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(has_runs ? r * to_.cells : 0);
-      to_.runs[r].frames[variable.name].assign(begin, begin + static_cast<std::ptrdiff_t>(to_.cells));
+      to_.runs[r].frames[variable.name] =
+          std::make_shared<const std::vector<double>>(begin, begin + static_cast<std::ptrdiff_t>(to_.cells));
     }
   }
 
@@ -185,7 +193,8 @@ class Reader {
     }
     for (std::size_t r = 0; r < runs; ++r) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(r * size);
-      to_.runs[r].frames[variable.name].assign(begin, begin + static_cast<std::ptrdiff_t>(size));
+      to_.runs[r].frames[variable.name] =
+          std::make_shared<const std::vector<double>>(begin, begin + static_cast<std::ptrdiff_t>(size));
     }
   }
 
@@ -198,17 +207,15 @@ class Reader {
     if (to_.times.size() < 2) fail(fmt::format("it has {} frames; a window needs at least two", to_.times.size()));
     if (to_.runs.empty()) fail("it has no run");
     const double spacing = (to_.times.back() - to_.times.front()) / static_cast<double>(to_.times.size() - 1);
-    const double steps = std::round(spacing / problem_.step);
-    if (!(steps >= 1) || std::abs(spacing - steps * problem_.step) > 1e-6 * problem_.step) {
+    to_.every = steps_between(to_.times, problem_.step);
+    if (to_.every == 0)
       fail(fmt::format("its frames are {:.6g} apart, no whole number of steps of {:.6g}", spacing, problem_.step));
-    }
     for (std::size_t k = 0; k < to_.times.size(); ++k) {
       const double expected = to_.times.front() + static_cast<double>(k) * spacing;
       if (std::abs(to_.times[k] - expected) <= 1e-6 * spacing) continue;
       fail(fmt::format("its frames are not at equal intervals: frame {} is at t = {:.6g}, not at {:.6g}", k,
                        to_.times[k], expected));
     }
-    to_.every = static_cast<int>(steps);
   }
 
   /// Those that are sought are not the data's to say.
@@ -238,7 +245,7 @@ class Reader {
 }  // namespace
 
 std::span<const double> Trajectories::frames(int run, const std::string& variable, int first, int count) const {
-  const std::vector<double>& all = runs[static_cast<std::size_t>(run)].frames.at(variable);
+  const std::vector<double>& all = *runs[static_cast<std::size_t>(run)].frames.at(variable);
   if (is_goal(variable)) return all;
   return std::span(all).subspan(static_cast<std::size_t>(first) * cells, static_cast<std::size_t>(count) * cells);
 }
@@ -246,16 +253,25 @@ std::span<const double> Trajectories::frames(int run, const std::string& variabl
 double Trajectories::deviation(const std::string& variable) const {
   double sum = 0, squares = 0, count = 0;
   for (const Run& run : runs) {
-    for (const double value : run.frames.at(variable)) {
+    for (const double value : *run.frames.at(variable)) {
       sum += value;
       ++count;
     }
   }
   const double mean = sum / count;
   for (const Run& run : runs) {
-    for (const double value : run.frames.at(variable)) squares += (value - mean) * (value - mean);
+    for (const double value : *run.frames.at(variable)) squares += (value - mean) * (value - mean);
   }
   return std::sqrt(squares / count);
+}
+
+std::optional<Trajectories> Trajectories::in_steps_of(double step) const {
+  Trajectories same = *this;
+  if (times.size() < 2) return same;
+  same.every = steps_between(times, step);
+  if (same.every == 0) return std::nullopt;
+  same.looks = has_frames_of_data ? same.every : 1;
+  return same;
 }
 
 std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,

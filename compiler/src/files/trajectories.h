@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -34,8 +35,9 @@ struct Trajectories {
   std::vector<std::string> params;  // of the scene, with a value for each run
   std::set<std::string> counted;    // of these: numbers of runs, as of random fields, that have no range
   struct Run {
-    std::map<std::string, std::vector<double>> frames;  // by variable: one after the other; of a goal one for all
-    std::vector<double> params;                         // in the order of Trajectories::params
+    /// By variable: one after the other; of a goal one for all. Copies of trajectories share them.
+    std::map<std::string, std::shared_ptr<const std::vector<double>>> frames;
+    std::vector<double> params;  // in the order of Trajectories::params
   };
   std::vector<Run> runs;
   /// The data's own error, root of the mean square, as the file tells it of its variables; or why there is none.
@@ -55,6 +57,8 @@ struct Trajectories {
   std::span<const double> frames(int run, const std::string& variable, int first, int count = 1) const;
   /// The standard deviation of a variable over all runs, frames and cells.
   double deviation(const std::string& variable) const;
+  /// The same for steps of this length; nullopt where frames are no whole number of them apart.
+  std::optional<Trajectories> in_steps_of(double step) const;
 };
 
 /// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file,

@@ -103,14 +103,25 @@ std::shared_ptr<const driver::Compiled> BesideScenes::compiled(const model::Test
   return there;
 }
 
+std::optional<files::Trajectories> BesideScenes::loaded(const model::Test::Beside& beside, const model::Problem& scene,
+                                                        const SourceFile& source, DiagnosticSink& sink) {
+  const auto there = loaded_.find({beside.scene, beside.on});
+  if (there != loaded_.end()) {
+    if (std::optional<files::Trajectories> same = there->second.in_steps_of(scene.step)) return same;
+  }
+  std::optional<files::Trajectories> on =
+      load_beside(*own_.compiled, scene, beside.on, source, beside.origin.range, sink);
+  if (on) loaded_.insert_or_assign({beside.scene, beside.on}, *on);
+  return on;
+}
+
 bool BesideScenes::add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source,
                        DiagnosticSink& sink) {
   std::unique_ptr<TrainingScene>& there = scenes_[{title_of(beside), beside.on}];
   if (!there) {
     std::shared_ptr<const driver::Compiled> scene = compiled(beside, source, sink);
     if (!scene) return false;
-    std::optional<files::Trajectories> on =
-        load_beside(*own_.compiled, *scene->problem, beside.on, source, beside.origin.range, sink);
+    std::optional<files::Trajectories> on = loaded(beside, *scene->problem, source, sink);
     if (!on) return false;
     there = TrainingScene::open_on(source, std::move(scene), std::move(*on), beside.origin.range, sink);
     if (!there) return false;

@@ -33,8 +33,12 @@ class BesideScenes {
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
   std::shared_ptr<const driver::Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source,
                                                    DiagnosticSink& sink);
+  /// Methods of one scene share the frames of its file.
+  std::optional<files::Trajectories> loaded(const model::Test::Beside& beside, const model::Problem& scene,
+                                            const SourceFile& source, DiagnosticSink& sink);
 
   const TrainingScene& own_;
+  std::map<std::pair<std::string, std::string>, files::Trajectories> loaded_;  // by scene and file
   std::map<std::string, std::shared_ptr<const driver::Compiled>> compiled_;
   std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by title and file
 };

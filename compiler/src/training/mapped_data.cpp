@@ -192,7 +192,8 @@ class MappedData {
         if (!add_frame(session_->shown(from.times[static_cast<std::size_t>(k)], {}), made))
           return fail(to, fmt::format("what the map makes of run {}, frame {} is not finite", r, k));
       }
-      for (auto& [state, values] : made) to.runs[r].frames[state] = std::move(values);
+      for (auto& [state, values] : made)
+        to.runs[r].frames[state] = std::make_shared<const std::vector<double>>(std::move(values));
     }
     return true;
   }
