@@ -343,7 +343,6 @@ TEST_F(Training, WhatADataSetCannotSay) {
   refused("vary mu in 1 .. 2", "mu");
   refused("vary nu in 1 .. 2; vary nu in 1 .. 2", "vary nu is given twice");
   refused("frames every 0.01", "is no whole number of steps");
-  refused("frames every 1 from 1/2", "fewer than two");
   refused("coarsen 3", "does not divide the 32 cells along x");
   refused("file \"d.npy\"", "is the name of a .nc file");
   refused("runs 2; vary nu in -20 .. -19", "run 0 of dataset d: u is no longer finite");
