@@ -157,6 +157,7 @@ Comparison compare(const Scene& scene, double most_cells, double tolerance, cons
 }
 
 TEST(Tune, ChoosesWhatASweepOfEverythingChoosesWithFewRuns) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: seven seconds";
   for (const char* name : {"ring", "rod"}) {
     const Scene scene(name);
     const std::vector<Point> all = swept(scene, 2, {});

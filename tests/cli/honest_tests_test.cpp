@@ -81,7 +81,7 @@ TEST_F(HonestTests, NoFileIsWrittenOverAnother) {
 /// Settings that no run takes, weights that nobody has trained, files of weights that are not used.
 TEST_F(HonestTests, WhatIsNotTakenIsTold) {
   make_data(honest_test("err"));
-  ASSERT_EQ(dpde("optimize t.dpde learn --out o").status, 0);
+  ASSERT_EQ(dpde("optimize t.dpde learn --out o --beside-named-only").status, 0);
   for (const char* verb : {"test", "optimize"}) {
     const std::string call = std::string(verb) + " t.dpde learn";
     const Outcome ignored = dpde(call + " --json --set phase=1");
@@ -91,7 +91,9 @@ TEST_F(HonestTests, WhatIsNotTakenIsTold) {
     EXPECT_EQ(codes_of(call + " --set nu=0.05"), Codes{}) << "which is the task's to find";
   }
   const std::string untrained = "network first is not trained";
-  const auto says = [&](const std::string& arguments) { return dpde("test t.dpde learn" + arguments).out; };
+  const auto says = [&](const std::string& arguments) {
+    return dpde("test t.dpde learn --beside-named-only" + arguments).out;
+  };
   EXPECT_NE(says("").find(untrained), std::string::npos);
   EXPECT_EQ(says(" --from o").find(untrained), std::string::npos);
   EXPECT_EQ(says(" --weights o/first.safetensors").find(untrained), std::string::npos);
@@ -103,7 +105,7 @@ TEST_F(HonestTests, WhatIsNotTakenIsTold) {
 
 TEST_F(HonestTests, DamageOfWhatDataHaveCostIsToldByEveryVerb) {
   make_data(honest_test("err"));
-  ASSERT_EQ(dpde("optimize t.dpde learn --out o").status, 0);
+  ASSERT_EQ(dpde("optimize t.dpde learn --out o --beside-named-only").status, 0);
   const std::string cost = content(path("train.nc.cost"));
   for (const char* file : {"train.nc.cost", "unseen.nc.cost"}) {
     const std::string good = content(path(file));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -103,6 +104,7 @@ TEST_F(PeakMemory, OfRunsThatWatchSwitchesIsPredicted) {
 
 /// Curves and maps hold no more than pictures show; on one axis the places are as many numbers as the states.
 TEST_F(PeakMemory, OfOutputsIsPredicted) {
+  if (!is_thorough()) GTEST_SKIP() << "at night: eleven seconds";
   write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
   expect_of_outputs(1536);
   write("heat.dpde",

@@ -63,12 +63,12 @@ class TestVerb : public Command {
   void expect_values_one_by_one(const Json& trained) const {
     const std::string both = " --weights o/first.safetensors --weights second=o/second.safetensors";
     const std::string nu = " --set nu=" + trained["unknowns"]["nu"]["value"].dump();
-    const Json tested = dpde("test t.dpde learn --json" + both + nu).json();
+    const Json tested = dpde("test t.dpde learn --json --beside-named-only" + both + nu).json();
     EXPECT_EQ(tested["test"]["err"]["runs"], trained["test"]["err"]["runs"]);
-    const Json begun = dpde("test t.dpde learn --json").json();
+    const Json begun = dpde("test t.dpde learn --json --beside-named-only").json();
     EXPECT_EQ(begun["test"]["err"]["runs"], begun["test"]["err"]["start"]["runs"]);
     EXPECT_EQ(begun["unknowns"]["nu"]["value"], 0.04);
-    const Json set = dpde("test t.dpde learn --from o --set nu=0.04 --json").json();
+    const Json set = dpde("test t.dpde learn --from o --set nu=0.04 --json --beside-named-only").json();
     EXPECT_EQ(set["unknowns"]["nu"]["value"], 0.04) << "settings stand above what was found";
     EXPECT_NE(set["test"]["err"]["mean"], trained["test"]["err"]["mean"]);
   }
@@ -130,7 +130,7 @@ TEST_F(TestVerb, RunsTasksWithoutTrajectories) {
 
 TEST_F(TestVerb, RefusesWhatItCannotTest) {
   make_data();
-  ASSERT_EQ(dpde("optimize t.dpde learn --out o --epochs 1").status, 0);
+  ASSERT_EQ(dpde("optimize t.dpde learn --out o --epochs 1 --beside-named-only").status, 0);
   write("junk.safetensors", "junk");
   fs::create_directories(path("damaged"));
   std::string half = content(path("o/learn.training"));
@@ -156,7 +156,7 @@ TEST_F(TestVerb, RefusesWhatItCannotTest) {
       {"t.dpde learn --weights o/first.safetensors --weights first=o/first.safetensors", "E0904", "two files"},
   };
   for (const auto& [arguments, code, said] : cases) {
-    const Outcome refused = dpde(std::string("test ") + arguments + " --json");
+    const Outcome refused = dpde(std::string("test ") + arguments + " --json --beside-named-only");
     EXPECT_EQ(refused.status, 2) << arguments << refused.err;
     EXPECT_EQ(refused.codes(), std::vector<std::string>{code}) << arguments << refused.err;
     EXPECT_NE(refused.err.find(said), std::string::npos) << arguments << refused.err;

@@ -273,7 +273,8 @@ TEST_F(TrainingChart, ComparesWhatIsPaired) {
   const Outcome words = dpde("optimize pairs.dpde learn --beside-named-only --out o");
   EXPECT_NE(words.out.find("; the runs of others_32.nc are others: no ratio"), std::string::npos) << words.out;
   EXPECT_NE(words.out.find("  bias has negative values and is no error to compare by"), std::string::npos) << words.out;
-  const Json all = dpde("test pairs.dpde learn --from o --json").json()["test"], beside = all["err"]["beside"];
+  const Json all = dpde("test pairs.dpde learn --from o --json --beside-named-only").json()["test"],
+             beside = all["err"]["beside"];
   EXPECT_EQ(beside["middle_again"]["paired"], false);
   EXPECT_TRUE(beside["middle_again"]["ratio"].is_null());
   EXPECT_EQ(beside["middle"]["paired"], true);

@@ -158,6 +158,7 @@ TEST(UpwindSchemes, LimitersKnowNoRange) {
 
 /// Weno's weights do not either, of values from 1e-27 to 1e30 in both precisions: it limits jumps and keeps its order.
 TEST(UpwindSchemes, WenoKnowsNoRange) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night: seven seconds";
   const auto scene = [](const std::string& profile, const std::string& advect, const std::string& real, double height) {
     std::string text = scene_on_ring(fmt::format("{}*({})", height, profile), advect, 50, 0.4, 0.3);
     text.insert(text.find("time = "), "real = " + real + "; ");
