@@ -10,6 +10,8 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "support/json.h"
 
@@ -49,6 +51,16 @@ struct Outcome {
 };
 
 /// A folder of its own for each test.
+/// `text` with each of these written otherwise wherever it stands, as an example that is made smaller; all are there.
+inline std::string rewritten(std::string text, const std::vector<std::pair<std::string, std::string>>& changes) {
+  for (const auto& [from, to] : changes) {
+    EXPECT_NE(text.find(from), std::string::npos) << from;
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
 class Command : public ::testing::Test {
  protected:
   void SetUp() override {

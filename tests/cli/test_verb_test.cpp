@@ -5,25 +5,15 @@
 #include <string_view>
 
 #include "command_support.h"
+#include "learning_scenes.h"
 
 namespace dpde::testing {
 namespace {
 
-const std::string tested_scenes = R"(
+const std::string tested_scenes = scenes_without_network + R"(
 network first(u) { real f64; initial he, seed 1; conv 2, 3; tanh; conv out, 1, gain = 0.01 }
 network second(u) { real f64; initial he, seed 2; conv 2, 3; tanh; conv out, 1, gain = 0.01 }
-model burgers { field u; param nu; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
-scheme plain { time = rk2 }
-scene fine : burgers with plain {
-  grid x = 0 .. 2*pi, cells 16, periodic
-  nu = 0.05; phase = 0
-  initial u = sin(x) + 0.3*cos(2*x + phase)
-  time 0 .. 1/2, step 1/32
-}
 scene coarse = fine { cells 8; after step: u += first(u) + second(u) }
-scene bare = fine { cells 8 }
-dataset train : fine { runs 2; seed 1; vary phase in 0 .. 6; frames every 1/32; coarsen 2; file "train.nc" }
-dataset unseen : fine { runs 2; seed 2; vary phase in 0 .. 6; frames every 1/32; coarsen 2; file "unseen.nc" }
 )";
 
 const std::string tested_task = R"(task learn : coarse {

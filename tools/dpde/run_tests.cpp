@@ -25,10 +25,10 @@ void run_all(const TestedValues& values, Result& results, const Run& run) {
 
 /// Behind the scenes named: plain methods that suit their equations, and cheaper versions of the best of these.
 void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValues& found, TestResults& tests) {
-  const training::PlainMethods more = training::plain_methods(run.scenes, tests.beside, &interrupt_flag());
+  training::PlainMethods more = training::plain_methods(run.scenes, tests.beside, &interrupt_flag());
+  training::add_plain_methods(run.scenes, more, found, run.options, tests.beside);
   for (std::size_t k = 0; run.chart && k < more.left_out.size(); ++k)
     job.say(fmt::format("left out: {}\n", more.left_out[k]));
-  training::add_plain_methods(run.scenes, more, found, run.options, tests.beside);
   if (interrupt_flag().load()) return;
   const auto costs = training::costs_of_tests(run.scenes, found, run.options, {}, job.sink());
   if (costs.size() != run.scenes.tests.size() || interrupt_flag().load()) return;

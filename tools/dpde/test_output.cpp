@@ -275,8 +275,8 @@ void say_conditions(Job& job, const std::string& file, const training::TestCondi
                             : outside.empty()
                                 ? "parameters and first states lie in the range of the training"
                                 : "outside of the training: " + fmt::format("{}", fmt::join(outside, "; "));
-  job.say(fmt::format("{}: {:.4g} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
-                      conditions.steps / conditions.steps_of_windows, range));
+  job.say(fmt::format("{}: {} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
+                      static_cast<double>(conditions.steps) / conditions.steps_of_windows, range));
   job.say(errors.empty()
               ? "  how good these data are its file does not say\n"
               : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));

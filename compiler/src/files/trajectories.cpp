@@ -267,8 +267,7 @@ double Trajectories::deviation(const std::string& variable) const {
 
 std::optional<Trajectories> Trajectories::in_steps_of(double step) const {
   Trajectories same = *this;
-  if (times.size() < 2) return same;
-  same.every = steps_between(times, step);
+  same.every = times.size() < 2 ? 1 : steps_between(times, step);
   if (same.every == 0) return std::nullopt;
   same.looks = has_frames_of_data ? same.every : 1;
   return same;

@@ -21,8 +21,8 @@
 
 namespace dpde::stencil {
 
-/// Fields: what is found, what it leaves of the right side, the
-/// direction of the next step, which the block reads as its unknown, and sums, the same everywhere.
+/// Fields: what is found, what it leaves of the right side, the direction of the next step, which the block reads as
+/// its unknown, and sums, the same everywhere.
 struct IterationFields {
   int count = 0;
   Carry x, left, direction, square, size;

@@ -79,8 +79,7 @@ Related parse_related(Cursor& cursor, const char* word, const char* what, std::s
   cursor.expect(TokenKind::assign);
   related.right = parse_expression(cursor);
   cursor.expect_word(word, std::move(hint));
-  related.name = cursor.expect_name(what);
-  return related;
+  return {related.left, related.right, cursor.expect_name(what)};
 }
 
 /// from guess(omega), psi_before
@@ -94,7 +93,9 @@ std::vector<Expr> parse_starts(Cursor& cursor) {
 ItemKind parse_solved(Cursor& cursor) {
   Related related = parse_related(cursor, "for", "the field that is sought");
   SolvedItem item{related.left, related.right, related.name, parse_unit(cursor), parse_starts(cursor)};
-  if (cursor.accept_word("after")) item.iterations = cursor.expect_whole_number(), cursor.expect_word("iterations");
+  if (!cursor.accept_word("after")) return item;
+  item.iterations = cursor.expect_whole_number();
+  cursor.expect_word("iterations");
   return item;
 }
 
@@ -109,10 +110,9 @@ bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
   if (cursor.at_word("solve") && second == TokenKind::left_paren) return false;
-  const bool is_name = cursor.at(TokenKind::identifier);
-  const bool is_part = second == TokenKind::dot || second == TokenKind::left_bracket;
-  const bool is_slash = second == TokenKind::slash;
-  return second == TokenKind::assign || (is_name && (second == TokenKind::left_paren || is_slash || is_part));
+  const bool is_part = second == TokenKind::dot || second == TokenKind::left_bracket || second == TokenKind::slash ||
+                       second == TokenKind::left_paren;
+  return second == TokenKind::assign || (is_part && cursor.at(TokenKind::identifier));
 }
 
 /// What is written for du/dt and d(u)/dt; "" where something else begins.

@@ -159,11 +159,9 @@ class MappedData {
       return to;
     }
     if (!data_lie_alike(from)) return to;
-    const double spacing = from.every * session_->problem().step, steps = std::round(spacing / there_.step);
-    if (steps >= 1 && std::abs(spacing - steps * there_.step) <= 1e-6 * there_.step)
-      to.every = static_cast<int>(steps), to.looks = to.has_frames_of_data ? to.every : 1;
-    else
-      fail(from, fmt::format("its frames are {:.6g} apart, no whole number of steps of {:.6g}", spacing, there_.step));
+    if (std::optional<files::Trajectories> in_steps = to.in_steps_of(there_.step)) return *std::move(in_steps);
+    const double spacing = from.every * session_->problem().step;
+    fail(from, fmt::format("its frames are {:.6g} apart, no whole number of steps of {:.6g}", spacing, there_.step));
     return to;
   }
 

@@ -14,7 +14,6 @@
 #include "model/print_model.h"
 #include "model/solves.h"
 #include "training/beside.h"
-#include "training/mapped_data.h"
 
 namespace dpde::training {
 
@@ -38,19 +37,24 @@ Known known_as(const std::string& on, model::Scheme scheme, double step) {
   return {on, std::move(scheme), step};
 }
 
+void leave_out(const model::Test::Beside& beside, const std::string& why, PlainMethods& methods) {
+  std::string text = fmt::format("{}: {}", title_of(beside), why);
+  if (std::ranges::find(methods.left_out, text) == methods.left_out.end()) methods.left_out.push_back(std::move(text));
+}
+
 class Finder {
  public:
   Finder(const TestScenes& scenes, const std::atomic<bool>* stop, PlainMethods& found)
-      : own_(scenes.own), source_(scenes.source), stop_(stop), found_(found) {}
+      : scenes_(scenes), stop_(stop), found_(found) {}
 
   std::vector<model::Test::Beside> more_for(const model::Test& test, const std::vector<TrajectoryTest>& results) {
     std::vector<std::pair<model::Test::Beside, const model::Problem*>> plain;
     std::vector<Known> known;
     for (std::size_t s = 0; s < test.beside.size(); ++s) {
-      const auto scene = compile(test.beside[s]);
-      if (!scene || results[s].has_network) continue;
-      known.push_back(known_as(test.beside[s].on, scene->problem->scheme, scene->problem->step));
-      if (!results[s].made_data) plain.emplace_back(test.beside[s], &*scene->problem);
+      if (results[s].has_network) continue;
+      const model::Problem& scene = *scenes_.beside->scene(test.beside[s]).compiled->problem;
+      known.push_back(known_as(test.beside[s].on, scene.scheme, scene.step));
+      if (!results[s].made_data) plain.emplace_back(test.beside[s], &scene);
     }
     std::vector<model::Test::Beside> more;
     for (const auto& [beside, problem] : plain) {
@@ -63,19 +67,13 @@ class Finder {
         if (std::ranges::any_of(known, [&](const Known& other) { return method.is(other); })) continue;
         known.push_back(method);
         if (has_step && std::abs(step - problem->step) <= alike * step) next.method.erase("step");
-        if (compiles(next)) more.push_back(std::move(next));
+        more.push_back(std::move(next));
       }
     }
     return more;
   }
 
  private:
-  std::shared_ptr<const driver::Compiled> compile(const model::Test::Beside& beside) {
-    DiagnosticSink silent;  // told when the scenes are opened
-    kept_.push_back(compile_beside(*own_.compiled, beside, source_, silent));
-    return kept_.back();
-  }
-
   const std::vector<chart::Entry>& entries_of(const model::Test::Beside& beside, const model::Problem& problem) {
     const auto [there, is_new] = entries_.try_emplace({beside.scene, beside.on});
     if (is_new) there->second = with_steps(beside, problem);
@@ -84,21 +82,18 @@ class Finder {
 
   /// The methods with their steps; what has none is left out.
   std::vector<chart::Entry> with_steps(const model::Test::Beside& beside, const model::Problem& problem) {
-    DiagnosticSink silent;
-    const auto on = load_beside(*own_.compiled, problem, beside.on, source_, beside.origin.range, silent);
-    if (!on) return {};
     chart::PointOptions options;
-    options.compile = options_beside(*own_.compiled, beside.scene);
+    options.compile = options_beside(*scenes_.own.compiled, beside.scene);
     options.compile.selection.name = beside.scene;
     options.compile.selection.beside.clear();
     options.compile.without_task = true;
-    options.common_steps = std::gcd(on->every, chart::common_steps(problem));
+    options.common_steps = std::gcd(scenes_.beside->scene(beside).trajectories.every, chart::common_steps(problem));
     std::vector<chart::Entry> entries = chart::entries_on(problem, {}, {});
     std::erase_if(entries, [&](chart::Entry& entry) {
       chart::Point point;
-      if (is_stopped()) return true;
-      if (!chart::choose_step(source_, options, problem, entry, point)) {
-        leave_out({beside.scene, beside.on, beside.origin, entry.variant.method}, point.failure);
+      if (stop_ != nullptr && stop_->load()) return true;
+      if (!chart::choose_step(scenes_.source, options, problem, entry, point)) {
+        leave_out({beside.scene, beside.on, beside.origin, entry.variant.method}, point.failure, found_);
         return true;
       }
       if (!(point.largest_step > 0)) entry.variant.resolution.clear();
@@ -107,27 +102,10 @@ class Finder {
     return entries;
   }
 
-  bool is_stopped() const { return stop_ != nullptr && stop_->load(); }
-
-  bool compiles(const model::Test::Beside& beside) {
-    DiagnosticSink why;
-    if (is_stopped()) return false;
-    if (compile_beside(*own_.compiled, beside, source_, why)) return true;
-    leave_out(beside, why.all().front().message);
-    return false;
-  }
-
-  void leave_out(const model::Test::Beside& beside, const std::string& why) {
-    std::string text = fmt::format("{}: {}", title_of(beside), why);
-    if (std::ranges::find(found_.left_out, text) == found_.left_out.end()) found_.left_out.push_back(std::move(text));
-  }
-
-  const TrainingScene& own_;
-  const SourceFile& source_;
+  const TestScenes& scenes_;
   const std::atomic<bool>* stop_;
   PlainMethods& found_;
   std::map<std::pair<std::string, std::string>, std::vector<chart::Entry>> entries_;  // by scene and file
-  std::vector<std::shared_ptr<const driver::Compiled>> kept_;
 };
 
 }  // namespace
@@ -143,12 +121,16 @@ PlainMethods plain_methods(const TestScenes& scenes, const std::vector<std::vect
   return found;
 }
 
-void add_plain_methods(TestScenes& scenes, const PlainMethods& methods, const UnknownValues& values,
+void add_plain_methods(TestScenes& scenes, PlainMethods& methods, const UnknownValues& values,
                        const BatchOptions& options, std::vector<std::vector<TrajectoryTest>>& beside) {
   for (std::size_t i = 0; i < methods.more.size(); ++i) {
     for (const model::Test::Beside& more : methods.more[i]) {
       if (options.stop != nullptr && options.stop->load()) return;
-      if (scenes.add(i, more)) beside[i].push_back(test_beside(scenes, i, more, values, options));
+      DiagnosticSink why;
+      if (scenes.add(i, more, why))
+        beside[i].push_back(test_beside(scenes, i, more, values, options));
+      else
+        leave_out(more, why.all().front().message, methods);
     }
   }
 }
@@ -192,7 +174,8 @@ void add_cheaper_versions(TestScenes& scenes, const std::vector<std::vector<Test
       for (const auto& settings : cheaper_settings(*scenes.beside->scene(strict).compiled->problem)) {
         model::Test::Beside cheaper = strict;
         for (const auto& [key, value] : settings) cheaper.method[key] = value;
-        if (!scenes.add(i, cheaper)) continue;
+        DiagnosticSink silent;
+        if (!scenes.add(i, cheaper, silent)) continue;
         beside[i].push_back(test_beside(scenes, i, cheaper, values, options));
         if (beside[i].back().runs != beside[i][s].runs) continue;
         beside[i].pop_back();  // solves that no tolerance concerns

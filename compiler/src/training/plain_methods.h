@@ -19,14 +19,14 @@ namespace dpde::training {
 /// what made the data, which other methods on its grid would come near for that alone.
 struct PlainMethods {
   std::vector<std::vector<model::Test::Beside>> more;
-  /// "plain by advect=weno5: why", of those that do not compile, or are unstable at every step.
+  /// "plain by advect=weno5: why", of those that are unstable at every step, or do not compile.
   std::vector<std::string> left_out;
 };
 /// `beside`: the results of the scenes that are named. Ends early, with what it has, where `stop` becomes true.
 PlainMethods plain_methods(const TestScenes& scenes, const std::vector<std::vector<TrajectoryTest>>& beside,
                            const std::atomic<bool>* stop);
-/// To the tests and behind their results.
-void add_plain_methods(TestScenes& scenes, const PlainMethods& methods, const UnknownValues& values,
+/// To the tests and behind their results. What does not compile goes to what is left out.
+void add_plain_methods(TestScenes& scenes, PlainMethods& methods, const UnknownValues& values,
                        const BatchOptions& options, std::vector<std::vector<TrajectoryTest>>& beside);
 
 /// Behind the results of the tests: the plain methods that are the best for their time in single precision, with solves

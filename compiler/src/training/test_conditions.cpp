@@ -96,11 +96,8 @@ void compare_runs(const Trajectories& learnt, const Trajectories& on, TestCondit
 
 }  // namespace
 
-TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const Trajectories* learnt,
-                             const Trajectories& on) {
+TestConditions conditions_of(const Trajectories* learnt, const Trajectories& on) {
   TestConditions conditions;
-  conditions.steps_of_windows = problem.steps;
-  conditions.steps = test.when.count;
   conditions.own_errors = on.own_errors;
   conditions.knows_training = learnt != nullptr;
   if (learnt == nullptr) return conditions;

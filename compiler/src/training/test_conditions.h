@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "files/trajectories.h"
-#include "model/model.h"
 
 namespace dpde::training {
 
@@ -24,11 +23,10 @@ struct TestConditions {
   };
   std::vector<Outside> outside;
   std::map<std::string, files::Trajectories::OwnError> own_errors;  // of the data that the test reads, by variable
-  double steps_of_windows = 0, steps = 0;                           // of the training's loss, and of the test
+  int steps_of_windows = 0, steps = 0;                              // of the training's loss, and of the test
 };
 
-/// Of a test of `problem`, whose training is on `learnt`; null: they are not there.
-TestConditions conditions_of(const model::Problem& problem, const model::Test& test, const files::Trajectories* learnt,
-                             const files::Trajectories& on);
+/// Of tests on `on`, but for their steps; the training is on `learnt`, null: that is not there.
+TestConditions conditions_of(const files::Trajectories* learnt, const files::Trajectories& on);
 
 }  // namespace dpde::training

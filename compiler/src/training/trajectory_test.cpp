@@ -217,13 +217,8 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
     if (!on || !has_states(test, own, *on, sink)) return nullptr;
     intervals.push_back(interval_of(own, *on));
   }
-  std::unique_ptr<TestScenes> scenes(new TestScenes{own,
-                                                    source,
-                                                    std::move(tests),
-                                                    std::move(growths),
-
-                                                    BesideScenes::open(own, all, source, sink),
-                                                    {}});
+  std::unique_ptr<TestScenes> scenes(new TestScenes{
+      own, source, std::move(tests), std::move(growths), BesideScenes::open(own, all, source, sink), {}});
   if (!scenes->beside) return nullptr;
   for (std::size_t i = 0; i < scenes->tests.size(); ++i) {
     const model::Test& test = scenes->tests[i];
@@ -245,13 +240,12 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
   return scenes;
 }
 
-bool TestScenes::add(std::size_t test, const model::Test::Beside& scene) {
-  DiagnosticSink silent;
+bool TestScenes::add(std::size_t test, const model::Test::Beside& scene, DiagnosticSink& sink) {
   model::Test& to = tests[test];
-  if (!beside->add(to, scene, source, silent)) return false;
+  if (!beside->add(to, scene, source, sink)) return false;
   const TrainingScene& opened = beside->scene(scene);
   const double interval = interval_of(opened, opened.trajectories);
-  if (!check_beside(to, interval, scene, opened, silent)) return false;
+  if (!check_beside(to, interval, scene, opened, sink)) return false;
   to.beside.push_back(scene);
   return true;
 }
@@ -293,16 +287,17 @@ TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const mod
 
 std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool knows_training, DiagnosticSink& sink) {
   std::vector<TestConditions> all;
-  std::map<std::string, files::Trajectories> read;
+  std::map<std::string, TestConditions> of_files;
   for (const model::Test& test : scenes.tests) {
-    auto there = read.find(test.on);
-    if (there == read.end()) {
-      std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+    auto there = of_files.find(test.on);
+    if (there == of_files.end()) {
+      const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
       if (!on) return {};
-      there = read.emplace(test.on, std::move(*on)).first;
+      there = of_files.emplace(test.on, conditions_of(knows_training ? &scenes.own.trajectories : nullptr, *on)).first;
     }
-    all.push_back(conditions_of(*scenes.own.compiled->problem, test,
-                                knows_training ? &scenes.own.trajectories : nullptr, there->second));
+    all.push_back(there->second);
+    all.back().steps_of_windows = scenes.own.steps();
+    all.back().steps = test.when.count;
   }
   return all;
 }

@@ -76,8 +76,8 @@ struct TestScenes {
   static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source,
                                           std::vector<model::Test> tests, std::vector<model::Test> growths,
                                           DiagnosticSink& sink);
-  /// One more scene beside a test; false, and nothing is changed, where it does not compile or does not fit.
-  bool add(std::size_t test, const model::Test::Beside& beside);
+  /// One more scene beside a test; false, and nothing is changed, after errors: it does not compile or does not fit.
+  bool add(std::size_t test, const model::Test::Beside& beside, DiagnosticSink& sink);
 };
 
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
