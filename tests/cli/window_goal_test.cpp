@@ -150,5 +150,57 @@ TEST_F(WindowGoals, SayWhatDoesNotFit) {
   }
 }
 
+/// Windows begin with one file's frames and are compared with another's: dt(u) = b from u = 0 at each frame k, data
+/// 0.3 t, so that the best b is 0.3 times the mean of k + 1 over the windows. From frames of the data it is 0.3.
+TEST_F(WindowGoals, MayBeginWithFramesOfAnotherFile) {
+  constexpr int frames = 5;
+  const auto runs_of = [&](const std::string& name, double slope, int count, double begin = 0) {
+    NetcdfContent content;
+    content.dimensions = {{"run", 2}, {"time", count}, {"x", cells}};
+    content.variables = {{"time", {"time"}, {}, {}},
+                         {"x", {"x"}, {}, {}},
+                         {"u", {"run", "time", "x"}, {}, {}},
+                         {"c", {"run"}, {}, {1, 2}}};
+    for (int k = 0; k < count; ++k) content.variables[0].values.push_back(begin + k / 64.0);
+    for (int i = 0; i < cells; ++i) content.variables[1].values.push_back((i + 0.5) / cells);
+    for (int i = 0; i < 2 * count * cells; ++i)
+      content.variables[2].values.push_back(slope *
+                                            content.variables[0].values[static_cast<std::size_t>(i / cells % count)]);
+    write(name, compose_netcdf(std::move(content)));
+  };
+  const auto learn_from = [&](const std::string& data) {
+    write("b.dpde",
+          "model m { field u; param b = 0, c = 1; dt(u) = b*c/c }\n"
+          "scene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = 0; time 0 .. 1, step 1/64 }\n"
+          "task t : s { unknown b; " +
+              data +
+              "; minimise mean((u - r)^2) over 1 steps\n"
+              "  using lbfgs(), epochs 5\n"
+              "  test e = mean(abs(u - r)) on trajectories(\"truth.nc\") for 2 steps }\n");
+    return dpde("optimize b.dpde t --json --beside-named-only --out o");
+  };
+  runs_of("rest.nc", 0, frames);
+  runs_of("truth.nc", 0.3, frames);
+  const std::string rest = "data begin = trajectories(\"rest.nc\"); ", truth = "data r = trajectories(\"truth.nc\", u)";
+  EXPECT_NEAR(learn_from(truth).json()["unknowns"]["b"]["value"].get<double>(), 0.3, 1e-9);
+  const Json apart = learn_from(rest + truth).json();
+  EXPECT_NEAR(apart["unknowns"]["b"]["value"].get<double>(), 0.3 * 2.5, 1e-9);
+  EXPECT_EQ(apart["windows"], 2 * (frames - 1));
+  EXPECT_TRUE(apart["test"]["e"]["conditions"]["training_file"].get<bool>()) << apart;
+  EXPECT_EQ(dpde("verify b.dpde t").status, 0);
+  runs_of("late.nc", 0.3, frames, 1);
+  runs_of("short.nc", 0.3, 3);
+  const auto refused = [&](const std::string& data, const std::string& part) {
+    const Outcome outcome = learn_from(data);
+    EXPECT_EQ(outcome.status, 2) << data;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  };
+  refused(rest + "data r = trajectories(\"late.nc\", u)", "its frame 0 is at t = 1, that of");
+  refused(rest + "data r = trajectories(\"short.nc\", u)", "it has 3 frames, ");
+  refused(truth + "; data q = trajectories(\"rest.nc\", u)", "data begin = trajectories(\"truth.nc\")");
+  refused(rest + "data other = trajectories(\"truth.nc\"); " + truth,
+          "a second file of trajectories (rest.nc and truth.nc)");
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -135,7 +135,7 @@ struct TestedScene {
 TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& compiled) {
   const model::Problem& problem = *compiled->problem;
   const model::Task& task = *problem.task;
-  const auto datum = std::ranges::find_if(task.data, &model::Datum::trajectories);
+  const model::Datum* datum = task.datum_of_windows();
   const model::Test& test = task.tests.empty() ? task.growths.front() : task.tests.front();
   const std::string learnt = files::find_data_file(datum->file, job.source().path()).string();
   std::error_code error;
@@ -144,8 +144,7 @@ TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& 
     files::stored_cost(learnt, 0, datum->origin.range, job.sink());  // damage is told, whatever its data are
   if (job.failed()) return {};
   DiagnosticSink told;  // a file that is gone, or of another grid than --set asks for, is not needed
-  std::optional<files::Trajectories> on =
-      files::load_trajectories(problem, datum->file, job.source(), datum->origin.range, told);
+  std::optional<files::Trajectories> on = files::load_learnt_trajectories(problem, job.source(), told);
   const bool knows_training = on.has_value();
   if (is_there && !on && told.has_errors())
     job.say(fmt::format("warning: what was learnt from is left out: {}\n", told.all().front().message));

@@ -294,9 +294,10 @@ namespace {
 /// Of a task that learns, its data and what it is tested on.
 void check_trajectories(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
   std::set<std::string> seen;
-  for (const model::Datum& datum : problem.task->data) {
-    if (datum.trajectories && seen.insert(datum.file).second)
-      files::load_trajectories(problem, datum.file, source, datum.origin.range, sink);
+  if (const model::Datum* windows = problem.task->datum_of_windows()) {
+    const auto learnt = files::load_learnt_trajectories(problem, source, sink);
+    const bool has_all = !learnt || learnt->names_of_data.empty();  // and there is no need to look at it again
+    if (has_all) seen.insert(windows->file);
   }
   for (const std::vector<model::Test>* tests : {&problem.task->tests, &problem.task->growths}) {
     for (const model::Test& test : *tests) {

@@ -15,9 +15,7 @@ namespace {
 
 const model::Datum* datum_of_windows(const Compiled& compiled) {
   if (!compiled.problem || !compiled.problem->task) return nullptr;
-  const std::vector<model::Datum>& data = compiled.problem->task->data;
-  const auto found = std::ranges::find_if(data, &model::Datum::trajectories);
-  return found == data.end() ? nullptr : &*found;
+  return compiled.problem->task->datum_of_windows();
 }
 
 /// A memory of steps before the window that the file does not hold; "" where there is none.
@@ -59,8 +57,8 @@ WindowStart begin_of(const model::Problem& problem, const files::Trajectories& f
   for (std::size_t p = 0; p < from.params.size(); ++p) start.params[from.params[p]] = from.runs.front().params[p];
   for (const model::Datum& datum : problem.task->data) {
     if (!datum.trajectories || datum.begins_windows()) continue;
-    start.data[datum.name] =
-        from.is_goal(datum.variable) ? take(datum.variable, 0, 1) : take(datum.variable, start.frame + 1, frames);
+    const std::string& name = from.name_of(datum);
+    start.data[datum.name] = from.is_goal(name) ? take(name, 0, 1) : take(name, start.frame + 1, frames);
   }
   return start;
 }
@@ -74,8 +72,7 @@ FirstWindow first_window(const Compiled& compiled, const SourceFile& source) {
   if (datum == nullptr) return {};
   const model::Problem& problem = *compiled.problem;
   DiagnosticSink silent;
-  const std::optional<files::Trajectories> from =
-      files::load_trajectories(problem, datum->file, source, datum->origin.range, silent);
+  const std::optional<files::Trajectories> from = files::load_learnt_trajectories(problem, source, silent);
   if (!from) return {nullptr, first_error_of(silent)};
   const int frames = from->has_frames_of_data ? problem.steps / from->every : 0;
   if (problem.steps % from->looks != 0 || from->frame_count() <= frames)
@@ -93,12 +90,16 @@ std::string text_of(const WindowStart& start) {
 std::string stamp_of_windows(const Compiled& compiled, const SourceFile& source) {
   const model::Datum* datum = datum_of_windows(compiled);
   if (datum == nullptr) return "";
-  const std::filesystem::path path = files::find_data_file(datum->file, source.path());
-  std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) return "no file";
-  const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
-  return fmt::format("{} {} {}", path.string(), size, changed);
+  std::string stamp;
+  for (const model::Datum& each : compiled.problem->task->data) {
+    const std::filesystem::path path = files::find_data_file(each.file, source.path());
+    std::error_code error;
+    const auto size = std::filesystem::file_size(path, error);
+    if (error) return "no file";
+    const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+    stamp += fmt::format("{} {} {} ", path.string(), size, changed);
+  }
+  return stamp;
 }
 
 }  // namespace dpde::driver

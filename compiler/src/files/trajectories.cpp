@@ -31,11 +31,17 @@ int steps_between(const std::vector<double>& times, double step) {
   return steps >= 1 && std::abs(spacing - steps * step) <= 1e-6 * step ? static_cast<int>(steps) : 0;
 }
 
+/// What is read of a file.
+struct Wanted {
+  std::vector<const model::Datum*> data;  // that have values
+  bool has_states = true;                 // of the scene too, which windows begin with
+};
+
 /// Reads one file; every fault is an Error, which the caller reports.
 class Reader {
  public:
-  Reader(const model::Problem& problem, const NetcdfReader& file, Trajectories& to)
-      : problem_(problem), file_(file), to_(to) {}
+  Reader(const model::Problem& problem, const Wanted& wanted, const NetcdfReader& file, Trajectories& to)
+      : problem_(problem), wanted_(wanted), file_(file), to_(to) {}
 
   /// Parameters that are one number for all runs: the scene's own counts, and may be another on purpose, so nothing is
   /// refused.
@@ -57,9 +63,24 @@ class Reader {
 
   void read() {
     std::set<std::string> wanted;
-    for (const model::Datum& datum : problem_.task->data) {
-      if (datum.trajectories && !datum.begins_windows()) wanted.insert(datum.variable);
-    }
+    for (const model::Datum* datum : wanted_.data) wanted.insert(datum->variable);
+    if (wanted_.has_states) find_states(wanted);
+    std::erase_if(wanted, [&](const std::string& name) {
+      if (!lacks_time(name)) return false;
+      to_.goals.push_back(name);
+      return true;
+    });
+    for (const std::string& name : wanted) read_field(name);
+    for (const std::string& name : to_.goals) read_field(name);
+    to_.has_frames_of_data =
+        std::ranges::any_of(wanted_.data, [&](const model::Datum* datum) { return !to_.is_goal(datum->variable); });
+    read_times();
+    to_.looks = to_.has_frames_of_data ? to_.every : 1;
+    read_params();
+  }
+
+ private:
+  void find_states(std::set<std::string>& wanted) {
     for (const model::State& state : problem_.states) {
       if (find(state.name) == nullptr) continue;
       wanted.insert(state.name);
@@ -68,23 +89,8 @@ class Reader {
     if (to_.states.empty())
       fail(fmt::format("it has none of the states of scene {} ({})", problem_.scene,
                        fmt::join(names(problem_.states), ", ")));
-    std::erase_if(wanted, [&](const std::string& name) {
-      if (!lacks_time(name)) return false;
-      to_.goals.push_back(name);
-      return true;
-    });
-    for (const std::string& name : wanted) read_field(name);
-    for (const std::string& name : to_.goals) read_field(name);
-    for (const model::Datum& datum : problem_.task->data) {
-      const bool has_frames = datum.trajectories && !datum.begins_windows() && !to_.is_goal(datum.variable);
-      to_.has_frames_of_data = to_.has_frames_of_data || has_frames;
-    }
-    read_times();
-    to_.looks = to_.has_frames_of_data ? to_.every : 1;
-    read_params();
   }
 
- private:
   [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorKind::input, what); }
 
   template <class T>
@@ -236,6 +242,7 @@ class Reader {
   }
 
   const model::Problem& problem_;
+  const Wanted& wanted_;
   const NetcdfReader& file_;
   Trajectories& to_;
   std::string time_;
@@ -249,6 +256,8 @@ std::span<const double> Trajectories::frames(int run, const std::string& variabl
   if (is_goal(variable)) return all;
   return std::span(all).subspan(static_cast<std::size_t>(first) * cells, static_cast<std::size_t>(count) * cells);
 }
+
+std::uint64_t Trajectories::hash() const { return hash_bytes(hashes.data(), hashes.size() * sizeof(hashes[0])); }
 
 double Trajectories::deviation(const std::string& variable) const {
   double sum = 0, squares = 0, count = 0;
@@ -273,18 +282,20 @@ std::optional<Trajectories> Trajectories::in_steps_of(double step) const {
   return same;
 }
 
-std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
-                                              const SourceFile& source, SourceRange where, DiagnosticSink& sink) {
+namespace {
+
+std::optional<Trajectories> load(const model::Problem& problem, const Wanted& wanted, const std::string& file,
+                                 const SourceFile& source, SourceRange where, DiagnosticSink& sink) {
   Trajectories trajectories;
   trajectories.path = find_data_file(file, source.path()).string();
   std::optional<std::string> bytes = read_file(trajectories.path, where, sink);
   if (!bytes) return std::nullopt;
-  trajectories.hash = hash_bytes(bytes->data(), bytes->size());
-  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hash, where, sink);
+  trajectories.hashes = {hash_bytes(bytes->data(), bytes->size())};
+  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hashes.front(), where, sink);
   if (sink.has_errors()) return std::nullopt;
   try {
     const NetcdfReader reader(std::move(*bytes), trajectories.path);
-    Reader file_of_problem(problem, reader, trajectories);
+    Reader file_of_problem(problem, wanted, reader, trajectories);
     file_of_problem.read();
     file_of_problem.compare_params(where, sink);
   } catch (const Error& error) {
@@ -292,6 +303,91 @@ std::optional<Trajectories> load_trajectories(const model::Problem& problem, con
     return std::nullopt;
   }
   return trajectories;
+}
+
+std::vector<const model::Datum*> data_with_values(const model::Problem& problem) {
+  std::vector<const model::Datum*> data;
+  for (const model::Datum& datum : problem.task->data) {
+    if (datum.trajectories && !datum.begins_windows()) data.push_back(&datum);
+  }
+  return data;
+}
+
+/// Why data of `other` do not belong to the windows of `own`; "" where they do.
+std::string misfit(const Trajectories& own, const Trajectories& other) {
+  if (other.runs.size() != own.runs.size())
+    return fmt::format("it has {} runs, {} has {}", other.runs.size(), own.path, own.runs.size());
+  if (other.has_frames_of_data) {
+    if (other.frame_count() != own.frame_count())
+      return fmt::format("it has {} frames, {} has {}", other.frame_count(), own.path, own.frame_count());
+    for (std::size_t k = 0; k < own.times.size(); ++k) {
+      if (std::abs(other.times[k] - own.times[k]) > 1e-6 * std::abs(own.times.back() - own.times.front()))
+        return fmt::format("its frame {} is at t = {:.6g}, that of {} at {:.6g}", k, other.times[k], own.path,
+                           own.times[k]);
+    }
+  }
+  for (std::size_t p = 0; p < own.params.size(); ++p) {
+    const auto there = std::ranges::find(other.params, own.params[p]);
+    if (there == other.params.end()) continue;
+    const auto q = static_cast<std::size_t>(there - other.params.begin());
+    for (std::size_t r = 0; r < own.runs.size(); ++r) {
+      if (other.runs[r].params[q] != own.runs[r].params[p])
+        return fmt::format("its run {} has {} = {}, that of {} has {}", r, own.params[p], other.runs[r].params[q],
+                           own.path, own.runs[r].params[p]);
+    }
+  }
+  return "";
+}
+
+/// Adds the data of another file under names that no variable has.
+void join(Trajectories& own, const Trajectories& other, const Wanted& wanted) {
+  for (const model::Datum* datum : wanted.data) {
+    const std::string name = fmt::format("{} of {}", datum->variable, other.path);
+    own.names_of_data[datum->name] = name;
+    if (other.is_goal(datum->variable) && !own.is_goal(name)) own.goals.push_back(name);
+    for (std::size_t r = 0; r < own.runs.size(); ++r)
+      own.runs[r].frames[name] = other.runs[r].frames.at(datum->variable);
+  }
+  own.has_frames_of_data = own.has_frames_of_data || other.has_frames_of_data;
+  own.looks = own.has_frames_of_data ? own.every : 1;
+  own.hashes.insert(own.hashes.end(), other.hashes.begin(), other.hashes.end());
+  own.cost_s += other.cost_s;
+}
+
+}  // namespace
+
+std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
+                                              const SourceFile& source, SourceRange where, DiagnosticSink& sink) {
+  return load(problem, {data_with_values(problem)}, file, source, where, sink);
+}
+
+std::optional<Trajectories> load_learnt_trajectories(const model::Problem& problem, const SourceFile& source,
+                                                     DiagnosticSink& sink) {
+  const model::Datum& windows = *problem.task->datum_of_windows();
+  std::map<std::string, Wanted> others;
+  Wanted own;
+  for (const model::Datum* datum : data_with_values(problem)) {
+    if (datum->file == windows.file) {
+      own.data.push_back(datum);
+    } else {
+      Wanted& other = others[datum->file];
+      other.data.push_back(datum);
+      other.has_states = false;
+    }
+  }
+  std::optional<Trajectories> all = load(problem, own, windows.file, source, windows.origin.range, sink);
+  for (const auto& [file, wanted] : others) {
+    const SourceRange where = wanted.data.front()->origin.range;
+    const std::optional<Trajectories> other = load(problem, wanted, file, source, where, sink);
+    if (!all || !other) return std::nullopt;
+    const std::string why = misfit(*all, *other);
+    if (!why.empty()) {
+      sink.report("bad-array-file", where, {other->path, why});
+      return std::nullopt;
+    }
+    join(*all, *other, wanted);
+  }
+  return all;
 }
 
 }  // namespace dpde::files

@@ -46,12 +46,19 @@ struct Trajectories {
     std::string why_not;
   };
   std::map<std::string, OwnError> own_errors;
-  std::uint64_t hash = 0;  // of the file
-  double cost_s = 0;       // seconds that processors worked for it; not a number where that is not known
+  std::vector<std::uint64_t> hashes;  // of the file, and of others that data are from
+  std::uint64_t hash() const;
+  double cost_s = 0;  // seconds that processors worked for them; not a number where that is not known
 
   int frame_count() const { return static_cast<int>(times.size()); }
   std::vector<std::string> goals;  // variables that are one array a run
   bool is_goal(const std::string& variable) const { return std::ranges::find(goals, variable) != goals.end(); }
+  /// By datum, of those that are not from the file that windows begin with: what their frames are called here.
+  std::map<std::string, std::string> names_of_data;
+  const std::string& name_of(const model::Datum& datum) const {
+    const auto other = names_of_data.find(datum.name);
+    return other == names_of_data.end() ? datum.variable : other->second;
+  }
 
   /// `count` frames of a variable from `first` on; of a goal itself, whatever the frames are.
   std::span<const double> frames(int run, const std::string& variable, int first, int count = 1) const;
@@ -61,9 +68,14 @@ struct Trajectories {
   std::optional<Trajectories> in_steps_of(double step) const;
 };
 
-/// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file,
-/// wrong-shape and data-not-finite at `where`, and warns of data-of-other-parameter there.
+/// The trajectories of `file`, with all data of the problem's task. Reports cannot-read and bad-array-file at `where`,
+/// and warns of data-of-other-parameter there.
 std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
                                               const SourceFile& source, SourceRange where, DiagnosticSink& sink);
+
+/// Those that the problem's task learns from: of the file that windows begin with, and the data of others, which have
+/// the same runs at the same times. Reports the same at the lines of the data.
+std::optional<Trajectories> load_learnt_trajectories(const model::Problem& problem, const SourceFile& source,
+                                                     DiagnosticSink& sink);
 
 }  // namespace dpde::files

@@ -36,6 +36,12 @@ double Axis::place(double s) const {
   return inside(s);
 }
 
+const Datum* Task::datum_of_windows() const {
+  const auto begins = std::ranges::find_if(data, &Datum::begins_windows);
+  const auto found = begins != data.end() ? begins : std::ranges::find_if(data, &Datum::trajectories);
+  return found == data.end() ? nullptr : &*found;
+}
+
 const State* Problem::find_state(const std::string& name) const {
   const auto found = std::find_if(states.begin(), states.end(), [&](const State& s) { return s.name == name; });
   return found == states.end() ? nullptr : &*found;

@@ -267,6 +267,9 @@ struct Task {
   std::string name;
   bool certifies = false;  // made by verify for a scene without a task: all that can be is unknown, data have no source
   std::vector<Datum> data;
+  /// Of trajectories, whose file windows begin with: the one that has no values itself, or else the first; null where
+  /// there are none.
+  const Datum* datum_of_windows() const;
   std::vector<Unknown> unknowns;
   std::vector<Loss> losses;
   std::optional<Optimiser> optimiser;

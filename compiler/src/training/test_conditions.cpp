@@ -101,7 +101,7 @@ TestConditions conditions_of(const Trajectories* learnt, const Trajectories& on)
   conditions.own_errors = on.own_errors;
   conditions.knows_training = learnt != nullptr;
   if (learnt == nullptr) return conditions;
-  conditions.is_training_file = on.hash == learnt->hash;
+  conditions.is_training_file = std::ranges::find_first_of(on.hashes, learnt->hashes) != on.hashes.end();
   compare_runs(*learnt, on, conditions);
   return conditions;
 }

@@ -150,7 +150,7 @@ bool Trainer::split_runs(DiagnosticSink& sink) {
     for (int frame = first; frame < scene_.starts(steps); frame += frames) validation_.push_back({run, frame});
   }
   if (!validation_.empty()) return true;
-  const auto datum = std::ranges::find_if(scene_.task().data, &model::Datum::trajectories);
+  const model::Datum* datum = scene_.task().datum_of_windows();
   sink.report("bad-array-file", datum->origin.range,
               {all.path, fmt::format("its last {} frames, kept for validation, are shorter than a window of {} steps",
                                      all.frame_count() - first, steps)},

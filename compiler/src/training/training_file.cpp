@@ -137,7 +137,7 @@ driver::RunIdentity Trainer::identity() const {
   return {{"task", scene_.task().name},
           {"unknowns", names_and_sizes(parts_)},
           {"model", fmt::format("hash {:016x}", files::hash_bytes(text.data(), text.size()))},
-          {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash)},
+          {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash())},
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
           {"length of windows", fmt::format("{}", scene_.steps())},

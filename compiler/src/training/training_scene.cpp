@@ -128,9 +128,8 @@ std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source,
                                                    std::shared_ptr<const driver::Compiled> compiled,
                                                    DiagnosticSink& sink) {
   const model::Problem& problem = *compiled->problem;
-  const auto datum = std::ranges::find_if(problem.task->data, &model::Datum::trajectories);
-  std::optional<files::Trajectories> trajectories =
-      files::load_trajectories(problem, datum->file, source, datum->origin.range, sink);
+  const model::Datum* datum = problem.task->datum_of_windows();
+  std::optional<files::Trajectories> trajectories = files::load_learnt_trajectories(problem, source, sink);
   if (!trajectories) return nullptr;
   std::unique_ptr<TrainingScene> scene =
       open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
@@ -189,7 +188,8 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
 int TrainingScene::starts(int steps) const {
   const std::span data(table->scene().data, static_cast<std::size_t>(table->scene().datum_count));
   const bool has_frames = std::ranges::any_of(data, [&](const dpde_datum& datum) {
-    return !trajectories.is_goal(std::ranges::find(task().data, datum.name, &model::Datum::name)->variable);
+    return !trajectories.is_goal(
+        trajectories.name_of(*std::ranges::find(task().data, datum.name, &model::Datum::name)));
   });
   return trajectories.frame_count() - (has_frames ? steps / trajectories.every : 0);
 }

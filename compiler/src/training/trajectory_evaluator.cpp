@@ -177,7 +177,7 @@ void TrajectoryEvaluator::take_data(int run, int frame) {
 void TrajectoryEvaluator::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
   for (const model::Datum& datum : scene_.task().data) {
     if (datum.trajectories && !datum.begins_windows())
-      workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
+      workspace_.set_dense(datum.name, on_.frames(run, on_.name_of(datum), frame));
   }
   if (!test.has_fields()) return values.push_back(number(test, frame));
   const Components own = fields(test, frame);

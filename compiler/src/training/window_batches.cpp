@@ -16,8 +16,9 @@ namespace {
 
 Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-const std::string& variable_of(const TrainingScene& scene, const dpde_datum& datum) {
-  return std::ranges::find(scene.task().data, datum.name, &model::Datum::name)->variable;
+/// What its frames are called in the scene's trajectories.
+const std::string& name_of(const TrainingScene& scene, const dpde_datum& datum) {
+  return scene.trajectories.name_of(*std::ranges::find(scene.task().data, datum.name, &model::Datum::name));
 }
 
 }  // namespace
@@ -37,7 +38,7 @@ WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_
   }
   data_.assign(scene_.data, scene_.data + scene_.datum_count);
   for (dpde_datum& datum : data_) {
-    const bool is_one = count == 1 || scene.trajectories.is_goal(variable_of(scene, datum));
+    const bool is_one = count == 1 || scene.trajectories.is_goal(name_of(scene, datum));
     datum.at = is_one ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
   }
   scene_.steps = steps;
@@ -92,7 +93,7 @@ void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, cons
     simulation.set_initial(trajectories.states[s], start);
   }
   for (const dpde_datum& datum : data_)
-    simulation.set_field(datum.name, trajectories.frames(window.run, variable_of(from_, datum), window.frame + 1,
+    simulation.set_field(datum.name, trajectories.frames(window.run, name_of(from_, datum), window.frame + 1,
                                                          static_cast<int>(at_.size())));
 }
 

@@ -47,7 +47,7 @@ std::uint64_t WindowControls::key() {
   const model::Optimiser& optimiser = *scene_.task().optimiser;
   std::string text =
       fmt::format("{}\n{}\n{} {} {} {}\n", print(compiled.stencil), model::print(compiled.problem->scheme),
-                  scene_.task().name, scene_.steps(), scene_.trajectories.hash, scene_.given_hash);
+                  scene_.task().name, scene_.steps(), scene_.trajectories.hash(), scene_.given_hash);
   text += fmt::format("{} {} {} {} {}\n", static_cast<int>(optimiser.kind), optimiser.rate, optimiser.gauss_newton,
                       iterations_ > 0 ? iterations_ : optimiser.iterations,
                       compiled.options.backend ? static_cast<int>(*compiled.options.backend) : -1);

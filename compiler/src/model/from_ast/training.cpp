@@ -139,14 +139,16 @@ void check_unread(Draft& draft, const Datum& datum) {
 
 void check_data(Draft& draft) {
   const std::vector<Datum>& data = draft.problem.task->data;
-  const auto first = std::ranges::find_if(data, &Datum::trajectories);
+  const Datum* windows = draft.problem.task->datum_of_windows();
   for (const Datum& datum : data) {
     if (!datum.trajectories) {
       refuse(draft, datum.origin.range, "data that are no trajectories");
-    } else if (datum.file != first->file) {
+    } else if (datum.file != windows->file && (datum.begins_windows() || !windows->begins_windows())) {
       refuse(draft, datum.origin.range,
-             fmt::format("a second file of trajectories ({} and {})", first->file, datum.file),
-             "one file holds all fields of its runs");
+             fmt::format("a second file of trajectories ({} and {})", windows->file, datum.file),
+             fmt::format("one line without a variable says which file windows begin with: data begin = "
+                         "trajectories(\"{}\")",
+                         windows->file));
     } else if (datum.begins_windows()) {
       check_unread(draft, datum);
     }
