@@ -154,8 +154,8 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"first_guess", "hybrid",  "hold_network", "sphere",
-                                        "stations",    "steered", "year"};
+const std::set<std::string> at_night = {"filtered", "first_guess", "hold",    "hold_network", "hybrid",
+                                        "sphere",   "stations",    "steered", "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:

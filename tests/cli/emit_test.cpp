@@ -66,7 +66,17 @@ TEST_P(EmitsExample, ReadsBackAsItWas) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(example_files()),
+/// By day every second one.
+std::vector<fs::path> files_that_are_emitted() {
+  const std::vector<fs::path> files = example_files();
+  std::vector<fs::path> some;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (is_tried(i, 2)) some.push_back(files[i]);
+  }
+  return some;
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(files_that_are_emitted()),
                          [](const auto& info) { return info.param.stem().string(); });
 
 /// Copies of a symmetric network with shared weights; outputs without names in initial states.

@@ -14,6 +14,7 @@
 
 #include "dpde/dpde.h"
 #include "support/json.h"
+#include "support/setting.h"
 
 namespace dpde {
 namespace {
@@ -145,6 +146,7 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
 
 TEST_P(AheadOfTime, RunsOnOtherGrids) {
   if (GetParam() >= examples) return;
+  if (!testing::is_tried(GetParam(), 3)) GTEST_SKIP() << "at night";
   const Case& c = example_case();
   Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set, .force = true});
   const dpde_scene* scene = build();
