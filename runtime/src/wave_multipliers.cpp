@@ -13,6 +13,11 @@ namespace {
 
 int64_t signed_mode(int64_t m, int64_t n) { return 2 * m <= n ? m : m - n; }
 
+std::complex<double> value_of(const dpde_transform_term& term, std::complex<double> argument, double size) {
+  if (term.function == DPDE_PHI) return phi(term.number, argument);
+  return term.function == DPDE_HEAVISIDE ? heaviside(argument) : inverse(term.number, argument, size);
+}
+
 bool is_even(const dpde_monomial& monomial) {
   return (monomial.powers[0] + monomial.powers[1] + monomial.powers[2]) % 2 == 0;
 }
@@ -121,8 +126,7 @@ WaveMultipliers::Complex WaveMultipliers::mean_at(std::array<double, 3> angles, 
       continue;
     }
     const Symbol argument = value(term->argument, angles, uniforms);
-    const bool is_phi = term->function == DPDE_PHI;
-    sum += factor * (is_phi ? phi(term->number, argument.sum) : inverse(term->number, argument.sum, argument.size));
+    sum += factor * value_of(*term, argument.sum, argument.size);
   }
   return sum;
 }

@@ -52,7 +52,7 @@ TEST(Text, Transforms) {
   axes x periodic, y periodic
   transform u by c*ikx^2 + iky^4 to w
   transform u by phi0(dt*(ikx^2 - c*iky)) within two_thirds, w by phi3(a)*(dt/2*ikx) to v
-  transform u by phi10(a*ikx)*(ikx), w by phi19(a*iky) to q
+  transform u by phi10(a*ikx)*(ikx), w by phi19(a*iky), u by heaviside0(ikx^2 + iky^2 + 20)*(a*ikx) to q
   swap u, v
   keep q
 }

@@ -341,6 +341,12 @@ std::vector<ProgramCase> program_cases() {
        1,
        "program p { axes x periodic; transform u by c*ikx + nu*ikx^2/(1 + c) within two_thirds to v; swap u, v }",
        {{"u"}, {"nu", "c"}}},
+      {"waves, parts of the spectrum",
+       1,
+       "program p { axes x periodic; transform u by heaviside0(ikx^2 + 9)*(c*ikx + 1), u by heaviside0(ikx^2 + 2) to "
+       "v; "
+       "swap u, v }",
+       {{"u"}, {"c"}}},
       {"waves, exponentials",
        1,
        "kernel n(u: field halo 1, out w: field, c: param) { w = c*u*(u[+1] - u[-1]) }\n"

@@ -26,7 +26,7 @@ std::vector<Multiplier> derivative_by(const Multiplier& by, const std::string& p
   const auto add = [&](WaveFunction function, const Expr& factor) {
     if (!is_literal(factor, 0)) result.push_back({function, by.argument, factor, by.within_two_thirds});
   };
-  const auto [kind, number] = by.function;
+  const auto [kind, number] = by.function;  // of heaviside the argument holds no param
   add(by.function, rate * (kind == WaveFunction::Kind::phi ? of_argument * by.factor + of_factor : of_factor));
   if (number > 0) add({kind, number + 1}, rate * (-(static_cast<double>(number) * of_argument * by.factor)));
   return result;

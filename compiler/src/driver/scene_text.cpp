@@ -42,6 +42,9 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
       [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
+      [&](const model::BandPass& b) {
+        return model::band_pass({with_values(b.operand, values), b.first, b.last, b.unit});
+      },
       [&](const model::Sample& s) {
         return model::sample({s.field, all(s.place), s.along});
       },

@@ -110,6 +110,12 @@ Expr interpolate(const Expr& operand, Origin origin) {
   return make(Interpolate{operand}, origin);
 }
 
+/// A number is the wave of length infinity.
+Expr band_pass(BandPass value, Origin origin) {
+  if (is_uniform(value.operand)) return value.first == 0 ? value.operand : number(0, origin);
+  return make(std::move(value), origin);
+}
+
 Expr sample(Sample value, Origin origin) { return make(std::move(value), origin); }
 
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
@@ -167,6 +173,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
         f(a.operand);
       },
       [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
+      [&](const BandPass& b) { f(b.operand); },
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
       [&](const Reduce& r) { f(r.operand); },
       [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
@@ -206,8 +213,9 @@ Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       [&](Select& s) { change(s.condition, f), change(s.yes, f), change(s.no, f); },
       [&](Derivative& d) { change(d.operand, f); }, [&](Advect& a) { change(a.velocity, f), change(a.operand, f); },
       [&](Shift& s) { change(s.operand, f); }, [&](Interpolate& i) { change(i.operand, f); },
-      [&](Sample& s) { change(s.place, f); }, [&](Reduce& r) { change(r.operand, f); },
-      [&](Apply& a) { change(a.arguments, f); }, [&](NetworkCall& i) { change(i.arguments, f); },
+      [&](BandPass& b) { change(b.operand, f); }, [&](Sample& s) { change(s.place, f); },
+      [&](Reduce& r) { change(r.operand, f); }, [&](Apply& a) { change(a.arguments, f); },
+      [&](NetworkCall& i) { change(i.arguments, f); },
       [&](Solve& s) { change(s.operation, f), change(s.right, f), change(s.boundary, f), change(s.starts, f); });
   return Expr(std::move(node));
 }

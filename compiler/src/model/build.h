@@ -28,6 +28,7 @@ Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin = {})
 Expr shift(const Expr& operand, std::vector<int> offset, Origin origin = {});
 /// Of what is the same everywhere, itself.
 Expr interpolate(const Expr& operand, Origin origin = {});
+Expr band_pass(BandPass value, Origin origin = {});
 Expr sample(Sample value, Origin origin = {});
 /// Over all axes.
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});

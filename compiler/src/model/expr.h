@@ -98,6 +98,14 @@ struct Interpolate {
   Expr operand;
   bool operator==(const Interpolate&) const = default;
 };
+/// What the waves of the operand in shells `first` to `last` make, the modes exp(i k.x) with first - 1/2 <= |k|/unit <
+/// last + 1/2, where the operand lies. `unit`: one wave along the longest axis.
+struct BandPass {
+  Expr operand;
+  int first, last;
+  double unit;
+  bool operator==(const BandPass&) const = default;
+};
 /// The value of a field at a place between its points; the same at all points. One coordinate an axis, uniform. Along
 /// each axis it is linear, or the point below or above.
 struct Sample {
@@ -180,7 +188,7 @@ struct Solve {
 };
 
 using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift,
-                          Interpolate, Sample, Reduce, Apply, NetworkCall, Solve>;
+                          Interpolate, BandPass, Sample, Reduce, Apply, NetworkCall, Solve>;
 struct Node {
   Kind kind;
   Origin origin;

@@ -83,6 +83,9 @@ Expr Rewriter::operator()(const Expr& e) const {
         return shift((*this)(s.operand), std::move(offset), origin);
       },
       [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); },
+      [&](const BandPass& b) {
+        return band_pass({(*this)(b.operand), b.first, b.last, b.unit}, origin);
+      },
       [&](const Sample& s) { return sampled(s, origin); },
       [&](const Reduce& r) {
         Reduce result = r;

@@ -112,9 +112,10 @@ double value_at(const Expr& formula, const std::array<double, 3>& place) {
       [&](const Param& e) { return none(e); }, [&](const Field& e) { return none(e); },
       [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
       [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
-      [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
-      [&](const NetworkCall& e) { return none(e); }, [&](const Solve& e) { return none(e); });
+      [&](const Interpolate& e) { return none(e); }, [&](const BandPass& e) { return none(e); },
+      [&](const Sample& e) { return none(e); }, [&](const Reduce& e) { return none(e); },
+      [&](const Apply& e) { return none(e); }, [&](const NetworkCall& e) { return none(e); },
+      [&](const Solve& e) { return none(e); });
 }
 
 Expr at_place(const Expr& formula, const Expr& place) {
@@ -143,9 +144,9 @@ Expr slope_of(const Expr& formula, const Variable& by) {
       [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); },
       [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); },
-      [&](const Sample& e) { return none(e); }, [&](const Reduce& e) { return none(e); },
-      [&](const Apply& e) { return none(e); }, [&](const NetworkCall& e) { return none(e); },
-      [&](const Solve& e) { return none(e); });
+      [&](const BandPass& e) { return none(e); }, [&](const Sample& e) { return none(e); },
+      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
+      [&](const NetworkCall& e) { return none(e); }, [&](const Solve& e) { return none(e); });
 }
 
 }  // namespace dpde::model

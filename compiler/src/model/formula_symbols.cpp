@@ -155,6 +155,7 @@ Piecewise::Id FormulaSymbols::convert_new(const Expr& e, const Offset& offset) {
       [&](const Derivative&) { return opaque(e, offset, scope_); },
       [&](const Advect&) { return opaque(e, offset, scope_); },
       [&](const Interpolate&) { return opaque(e, offset, scope_); },
+      [&](const BandPass&) { return opaque(e, offset, scope_); },
       [&](const Sample&) { return opaque(e, offset, scope_); },
       [&](const Reduce&) { return opaque(e, offset, scope_); },
       [&](const Apply& a) {

@@ -34,6 +34,7 @@ class Reader {
         },
         [&](const Derivative&) { read_parts(e, smooth); }, [&](const Advect&) { read_parts(e, smooth); },
         [&](const Shift&) { read_parts(e, smooth); }, [&](const Interpolate&) { read_parts(e, smooth); },
+        [&](const BandPass&) { read_parts(e, smooth); },
         [&](const Sample& s) {
           add(s.field, smooth);
           read_parts(e, smooth);

@@ -42,6 +42,7 @@ class Splitter {
         [&](const Interpolate& i) {
           return wrapped(i.operand, [&](const Expr& x) { return interpolate(x, e->origin); });
         },
+        [&](const BandPass&) { return refuse(e); },  // in no equation
         [&](const Number&) { return refuse(e); }, [&](const Param&) { return refuse(e); },
         [&](const Coordinate&) { return refuse(e); }, [&](const Noise&) { return refuse(e); },
         [&](const Call&) { return refuse(e); }, [&](const Sample&) { return refuse(e); },

@@ -118,6 +118,7 @@ Piece piece(const Expr& e) {
       [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
       [](const Shift& s) { return shift_piece(s); },
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
+      [](const BandPass& b) { return Piece{fmt::format("band_pass({}, {}, {})", bare(b.operand), b.first, b.last)}; },
       [](const Sample& s) { return sample_piece(s); }, [](const Reduce& r) { return reduce_piece(r); },
       [](const Apply& a) {
         const std::string component = a.function.body.size() == 1 ? "" : std::string(".") + "xyz"[a.component];

@@ -56,6 +56,7 @@ class Looking {
         [&](const Call&) { return look_below(e, false); }, [&](const Select&) { return look_below(e, false); },
         [&](const Derivative&) { return look_into(e); }, [&](const Advect&) { return look_into(e); },
         [&](const Shift&) { return look_into(e); }, [&](const Interpolate&) { return look_into(e); },
+        [&](const BandPass&) { return look_into(e); },
         [](const Sample&) { return Seen{}; },  // its place is the same at all points
         [&](const Reduce& r) {
           look_into(e);

@@ -169,6 +169,9 @@ Expr Rewriter::operator()(const Expr& e) {
       [&](const Advect& a) { return advection_of(a, origin); },
       [&](const Shift& s) { return shift((*this)(s.operand), s.offset, origin); },
       [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); },
+      [&](const BandPass& b) {
+        return band_pass({(*this)(b.operand), b.first, b.last, b.unit}, origin);
+      },
       [&](const Reduce& r) { return weighted(r, origin); },
       [&](const Apply& a) {
         Operator function = a.function;  // of coordinates: others are on no stretched axis

@@ -44,11 +44,12 @@ Complex value_of(const WaveFunction& function, const Sum& argument) {
     case WaveFunction::Kind::none: return 1;
     case WaveFunction::Kind::phi: return phi(function.number, argument.value);
     case WaveFunction::Kind::inverse: return inverse(function.number, argument.value, argument.size);
+    case WaveFunction::Kind::heaviside: return heaviside(argument.value);
   }
   unreachable("wave function");
 }
 
-/// By its argument: phi_N' = phi_N - N*phi_P, inverse_N' = -N*inverse_P, with P = N+1.
+/// By its argument: phi_N' = phi_N - N*phi_P, inverse_N' = -N*inverse_P, with P = N+1; heaviside' = 0.
 Complex slope_of(const WaveFunction& function, const Sum& argument) {
   const auto [kind, number] = function;
   const Complex next = static_cast<double>(number) * value_of({kind, number + 1}, argument);

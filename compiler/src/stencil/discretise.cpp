@@ -42,7 +42,8 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 }
 
 bool holds_derivative(const model::Expr& e) {
-  if (as<model::NetworkCall>(e) || as<model::Solve>(e)) return false;  // of fields of their own
+  if (as<model::NetworkCall>(e) || as<model::Solve>(e) || as<model::BandPass>(e))
+    return false;  // of fields of their own
   bool found = as<model::Derivative>(e) || as<model::Advect>(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
   return found;
@@ -252,6 +253,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         return inside_difference(s.operand, there);
       },
       [&](const model::Interpolate&) { return interpolated_at(e, place); },
+      [&](const model::BandPass& b) { return Quotient{band_at(b, place)}; },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
       [&](const model::NetworkCall& i) { return Quotient{inferred_at(i, place)}; },

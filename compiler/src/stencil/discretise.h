@@ -154,6 +154,7 @@ class Discretiser {
   Quotient waves_at(const model::Expr& e, const Place& place);
   std::optional<Quotient> sum_of_waves(const model::Binary& e, const Place& place);
   std::string stored_waves(const std::vector<WavePart>& parts);
+  Expr band_at(const model::BandPass& band, const Place& place);
   std::string stored_transform(Transform transform);
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);

@@ -49,6 +49,29 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
   return stored_transform(std::move(transform));
 }
 
+/// All waves below the upper end less those below the lower one: -|k|^2 is the sum of the squares of i k. What waves
+/// make lies where their operand does, and is displaced as that is.
+Expr Discretiser::band_at(const model::BandPass& band, const Place& place) {
+  Place own{};
+  Offset displaced{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) {
+    own[axis] = std::abs(place[axis] % 2);
+    displaced[axis] = (place[axis] - own[axis]) / 2;
+  }
+  Expr squares = 0.0;
+  for (int axis = 0; axis < static_cast<int>(rank_); ++axis) squares = squares + power(wave_number(axis), 2);
+  const std::string operand = stored_operand(band.operand, own);
+  Transform transform;
+  const auto add_below = [&](double shell, double factor) {
+    const double end = shell * band.unit, at_end = 1e-9;  // what lies there is of the shell above
+    transform.terms.push_back(
+        {operand, {{WaveFunction::Kind::heaviside, 0}, squares + end * end * (1 - at_end), factor, false}});
+  };
+  add_below(band.last + 0.5, 1);
+  if (band.first > 0) add_below(band.first - 0.5, -1);
+  return access(stored_transform(std::move(transform)), displaced);
+}
+
 /// Terms of a sum that are made of waves are one transform, where there are several.
 std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Binary& e, const Place& place) {
   if (e.op != BinaryOp::add && e.op != BinaryOp::subtract) return std::nullopt;

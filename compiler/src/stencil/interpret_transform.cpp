@@ -160,6 +160,7 @@ class Factor {
     if (!by_.function) return 1;
     const Complex argument = value_of(by_.argument, waves, state_, params_);
     if (by_.function.kind == WaveFunction::Kind::phi) return phi(by_.function.number, argument);
+    if (by_.function.kind == WaveFunction::Kind::heaviside) return argument.real() > 0 ? 1 : 0;
     return std::abs(argument) <= 1e-13 * size_of(waves) ? 0 : std::pow(argument, -by_.function.number);
   }
   /// The sum of the sizes of the terms of the argument.

@@ -212,7 +212,7 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
     return "it holds a sample";
   const bool has_places = holds([](const model::Expr& e) {
     return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind) ||
-           std::holds_alternative<model::Interpolate>(e->kind);
+           std::holds_alternative<model::Interpolate>(e->kind) || std::holds_alternative<model::BandPass>(e->kind);
   });
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";

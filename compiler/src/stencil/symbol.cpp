@@ -106,6 +106,12 @@ bool holds_wave_number(const Expr& e) {
   return holds;
 }
 
+bool holds_params(const Expr& e) {
+  bool holds = false;
+  visit(e, [&](const Expr& part) { holds = holds || (std::holds_alternative<Param>(part->kind) && !wave_axis(part)); });
+  return holds;
+}
+
 std::optional<Terms> polynomial_of(const Expr& e) {
   if (const auto axis = wave_axis(e)) {
     Monomial term{1.0};

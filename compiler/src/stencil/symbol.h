@@ -24,6 +24,8 @@ Expr slope_number(int axis);
 std::optional<int> wave_axis(const Expr& e);
 bool is_slope_number(const Expr& e);
 bool holds_wave_number(const Expr& e);
+/// Params that are none.
+bool holds_params(const Expr& e);
 
 /// coefficient * ikx^powers[0] * iky^powers[1] * ikz^powers[2]; one factor is ikx0 in the place of ikx where it
 /// vanishes for waves of two cells along x.

@@ -15,9 +15,10 @@ namespace dpde::stencil {
 
 namespace {
 
-/// phiN or inverseN; N is too large where it has many digits.
+/// phiN, inverseN or heaviside0; N is too large where it has many digits.
 WaveFunction function_of(const std::string& name) {
-  for (const WaveFunction::Kind kind : {WaveFunction::Kind::phi, WaveFunction::Kind::inverse}) {
+  using enum WaveFunction::Kind;
+  for (const WaveFunction::Kind kind : {phi, inverse, heaviside}) {
     const std::string_view word = name_of(kind);
     if (!name.starts_with(word) || name.size() == word.size()) continue;
     const std::string digits = name.substr(word.size());
@@ -99,7 +100,14 @@ class TransformReader {
       return false;
     }
     const ast::Expr& argument = call.arguments[0].value;
-    return read(argument, argument.range(), by.argument);
+    if (!read(argument, argument.range(), by.argument)) return false;
+    if (by.function.kind != WaveFunction::Kind::heaviside) return true;
+    const bool is_of_numbers = by.function.number == 0 && !holds_params(by.argument);
+    if (!is_of_numbers)
+      sink_.report("bad-program", call.callee_range,
+                   {call.callee + " is none of heaviside0 of numbers and wave numbers alone"},
+                   "it jumps, so that it has no derivative by a param");
+    return is_of_numbers;
   }
 
   bool read(const ast::Expr& source, SourceRange range, Expr& symbol) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Functions of a polynomial of wave numbers, by which transforms multiply waves: those of exponential integrators, and
-// what solves an equation wave by wave (runtime/abi/dpde/wave_functions.h). In text: phi2(p), inverse1(p).
+// what solves an equation wave by wave, and parts of spectra (runtime/abi/dpde/wave_functions.h). In text: phi2(p),
+// inverse1(p), heaviside0(p).
 #pragma once
 
 #include <array>
@@ -10,7 +11,7 @@
 namespace dpde {
 
 struct WaveFunction {
-  enum class Kind { none, phi, inverse };  // none: 1
+  enum class Kind { none, phi, inverse, heaviside };  // none: 1
   Kind kind = Kind::none;
   int number = 0;
 
@@ -18,7 +19,7 @@ struct WaveFunction {
   bool operator==(const WaveFunction&) const = default;
 };
 
-inline constexpr std::array<std::string_view, 3> wave_function_names{"", "phi", "inverse"};
+inline constexpr std::array<std::string_view, 4> wave_function_names{"", "phi", "inverse", "heaviside"};
 
 constexpr std::string_view name_of(WaveFunction::Kind kind) {
   return wave_function_names[static_cast<std::size_t>(kind)];

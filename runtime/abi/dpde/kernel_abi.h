@@ -184,9 +184,9 @@ typedef struct dpde_symbol {
   int32_t count;
   const dpde_monomial* monomials;
 } dpde_symbol;
-enum { DPDE_NO_FUNCTION = 0, DPDE_PHI = 1, DPDE_INVERSE = 2 };
-/* A field whose waves are multiplied by phi_N(argument)*factor or inverse_N(argument)*factor (wave_functions.h), by
- * factor alone where there is no function. N is `number`.
+enum { DPDE_NO_FUNCTION = 0, DPDE_PHI = 1, DPDE_INVERSE = 2, DPDE_HEAVISIDE = 3 };
+/* A field whose waves are multiplied by phi_N(argument)*factor, inverse_N(argument)*factor or
+ * heaviside(argument)*factor (wave_functions.h), by factor alone where there is no function. N is `number`.
  * A wave of two cells along an axis is that of the angle pi and of -pi: its multiplier is the mean over both.
  * within_two_thirds: by 0 where a wave has three cells or fewer along one of the axes. */
 typedef struct dpde_transform_term {

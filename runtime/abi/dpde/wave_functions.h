@@ -7,7 +7,10 @@
  * the series there. Their derivative is phi_N' = phi_N - N*phi_P with P = N+1.
  *
  * Those of equations that are solved wave by wave: inverse_N(z) = z^-N, and 0 where z is 0, so that the solution is the
- * smallest one. Its derivative is inverse_N' = -N*inverse_P, 0 there too. */
+ * smallest one. Its derivative is inverse_N' = -N*inverse_P, 0 there too.
+ *
+ * Those of parts of spectra: heaviside(z), 1 where z is above 0, else 0, of a z that is a real number for each wave and
+ * holds no param. */
 #ifndef DPDE_WAVE_FUNCTIONS_H
 #define DPDE_WAVE_FUNCTIONS_H
 
@@ -40,6 +43,8 @@ inline std::complex<double> phi(int number, std::complex<double> z) {
   }
   return sum;
 }
+
+inline double heaviside(std::complex<double> z) { return z.real() > 0 ? 1 : 0; }
 
 /// `size` is the sum of the sizes of what z is a sum of: z is 0 where nothing but rounding is left of it.
 inline std::complex<double> inverse(int number, std::complex<double> z, double size) {

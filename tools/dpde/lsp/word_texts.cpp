@@ -23,6 +23,7 @@ constexpr WordText functions[] = {
     {"norm", "norm(v)", "the length of a vector; |v| is the same"},
     {"if", "if(condition, a, b)", "a where the condition is true, else b"},
     {"mean", "mean(f), mean(f, x)", "the mean over the grid, or along axes"},
+    {"band_pass", "band_pass(f, 4, 8)", "in losses, tests and observables: what the waves of f in shells 4 to 8 make"},
     {"average", "average(mean(u^2))", "in a loss: the mean over all states that it looks at"},
     {"sum", "sum(f), sum(f, x), sum(c[j], j)", "the sum over the grid, along axes, or over an index"},
     {"integral", "integral(f), integral(f, x)", "the sum times the size of the cells"},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "model/build.h"
@@ -17,11 +18,11 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {
-    "dx",        "dy",       "dz",        "d",      "lap",         "grad",         "div",
-    "advect",    "bracket",  "dot",       "curl",   "norm",        "if",           "mean",
-    "sum",       "integral", "inject",    "sample", "interpolate", "random_field", "random_signal",
-    "noise",     "force_on", "torque_on", "cross",  "outer",       "inner",        "sym",
-    "transpose", "trace",    "average"};
+    "dx",        "dy",       "dz",        "d",        "lap",         "grad",         "div",
+    "advect",    "bracket",  "dot",       "curl",     "norm",        "if",           "mean",
+    "sum",       "integral", "inject",    "sample",   "interpolate", "random_field", "random_signal",
+    "noise",     "force_on", "torque_on", "cross",    "outer",       "inner",        "sym",
+    "transpose", "trace",    "average",   "band_pass"};
 
 /// Applies `f` to each component.
 template <class F>
@@ -68,6 +69,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (const auto value = tensor_call(e, range)) return *value;
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
   if (name == "interpolate") return interpolation(e, range);
+  if (name == "band_pass") return band(e, range);
   if (name == "if") return choice(e, range);
   if (is_quadrature(e)) return quadrature(e, range);
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
@@ -195,6 +197,46 @@ Typed Expressions::interpolation(const ast::Call& e, SourceRange range) {
     draft_.sink.report("beside-pole", range, {"what is interpolated from faces on the pole"},
                        "there it is 0, whatever flows over the pole: leave `on faces` out, or the rows beside poles");
   return map_parts(operand, [&](const Expr& part) { return interpolate(part, {range}); });
+}
+
+/// Shells as `spectrum` counts them.
+Typed Expressions::band(const ast::Call& e, SourceRange range) {
+  if (purpose_ != Purpose::quantity) return refuse("band_pass", e.callee_range);
+  const bool has_last = e.arguments.size() == 3;
+  if (!takes(e, has_last ? 3 : 2)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  const std::optional<int> first = shell_of(e.arguments[1].value, 0);
+  const std::optional<int> last = has_last && first ? shell_of(e.arguments[2].value, *first) : first;
+  if (!first || !last || operand.type == Typed::Type::none) return {};
+  const Problem& problem = draft_.problem;
+  std::string obstacle = obstacle_to_waves(problem.axes);
+  if (problem.metric) obstacle = problem.metric->name;
+  if (!problem.has_grid) obstacle = "the scene has no grid";
+  if (!obstacle.empty()) {
+    draft_.sink.report("waves-do-not-fit", range, {"band_pass", obstacle},
+                       "shells of waves need periodic axes of equal cells: take means of derivatives");
+    return {};
+  }
+  double longest = 0;
+  for (const Axis& axis : problem.axes) longest = axis.cells > 1 ? std::max(longest, axis.high - axis.low) : longest;
+  const double unit = 2 * std::numbers::pi / (longest > 0 ? longest : 1);
+  return map_parts(operand, [&](const Expr& part) { return band_pass({part, *first, *last, unit}, {range}); });
+}
+
+/// A number, or what an argument of a function or an index is.
+std::optional<int> Expressions::shell_of(const ast::Expr& e, int least) {
+  constexpr int most = 1 << 20;
+  const Typed typed = numeric(e);
+  if (typed.type == Typed::Type::none) return std::nullopt;
+  const auto* number = std::get_if<Number>(&typed.parts.front()->kind);
+  const bool is_whole = typed.parts.size() == 1 && number != nullptr && number->value >= least &&
+                        number->value <= most && std::floor(number->value) == number->value;
+  if (is_whole) return static_cast<int>(number->value);
+  draft_.sink.report("not-whole", e.range(), {number != nullptr ? fmt::format("{}", number->value) : "a formula"},
+                     fmt::format("shells are numbered from {} on: write band_pass(u, 4, 8); one wave along the longest "
+                                 "axis is shell 1",
+                                 least));
+  return std::nullopt;
 }
 
 Typed Expressions::along_named_axis(const ast::Call& e, SourceRange range) {

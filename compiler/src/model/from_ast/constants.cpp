@@ -45,6 +45,7 @@ class Evaluation {
         [](const Advect&) -> double { unreachable("advection in a number"); },
         [](const Shift&) -> double { unreachable("a neighbour in a number"); },
         [](const Interpolate&) -> double { unreachable("an interpolation in a number"); },
+        [](const BandPass&) -> double { unreachable("waves in a number"); },
         [](const Sample&) -> double { unreachable("a sample in a number"); },
         [](const Reduce&) -> double { unreachable("a reduction in a number"); },
         [](const Apply&) -> double { unreachable("an operator in a number"); },

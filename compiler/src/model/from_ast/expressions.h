@@ -114,6 +114,8 @@ class Expressions {
   Typed magnitude(const ast::Expr& operand, SourceRange range);
   Typed norm(const Typed& value, SourceRange range);
   Typed interpolation(const ast::Call& e, SourceRange range);
+  Typed band(const ast::Call& e, SourceRange range);
+  std::optional<int> shell_of(const ast::Expr& e, int least);
 
   // tensors.cpp
   bool is_tensor(const Typed& value) const;

@@ -27,7 +27,8 @@ bool varies(const Draft& draft, const Expr& e) {
     });
   return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
          std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
-         std::holds_alternative<Noise>(e->kind) || std::holds_alternative<Sample>(e->kind);
+         std::holds_alternative<BandPass>(e->kind) || std::holds_alternative<Noise>(e->kind) ||
+         std::holds_alternative<Sample>(e->kind);
 }
 
 /// Whether what varies in space has no place in such a formula.

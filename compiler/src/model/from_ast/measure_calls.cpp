@@ -169,7 +169,7 @@ MeasureList Measures::elementary(const ast::Call& e) {
     return common({e.arguments[1].value, e.arguments[2].value}, "");
   }
   if (f == "min" || f == "max") return common({e.arguments[0].value, e.arguments[1].value}, "");
-  if (f == "abs" || f == "norm" || f == "interpolate" || f == "average") {
+  if (f == "abs" || f == "norm" || f == "interpolate" || f == "average" || f == "band_pass") {
     const MeasureList list = of(e.arguments[0].value);
     return f == "norm" ? MeasureList{alike(list, e.arguments[0].value.range())} : list;
   }

@@ -98,6 +98,8 @@ void check_split(Draft& draft);
 // waves.cpp
 /// Whether a scheme made of waves fits the axes and the equations.
 void check_waves(Draft& draft);
+/// Why no waves go on for ever along the axes of the scene; "" where they do.
+std::string obstacle_to_waves(const std::vector<Axis>& axes);
 
 // implicit_schemes.cpp
 /// Whether an implicit time scheme fits the equations.

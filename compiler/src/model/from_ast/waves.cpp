@@ -24,10 +24,7 @@ std::string row_of_waves(const Scheme& scheme) {
 
 /// What stands in the way; "" where nothing does.
 std::string obstacle_to_waves(const Problem& problem) {
-  for (const Axis& axis : problem.axes) {
-    if (axis.topology == Topology::bounded) return fmt::format("axis {} is bounded", axis.name);
-    if (axis.stretch) return fmt::format("axis {} is stretched", axis.name);
-  }
+  if (std::string what = obstacle_to_waves(problem.axes); !what.empty()) return what;
   for (const State& state : problem.states) {
     if (state.placement != Placement{}) return fmt::format("{} does not lie at the cell centres", state.name);
   }
@@ -35,6 +32,14 @@ std::string obstacle_to_waves(const Problem& problem) {
 }
 
 }  // namespace
+
+std::string obstacle_to_waves(const std::vector<Axis>& axes) {
+  for (const Axis& axis : axes) {
+    if (axis.topology == Topology::bounded) return fmt::format("axis {} is bounded", axis.name);
+    if (axis.stretch) return fmt::format("axis {} is stretched", axis.name);
+  }
+  return "";
+}
 
 void check_waves(Draft& draft) {
   const Problem& problem = draft.problem;
