@@ -136,6 +136,10 @@ const std::map<std::string, std::string> smaller = {
     {"waves alfven", "--set cells=8 --set end=pi/16"},
     {"waves growing", "--set cells=8 --set end=0.1"},
     {"waves rate", "--set cells=8 --set end=0.1"},
+    {"observed by_newton", "--set cells=8"},
+    {"observed exact", "--set cells=8"},
+    {"observed observed", "--set cells=8"},
+    {"observed rubbed_and_washed", "--set cells=8"},
     {"year find_wash", "--set cells=8 --set step=14400"},
     {"year rain_by_swell", "--set cells=8 --set step=14400"},
     {"year ten_days", "--set cells=6 --set end=14400 --set time=euler"},
@@ -154,8 +158,8 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"filtered", "first_guess", "hold",    "hold_network", "hybrid",
-                                        "sphere",   "stations",    "steered", "year"};
+const std::set<std::string> at_night = {"filtered", "first_guess", "hold",     "hold_network", "hybrid",
+                                        "observed", "sphere",      "stations", "steered",      "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
