@@ -164,7 +164,9 @@ Json Job::of_each_task(const std::function<Json()>& one) {
 }
 
 void Job::say(const std::string& text) {
-  if (!options_.quiet && !options_.json) fmt::print("{}", text);
+  if (options_.quiet || options_.json) return;
+  fmt::print("{}", text);
+  std::fflush(stdout);  // into a file, too, where a run of hours is looked at
 }
 
 void Job::wrote(const std::string& path) {
