@@ -57,7 +57,7 @@ class MappedData {
       options.selection.overrides["cells." + axis.name] = fmt::format("{}", axis.cells);
     options.selection.shown = map_;
     for (ast::NamedFormula& each : options.selection.shown) each.name.name = shown_name(each.name.name);
-    if (!options.backend) options.backend = driver::Backend::interpreter;
+    if (!options.backend) options.backend = driver::Backend::jit;  // the interpreter solves by dense matrices
     DiagnosticSink within;
     std::optional<driver::Compiled> compiled = driver::compile(source_, options, within);
     if (compiled) {
