@@ -25,6 +25,15 @@ const std::map<std::string, std::string> smaller = {
     {"drag less_pull", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
     {"drag less_pull_by_adam", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
     {"drag pulled", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
+    {"eddies by_plain_numbers", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies climate", "--set cells=8"},
+    {"eddies climate_by_numbers", "--set cells=8"},
+    {"eddies closed", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies doubled", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies fine", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies numbered", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies plain", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"eddies states", "--set cells=8"},
     {"fitzhugh_nagumo patient", "--set cells=32"},
     {"fitzhugh_nagumo scar", "--set cells=32"},
     {"flow cavity", "--set cells=8 --set end=0.5"},
@@ -149,17 +158,24 @@ const std::map<std::string, std::string> smaller = {
 
 /// These read what other commands write (trained weights) or what is published elsewhere.
 const std::map<std::string, std::string> without_their_files = {
-    {"by_iterate", "first.safetensors"},  {"by_residual", "first.safetensors"},
-    {"by_solution", "first.safetensors"}, {"beforehand_test", "small.safetensors"},
-    {"by_network", "policy.safetensors"}, {"curves", "from_equation.safetensors"},
-    {"judge", "gains.safetensors"},       {"look", "law.safetensors"},
-    {"picture", "potential.safetensors"}, {"published", "pbdl_burgers_t16.npy"},
+    {"by_climate", "climate/stress.safetensors"},
+    {"by_states", "states/stress.safetensors"},
+    {"by_iterate", "first.safetensors"},
+    {"by_residual", "first.safetensors"},
+    {"by_solution", "first.safetensors"},
+    {"beforehand_test", "small.safetensors"},
+    {"by_network", "policy.safetensors"},
+    {"curves", "from_equation.safetensors"},
+    {"judge", "gains.safetensors"},
+    {"look", "law.safetensors"},
+    {"picture", "potential.safetensors"},
+    {"published", "pbdl_burgers_t16.npy"},
     {"unseen", "controller.safetensors"},
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"filtered", "first_guess", "hold",     "hold_network", "hybrid",
-                                        "observed", "sphere",      "stations", "steered",      "year"};
+const std::set<std::string> at_night = {"eddies",   "filtered", "first_guess", "hold",    "hold_network", "hybrid",
+                                        "observed", "sphere",   "stations",    "steered", "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
