@@ -98,6 +98,30 @@ TEST_F(WindowGoals, NeedNoData) {
   EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
 }
 
+/// A control of numbers or of fields, sought in each window, has the window's intervals, however long its scene is.
+TEST_F(WindowGoals, ControlsAreThoseOfTheWindow) {
+  write_runs("pairs.nc", 2);
+  for (const std::string kind : {"control", "control field"}) {
+    std::vector<Json> losses;
+    for (const std::string end : {"1/16", "1/64", "3/64", "1"}) {
+      write("c.dpde", "model rod { field u; param k = 0.05; " + kind + R"( c; dt(u) = k*lap(u) + c }
+scene s : rod { grid x = 0 .. 1, cells 8, periodic; initial u = 0; c = 0 every 1/32; time 0 .. )" +
+                          end +
+                          R"(, step 1/64 }
+task t : s {
+  data r = trajectories("pairs.nc", u)
+  unknown c from 0.1 + t
+  minimise mean((u - r)^2) over 4 steps
+  using lbfgs(), iterations 3
+})");
+      const Outcome outcome = dpde("optimize c.dpde t --json --out o" + std::to_string(losses.size() + kind.size()));
+      ASSERT_EQ(outcome.status, 0) << kind << " to " << end << outcome.err;
+      losses.push_back(outcome.json()["loss"]);
+      EXPECT_EQ(losses.back(), losses.front()) << kind << " to " << end;
+    }
+  }
+}
+
 /// A data set keeps a single frame, the state that each run begins with.
 TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
   const std::string begins = heated_rod +

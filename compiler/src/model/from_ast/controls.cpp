@@ -101,4 +101,11 @@ void bind_controls(Draft& draft) {
   }
 }
 
+void bind_controls_of_windows(Draft& draft) {
+  for (Control& control : draft.problem.controls) {
+    control.values = values_of(draft, control, control.formula, control.origin.range);
+    if (!control.start.empty()) control.start = values_of(draft, control, control.start_formula, control.origin.range);
+  }
+}
+
 }  // namespace dpde::model

@@ -184,6 +184,8 @@ std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char*
 
 // controls.cpp
 void bind_controls(Draft& draft);
+/// The values of a window, which is longer or shorter than the scene.
+void bind_controls_of_windows(Draft& draft);
 // masks.cpp: behind the controls, which may move them
 void bind_masks(Draft& draft);
 

@@ -402,6 +402,7 @@ void bind_training(Draft& draft) {
   }
   for (Datum& datum : task.data) datum.when = {When::Kind::steps, {}, length};
   draft.problem.steps = std::max(length, 1);
+  bind_controls_of_windows(draft);
 }
 
 }  // namespace dpde::model
