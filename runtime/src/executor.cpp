@@ -177,6 +177,8 @@ Operation Executor::Plan::make_operation(const dpde_program& program, const dpde
       break;
     case DPDE_SOLVE:
       operation.solve = ProgramSolve(from.solve, program, layout, shelf);
+      if (const dpde_inference* network = from.solve.network)
+        operation.inference = Inference(*network, *program.networks[network->network]);
       operation.block = make(program, from.solve.operations, from.solve.operation_count, layout);
       if (const dpde_solve* step = from.solve.step)
         operation.step = make(program, step->operations, step->operation_count, layout);
@@ -300,7 +302,11 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
       case DPDE_SOLVE:
         operation.solve.run(
             fields, executor.params_.data(), [&] { run(operation.block, executor); },
-            [&] { run(operation.step, executor); });
+            [&] { run(operation.step, executor); },
+            [&] {
+              const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
+              operation.inference.run_beside_tapes(networks[operation.inference.network()], fields);
+            });
         break;
       case DPDE_REPEAT: {
         Passes& passes = operation.passes;

@@ -66,6 +66,7 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
     : solve_(solve),
       layout_(with_three_axes(layout)),
       name_(program.fields[solve.unknowns[0]]),
+      network_(solve.network == nullptr ? "" : program.networks[solve.network->network]->name),
       periodic_(periodic_axes(solve, layout)),
       inputs_(solve, layout),
       shelf_(std::move(shelf)),
@@ -98,7 +99,9 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
               .tolerance = solve_.tolerance,
               .most_iterations = solve_.most_iterations,
               .smoother = smoother_of(solve_.smoother),
-              .preconditioning = preconditioning_of(solve_.preconditioner),
+              .preconditioning =
+                  solve_.network != nullptr ? Preconditioning::network : preconditioning_of(solve_.preconditioner),
+              .network = network_,
               .rounding = rounding};
   if (fits(options_.method)) return;
   if (matrix_.size() <= few_cells) {
@@ -203,7 +206,8 @@ void FieldSolve::keep_on_tape() {
   }
 }
 
-void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
+void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
+                     const std::function<void()>& precondition) {
   read_cells(layout_, fields[solve_.rights[0]], right_);
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
@@ -219,7 +223,11 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   }
   if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
-    const SolveReport report = solve_timed();
+    const SolveReport report = solve_timed([&](std::span<const double> left, std::span<double> towards) {
+      write_cells(layout_, fields[solve_.network->inputs[0]], left);
+      precondition();
+      read_cells(layout_, fields[solve_.network->results[0]], towards);
+    });
     note(report);
     check(report);
     keep_on_tape();
@@ -228,10 +236,11 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   write_cells(layout_, fields[solve_.unknowns[0]], solution_);
 }
 
-SolveReport FieldSolve::solve_timed() {
+/// `search`: what the network makes of what is left.
+SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
   const ProcessorWatch solving(note_->seconds);
   if (solver_->has_first_guess()) begin();
-  const SolveReport report = solver_->solve(right_, solution_);
+  const SolveReport report = solver_->solve(right_, solution_, &search);
   return report.converged ? report : solve_again(report);
 }
 
@@ -256,6 +265,7 @@ void FieldSolve::note(const SolveReport& report) {
     note_->reason = reason_;
   }
   note_->iterations += report.iterations;
+  note_->unaided += report.unaided;
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
   const bool is_missed = !report.converged && solve_.warns != 0;
   const bool is_worst = is_missed && (note_->missed == 0 || report.residual > note_->residual);

@@ -29,9 +29,10 @@ class FieldSolve {
   FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
              std::shared_ptr<SolverShelf> shelf);
 
-  /// `apply` runs the operations. `fields` point at their cells (0,0,0).
+  /// `apply` runs the operations, `precondition` the network, if there is one. `fields` point at their cells (0,0,0).
   /// \throws NoSolution where there is none to the tolerance: it says why.
-  void run(void* const* fields, const double* params, const std::function<void()>& apply);
+  void run(void* const* fields, const double* params, const std::function<void()>& apply,
+           const std::function<void()>& precondition);
 
   const std::string& unknown() const { return name_; }
   /// Bytes of the tape of a run.
@@ -49,7 +50,7 @@ class FieldSolve {
   void drop_solver();
   bool find_on_tape();
   void keep_on_tape();
-  SolveReport solve_timed();
+  SolveReport solve_timed(const VectorFunction& search);
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
@@ -58,7 +59,8 @@ class FieldSolve {
 
   dpde_solve solve_{};
   dpde_layout layout_{};
-  std::string name_;  // of the unknown
+  std::string name_;     // of the unknown
+  std::string network_;  // that preconditions; "": none
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
   std::vector<double> right_, solution_, guesses_;  // one behind the other

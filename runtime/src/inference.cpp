@@ -44,6 +44,10 @@ void Inference::run(Network& network, void* const* fields, const dpde_weights& w
   }
 }
 
+void Inference::run_beside_tapes(Network& network, void* const* fields) {
+  network.value_beside_tapes(inputs_.bound(fields), results_.bound(fields));
+}
+
 namespace {
 
 std::int64_t count_applications(const dpde_operation* operations, int32_t count, int network, int mode) {

@@ -17,6 +17,8 @@ class Inference {
   Inference(const dpde_inference& source, const dpde_network& network);
   /// Number of the network among those of the program.
   std::size_t network() const { return network_; }
+  /// A value, for what has no adjoint.
+  void run_beside_tapes(Network& network, void* const* fields);
   /// `fields`: base pointers of the fields of the program.
   void run(Network& network, void* const* fields, const dpde_weights& weights);
 

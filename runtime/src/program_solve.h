@@ -30,15 +30,17 @@ class ProgramSolve {
   /// Null where it is not linear, or for several.
   FieldSolve* of_field() { return std::get_if<FieldSolve>(&solve_); }
 
-  /// `apply` runs the operations, `apply_step` those of a step of Newton's method. References to them need no memory.
-  template <class Apply, class ApplyStep>
-  void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step) try {
+  /// `apply` runs the operations, `apply_step` those of a step of Newton's method, `precondition` the network that is
+  /// the preconditioner. References to them need no memory.
+  template <class Apply, class ApplyStep, class Precondition>
+  void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step,
+           const Precondition& precondition) try {
     if (auto* newton = std::get_if<NewtonSolve>(&solve_)) {
       newton->run(fields, params, std::ref(apply), std::ref(apply_step));
     } else if (auto* coupled = std::get_if<CoupledSolve>(&solve_)) {
       coupled->run(fields, params, std::ref(apply));
     } else {
-      std::get<FieldSolve>(solve_).run(fields, params, std::ref(apply));
+      std::get<FieldSolve>(solve_).run(fields, params, std::ref(apply), std::ref(precondition));
     }
   } catch (Error& error) {
     error.set_solve_for(unknown_);

@@ -45,6 +45,9 @@ std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, cons
   block.finish({unknowns.begin(), unknowns.end()});
   block.restore_seed_names();
   Solve transposed{{}, seeds, {}, block.statements(kernels_), solve.by, solve.written};
+  if (solve.by.method == SolveMethod::cg)  // of symmetric operators; others have no use for what is near A^-1
+    transposed.preconditioner = copy.preconditioner;
+  for (const std::string& field : fields_beside_residual(transposed)) needed[field] = index;
   for (const std::string& unknown : unknowns) transposed.images.push_back(names_.of(unknown));
   for (const std::string& image : copy.images) transposed.unknowns.push_back(names_.of(image));
   for (const std::string& field : coefficients_of(kernels_, transposed)) {

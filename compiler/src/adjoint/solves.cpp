@@ -44,6 +44,11 @@ Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::s
   copy.unknowns = unknowns;
   copy.guesses.clear();  // they are some for the solution, not for its rates
   for (std::string& image : copy.images) image = renaming.field(image);
+  if (copy.preconditioner) {
+    for (auto* fields : {&copy.preconditioner->inputs, &copy.preconditioner->results}) {
+      for (std::string& field : *fields) field = renaming.field(field);
+    }
+  }
   copy.body = renamed(module, solve.body, renaming, kernels);
   return copy;
 }

@@ -326,6 +326,7 @@ class TangentWriter {
   void add_solve(const Solve& solve, Program& derived) {
     derived.body.push_back(solve);
     add_kernels(kernels_, module_, operator_of(solve, program_));
+    if (solve.preconditioner) add_networks(kernels_, {*module_.find_network(solve.preconditioner->network)});
     if (!varied_.fields.contains(solve.unknowns.front())) return;
     std::vector<std::string> rates;
     std::vector<Expr> rights;

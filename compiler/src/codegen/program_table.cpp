@@ -162,6 +162,7 @@ struct ProgramTables::Table {
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
   std::deque<dpde_solve> steps;
+  std::deque<dpde_inference> inferences;  // of preconditioners
   std::deque<std::vector<dpde_monomial>> symbols;
   std::deque<std::vector<dpde_transform_term>> transform_terms;
   std::deque<std::vector<dpde_operation>> blocks;
@@ -344,6 +345,8 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
   const dpde_solve* step = nullptr;
   for (const loop::Operation& one : source.step)
     step = &steps.emplace_back(solve(module, program, std::get<loop::Solve>(one), row_code, shared));
+  const dpde_inference* preconditioner =
+      source.preconditioner ? &inferences.emplace_back(inference(*source.preconditioner, shared)) : nullptr;
   return {static_cast<int32_t>(source.unknowns.size()),
           indices(source.images),
           indices(source.rights),
@@ -364,7 +367,8 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           step,
           kind_of(source.by.preconditioner),
           static_cast<int32_t>(source.guesses.size()),
-          indices(source.guesses)};
+          indices(source.guesses),
+          preconditioner};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

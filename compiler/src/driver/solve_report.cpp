@@ -33,6 +33,7 @@ const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statemen
 void add_note(SolveNote& to, const SolveNote& note) {
   to.solves += note.solves;
   to.iterations += note.iterations;
+  to.unaided += note.unaided;
   to.missed += note.missed;
   to.seconds += note.seconds;
   to.setup += note.setup;
@@ -122,11 +123,14 @@ std::string text_of(const std::vector<SolveReport>& solves) {
         static_cast<double>(solve.note.iterations) / static_cast<double>(std::max<std::int64_t>(solve.note.solves, 1));
     const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
     const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
-    text += fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
-                        most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}", mean, most, guess)
-                        : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
-                                  : "",
-                        times_of(solve.note));
+    const std::string unaided =
+        solve.note.unaided == 0 ? "" : fmt::format(", {} in all along the residual itself", solve.note.unaided);
+    text +=
+        fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
+                    most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}{}", mean, most, unaided, guess)
+                    : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
+                              : "",
+                    times_of(solve.note));
   }
   return text;
 }

@@ -145,7 +145,8 @@ void forget_guesses(std::vector<stencil::Statement>& body) {
   for (stencil::Statement& statement : body) {
     match(
         statement, [](stencil::Fill&) {}, [](stencil::Fold&) {}, [](stencil::Reduce&) {}, [](stencil::NetworkCall&) {},
-        [](stencil::Transform&) {}, [](stencil::Run&) {}, [](stencil::Solve& solve) { solve.guesses.clear(); },
+        [](stencil::Transform&) {}, [](stencil::Run&) {},
+        [](stencil::Solve& solve) { solve.guesses.clear(), solve.preconditioner.reset(); },
         [](stencil::Repeat& repeat) { forget_guesses(repeat.body); });
   }
 }
@@ -247,15 +248,17 @@ void check_guesses(const Compiled& compiled, const model::Influence& influence, 
   };
   for (const model::Solve* solve : model::solves_of(*compiled.problem)) {
     for (const model::Expr& start : solve->starts) add(model::reading_of(start));
+    if (solve->preconditioner) add(model::reading_of(*solve->preconditioner));
   }
   if (const stencil::Program* step = written_step(compiled)) add({{}, names_in_guesses(compiled.stencil, *step)});
   for (const std::size_t i : begun_with) {
     if (influence.on_losses().any.contains(i)) continue;
     const model::Unknown& unknown = task.unknowns[i];
     sink.report("no-useful-derivative", unknown.origin.range,
-                {name_of(unknown), "acts on what a solve begins with alone, on which no solution depends: it"},
-                "minimise what the guess leaves, as mean((lap(q) + w)^2) with solve lap(q) = -w for q from guess(w) "
-                "after 0 iterations, or what is left after 5 iterations");
+                {name_of(unknown),
+                 "acts on what a solve begins with or is preconditioned by alone, on which no solution depends: it"},
+                "minimise what a guess leaves, as mean((lap(q) + w)^2) with solve lap(q) = -w for q from guess(w) "
+                "after 0 iterations, or what it or a preconditioner leaves after 5 iterations");
   }
 }
 

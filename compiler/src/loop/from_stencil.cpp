@@ -344,7 +344,8 @@ Solve ModuleBuilder::solve_of(const stencil::Solve& solve, const stencil::Progra
                stencil::effects(source_, solve).params,
                solve.is_linear,
                {},
-               solve.guesses};
+               solve.guesses,
+               solve.preconditioner};
   ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
   input.filled_each_run.insert(contested_.begin(), contested_.end());
   input.filled_each_run.insert(filled_each_run.begin(), filled_each_run.end());

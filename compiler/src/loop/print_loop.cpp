@@ -248,7 +248,8 @@ std::string solve_text(const Module& module, const Solve& solve, const std::stri
       (solve.by.smoother == Smoother::automatic ? "" : fmt::format(" smoother {}", name_of(solve.by.smoother))) +
       (solve.by.preconditioner == Preconditioner::automatic
            ? ""
-           : fmt::format(" preconditioner {}", name_of(solve.by.preconditioner)));
+           : fmt::format(" preconditioner {}", name_of(solve.by.preconditioner))) +
+      (solve.preconditioner ? " preconditioner " + network::text_of(*solve.preconditioner) : "");
   std::string text = fmt::format(
       "{} {} = {} for {}{} by {}{} tolerance {} iterations {}{} reach {} {{\n", solve.is_linear ? "solve" : "newton",
       fmt::join(solve.images, ", "), fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),

@@ -268,6 +268,7 @@ void Verifier::check_solve(const Program& program, const Solve& solve) {
   for (const std::string& guess : solve.guesses)
     check(has(program.fields, guess) && !has(solve.unknowns, guess), program.name,
           fmt::format("begins with {}, no field or what it solves for", guess));
+  if (solve.preconditioner) check_network(program, *solve.preconditioner);
   for (const std::string& field : solve.coefficients)
     check(has(program.fields, field), program.name, fmt::format("no field {}", field));
   for (const std::string& param : solve.params)

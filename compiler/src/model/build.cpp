@@ -131,9 +131,10 @@ Expr apply(Apply application, Origin origin) { return make(std::move(application
 Expr network_call(NetworkCall inference, Origin origin) { return make(std::move(inference), origin); }
 
 Expr solve(Solve solved, Origin origin) { return make(std::move(solved), origin); }
-Expr without_starts(const Solve& solved, Origin origin) {
+Expr without_aids(const Solve& solved, Origin origin) {
   Solve copy = solved;
   if (!copy.iterations) copy.starts.clear();
+  if (!copy.iterations) copy.preconditioner.reset();
   return solve(std::move(copy), origin);
 }
 
@@ -182,6 +183,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
         f(s.operation);
         f(s.right);
         std::for_each(s.starts.begin(), s.starts.end(), f);
+        if (s.preconditioner) f(*s.preconditioner);
         for (const AxisSides& sides : s.boundary) {
           for (const Side* side : {&sides.low, &sides.high}) f(side->value), f(side->a), f(side->b);
         }
@@ -195,6 +197,9 @@ using Change = std::function<Expr(const Expr&)>;
 void change(Expr& part, const Change& f) { part = f(part); }
 void change(std::vector<Expr>& parts, const Change& f) {
   for (Expr& part : parts) change(part, f);
+}
+void change(std::optional<Expr>& part, const Change& f) {
+  if (part) change(*part, f);
 }
 void change(std::vector<AxisSides>& boundary, const Change& f) {
   for (AxisSides& sides : boundary) {
@@ -216,7 +221,10 @@ Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       [&](BandPass& b) { change(b.operand, f); }, [&](Sample& s) { change(s.place, f); },
       [&](Reduce& r) { change(r.operand, f); }, [&](Apply& a) { change(a.arguments, f); },
       [&](NetworkCall& i) { change(i.arguments, f); },
-      [&](Solve& s) { change(s.operation, f), change(s.right, f), change(s.boundary, f), change(s.starts, f); });
+      [&](Solve& s) {
+        change(s.operation, f), change(s.right, f), change(s.boundary, f), change(s.starts, f);
+        change(s.preconditioner, f);
+      });
   return Expr(std::move(node));
 }
 

@@ -37,7 +37,7 @@ Expr apply(Apply application, Origin origin = {});
 Expr network_call(NetworkCall inference, Origin origin = {});
 Expr solve(Solve solved, Origin origin = {});
 /// The same solve beginning with nothing of the model's: what a solution depends on.
-Expr without_starts(const Solve& solved, Origin origin);
+Expr without_aids(const Solve& solved, Origin origin);
 
 bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor noise nor reductions: the same at all points.

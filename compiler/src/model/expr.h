@@ -181,7 +181,10 @@ struct Solve {
   std::vector<std::string> guesses = {};
   /// As the model says, fields beside them, which have no part in derivatives; where `iterations` is known they have.
   std::vector<Expr> starts = {};
-  /// What so many plain conjugate gradients make of the start, each of them differentiated, is the value; nullopt: the
+  /// What a network makes of the residual of an iteration, which is called `name` in it too: a call of one output. It
+  /// has no part in derivatives; where `iterations` is known it has.
+  std::optional<Expr> preconditioner = {};
+  /// What so many conjugate gradients make of the start, each of them differentiated, is the value; nullopt: the
   /// solution.
   std::optional<int> iterations = {};
   bool operator==(const Solve&) const = default;

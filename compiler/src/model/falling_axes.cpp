@@ -138,6 +138,7 @@ Expr Rewriter::solved(Solve solve, Origin origin) const {
   solve.operation = (*this)(solve.operation);
   solve.right = (*this)(solve.right);
   for (Expr& start : solve.starts) start = (*this)(start);
+  if (solve.preconditioner) solve.preconditioner = (*this)(*solve.preconditioner);
   rewrite(solve.boundary);
   return model::solve(std::move(solve), origin);
 }

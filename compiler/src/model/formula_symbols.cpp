@@ -171,8 +171,9 @@ Piecewise::Id FormulaSymbols::convert_new(const Expr& e, const Offset& offset) {
       [&](const Solve& s) {
         LocalFields inside = scope_;
         const auto follows = [&](const Expr& start) { return s.iterations && moves(start); };
-        inside[s.name] = {moves(s.right) || moves(s.operation) || std::ranges::any_of(s.starts, follows)};
-        return opaque(without_starts(s, e->origin), offset, inside);
+        inside[s.name] = {moves(s.right) || moves(s.operation) || std::ranges::any_of(s.starts, follows) ||
+                          (s.preconditioner && follows(*s.preconditioner))};
+        return opaque(without_aids(s, e->origin), offset, inside);
       });
 }
 

@@ -48,7 +48,7 @@ class Reader {
           add(call.network, smooth);
           read_parts(e, smooth);
         },
-        [&](const Solve& s) { read_parts(without_starts(s, e->origin), smooth); });
+        [&](const Solve& s) { read_parts(without_aids(s, e->origin), smooth); });
   }
 
  private:

@@ -139,6 +139,8 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     for (const Expr& start : solve->starts) {
       if (const auto mistake = misplaced(start, {})) return mistake;
     }
+    if (const auto mistake = solve->preconditioner ? misplaced(*solve->preconditioner, {}) : std::nullopt)
+      return mistake;
     const std::optional<Mistake> mistake = misplaced(solve->operation, {});
     return mistake ? mistake : misplaced(solve->right, {});
   }

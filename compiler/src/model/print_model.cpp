@@ -194,8 +194,9 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
     for (const Expr& start : solve->starts) begun.push_back(print(start));
     const std::string guess = begun.empty() ? "" : fmt::format(" from {}", fmt::join(begun, ", "));
     const std::string after = solve->iterations ? fmt::format(" after {} iterations", *solve->iterations) : "";
-    lines.push_back(fmt::format("solve {} = {} for {}{}{}", print(solve->operation), print(solve->right), solve->name,
-                                guess, after));
+    const std::string by = solve->preconditioner ? " preconditioner " + print(*solve->preconditioner) : "";
+    lines.push_back(fmt::format("solve {} = {} for {}{}{}{}", print(solve->operation), print(solve->right), solve->name,
+                                guess, by, after));
     if (!boundary.empty()) lines.push_back(boundary);
   }
 }

@@ -186,6 +186,7 @@ Expr Rewriter::operator()(const Expr& e) {
         rewritten.operation = over_volume((*this)(s.operation));
         rewritten.right = over_volume((*this)(s.right));
         rewritten.starts = all(s.starts);
+        if (s.preconditioner) rewritten.preconditioner = (*this)(*s.preconditioner);
         for (std::size_t axis = 0; axis < s.boundary.size(); ++axis)
           rewrite(rewritten.boundary[axis], static_cast<int>(axis), {});
         return solve(std::move(rewritten), origin);

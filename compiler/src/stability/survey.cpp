@@ -25,7 +25,8 @@ void forget_guesses(std::vector<Statement>& body) {
   for (Statement& statement : body) {
     match(
         statement, [](Fill&) {}, [](Fold&) {}, [](Reduce&) {}, [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {},
-        [](Solve& solve) { solve.guesses.clear(); }, [](Repeat& repeat) { forget_guesses(repeat.body); });
+        [](Solve& solve) { solve.guesses.clear(), solve.preconditioner.reset(); },
+        [](Repeat& repeat) { forget_guesses(repeat.body); });
   }
 }
 

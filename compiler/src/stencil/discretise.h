@@ -75,6 +75,7 @@ struct PreparedSolve {
   SolveBy by = {};
   std::vector<std::string> guesses = {}, starts = {};  // states, and fields that are made beforehand
   std::optional<IterationFields> iterations = {};      // in the place of a solution
+  std::optional<NetworkCall> preconditioner = {};  // of the residual, its first input, and of fields made beforehand
 
   /// The field that has what is found.
   const std::string& result() const { return iterations ? iterations->x.result : unknown; }
@@ -139,6 +140,7 @@ class Discretiser {
   Expr inferred_at(const model::NetworkCall& e, const Place& place);
   std::string stored_solve(const model::Expr& e);
   IterationFields iteration_fields(const model::Solve& solve);
+  NetworkCall preconditioner_of(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,

@@ -9,6 +9,7 @@ namespace dpde::stencil {
 
 std::vector<std::string> PreparedSolve::fields_made() const {
   std::vector<std::string> fields{unknown, image, at_rest, of_walls, total, between_walls};
+  if (preconditioner) fields.insert(fields.end(), {preconditioner->inputs.front(), preconditioner->results.front()});
   if (!iterations) return fields;
   IterationFields passes = *iterations;
   for (const auto& [what, field] : passes.all()) fields.push_back(*field);
@@ -20,6 +21,19 @@ IterationFields Discretiser::iteration_fields(const model::Solve& solve) {
   fields.count = *solve.iterations;
   for (const auto& [what, field] : fields.all()) *field = names_.fresh(solve.name + "_" + what);
   return fields;
+}
+
+NetworkCall Discretiser::preconditioner_of(const model::Solve& solve) {
+  const auto& call = std::get<model::NetworkCall>((*solve.preconditioner)->kind);
+  const std::vector<model::Placement> places = placements_.places_of(call, {}).arguments;
+  NetworkCall made{call.network, NetworkCall::Mode::value, {names_.fresh(solve.name + "_residual")}, {}, {}, false};
+  for (std::size_t i = 1; i < call.arguments.size(); ++i) {
+    Place place{};
+    for (std::size_t axis = 0; axis < place.size(); ++axis) place[axis] = places[i][axis] ? 1 : 0;
+    made.inputs.push_back(stored_operand(call.arguments[i], place));
+  }
+  made.results = {names_.fresh(solve.name + "_towards")};
+  return made;
 }
 
 /// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
@@ -43,6 +57,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   }
   for (const model::Expr& start : solve.starts) made.starts.push_back(stored_operand(start, place));
   if (solve.iterations) made.iterations = iteration_fields(solve);
+  if (solve.preconditioner) made.preconditioner = preconditioner_of(solve);
   // a state may be solved for: it is another field then
   const char* const suffix = solve.iterations ? "_direction" : names_.is_used(solve.name) ? "_solved" : "";
   made.unknown = names_.fresh(solve.name + suffix);

@@ -36,6 +36,8 @@ class Displacer {
           [&](PreparedSolve& solve) {
             rename(solve.right);
             for (std::string& start : solve.starts) rename(start);
+            for (std::size_t i = 1; solve.preconditioner && i < solve.preconditioner->inputs.size(); ++i)
+              rename(solve.preconditioner->inputs[i]);
             move(solve.kernel);
           });
     }

@@ -115,12 +115,17 @@ Effects of_solve(const Module& module, const Solve& solve) {
             .sums = known.sums,
             .networks = known.networks,
             .inner = known.written};
+  if (solve.preconditioner) {
+    add_new(e.networks, solve.preconditioner->network);
+    e.inner.insert(e.inner.end(), {solve.preconditioner->inputs.front(), solve.preconditioner->results.front()});
+  }
   for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
   for_each_fill(block, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
   });
   for (const std::string& right : solve.rights) add_new(e.reads, right);
   for (const std::string& guess : solve.guesses) add_new(e.reads, guess);
+  for (const std::string& field : fields_beside_residual(solve)) add_new(e.reads, field);
   for (const Statement& step : solve.step) add_step(effects(module, step), solve, e);
   return e;
 }
@@ -135,6 +140,11 @@ NameList coefficients_of(const Module& module, const Solve& solve) {
   NameList fields = interface_of(module, operator_of(solve, {})).inputs;
   std::erase_if(fields, [&](const std::string& field) { return has(solve.unknowns, field); });
   return fields;
+}
+
+NameList fields_beside_residual(const Solve& solve) {
+  if (!solve.preconditioner) return {};
+  return {solve.preconditioner->inputs.begin() + 1, solve.preconditioner->inputs.end()};
 }
 
 Program pass_of(const Repeat& repeat, const Program& program) {
@@ -191,6 +201,7 @@ void add_parts(const std::vector<Statement>& statements, Parts& parts) {
         [&](const Solve& solve) {
           add_parts(solve.body, parts);
           add_parts(solve.step, parts);
+          if (solve.preconditioner) add_new(parts.networks, solve.preconditioner->network);
         },
         [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
   }

@@ -34,6 +34,8 @@ Program pass_of(const Repeat& repeat, const Program& program);
 Program operator_of(const Solve& solve, const Program& program);
 /// What the operator reads beside the unknowns.
 std::vector<std::string> coefficients_of(const Module& module, const Solve& solve);
+/// What its preconditioner is given beside what an iteration leaves.
+std::vector<std::string> fields_beside_residual(const Solve& solve);
 
 /// The numbers of passes in the statements, those of repeats in repeats too, in the order in which they appear.
 std::vector<std::string> counters_of(std::span<const Statement> statements);

@@ -10,6 +10,14 @@
 // Pass 0 makes x = g and r = b - A*g by the same block. Where |r| is below the rounding of |b|^2 + |b - A*g|^2 a and
 // the factor of p are 0: what is found has as many digits as it can have, and quotients of what rounding leaves would
 // be any numbers. There the derivative is that of what was found.
+//
+// With a preconditioner M the directions are made of z = M(r) in place of r, by flexible conjugate gradients, as M need
+// be neither linear nor symmetric (Y. Notay, SIAM J. Sci. Comput. 22, 2000, 1444):
+//
+//   a = (r, p)/(p, q);  x += a*p;  r -= a*q;  z = s*N(r/s), s = sqrt((r, r)/cells);  p = z - (z, q)/(p, q)*p
+//
+// s makes M know nothing of units. What z is times does not matter, its sign included. Where z has no more of r than
+// rounding leaves, or is no number, z = r.
 #pragma once
 
 #include <string>
@@ -27,6 +35,8 @@ struct IterationFields {
   int count = 0;
   Carry x, left, direction, square, size;
   std::string squares, squares_at_start, product, curvature, mean, mean_of_start, pass;
+  // With a preconditioner: z; products of r and p, z and r, z and z, z and q, r and q; and their sums.
+  std::string towards, mean_of_made, ahead, ahead_sum, gains, gain, lengths, length, turns, turned, drifts, drift;
 
   /// Each with what it is called beside the unknown; but for the unknown itself.
   std::vector<std::pair<const char*, std::string*>> all() {
@@ -50,7 +60,19 @@ struct IterationFields {
             {"curvature", &curvature},
             {"mean", &mean},
             {"mean_of_start", &mean_of_start},
-            {"pass", &pass}};
+            {"pass", &pass},
+            {"search", &towards},
+            {"search_mean", &mean_of_made},
+            {"ahead", &ahead},
+            {"ahead_sum", &ahead_sum},
+            {"gains", &gains},
+            {"gain", &gain},
+            {"lengths", &lengths},
+            {"length", &length},
+            {"turns", &turns},
+            {"turned", &turned},
+            {"drifts", &drifts},
+            {"drift", &drift}};
   }
 };
 

@@ -37,6 +37,7 @@ void check_one(const Lowering& lowering, const model::Expr& e, DiagnosticSink& s
   model::Solve plain = std::get<model::Solve>(e->kind);
   plain.iterations.reset();
   plain.starts.clear();
+  plain.preconditioner.reset();
   Discretiser at_point = lowering.discretiser();
   Kernel kernel = lowering.kernel("solved");
   kernel.stores.push_back({"solved", false, at_point(model::solve(plain, e->origin)), {}});

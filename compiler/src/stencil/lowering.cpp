@@ -53,6 +53,8 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
         for (const auto* fields : {&solve.guesses, &solve.starts}) {
           for (const std::string& field : *fields) reads.push_back({field, {}, false});
         }
+        for (std::size_t i = 1; solve.preconditioner && i < solve.preconditioner->inputs.size(); ++i)
+          reads.push_back({solve.preconditioner->inputs[i], {}, false});
         for (const Signature::Read& read : signature(solve.kernel).reads) {
           if (read.field != solve.unknown) reads.push_back({read.field, {}, false});
         }
@@ -428,6 +430,7 @@ void Lowering::add_preparation(const Preparation& preparation, const Stage& stag
       [&](const Transform& transform) { program.body.push_back(transform); },
       [&](const PreparedSolve& solve) {
         draft.solved[solve.result()] = solve.state;
+        if (solve.preconditioner) add_networks(draft.module, {*problem_.find_network(solve.preconditioner->network)});
         const auto add = [&](const auto& reads) { add_halos(reads, stage.time, 0, stage.at, draft); };
         add_solve(solve, stage.time, add, draft.walls, draft.module, program);
       });

@@ -89,6 +89,7 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const StateHalos
   block.body.push_back(Run{add_kernel(module, std::move(solve.kernel))});
   Solve made{{solve.image}, {solve.right}, {solve.unknown}, std::move(block.body), solve.by, written};
   made.halos = std::move(block.halos);
+  made.preconditioner = solve.preconditioner;
   if (solve.iterations)
     return add_iterations(made, *solve.iterations, solve.starts.empty() ? "" : solve.starts.front(),
                           problem_.scheme.real, name, module, program);

@@ -79,6 +79,11 @@ class OwnNames {
     for (std::string* field :
          {&solve.unknown, &solve.image, &solve.at_rest, &solve.of_walls, &solve.total, &solve.between_walls})
       *field = names_[*field] = taken_.fresh(*field);
+    if (NetworkCall* call = solve.preconditioner ? &*solve.preconditioner : nullptr) {
+      for (std::size_t i = 1; i < call->inputs.size(); ++i) call->inputs[i] = name_of(call->inputs[i]);
+      for (std::string* field : {&call->inputs.front(), &call->results.front()})
+        *field = names_[*field] = taken_.fresh(*field);
+    }
     if (solve.iterations) {
       for (const auto& [what, field] : solve.iterations->all()) *field = names_[*field] = taken_.fresh(*field);
     }

@@ -243,6 +243,9 @@ std::string solve_text(const Solve& solve, std::size_t rank, const std::string& 
   if (solve.by.smoother != Smoother::automatic) text += fmt::format(" smoother {}", name_of(solve.by.smoother));
   if (solve.by.preconditioner != Preconditioner::automatic)
     text += fmt::format(" preconditioner {}", name_of(solve.by.preconditioner));
+  if (const auto& call = solve.preconditioner)
+    text += fmt::format(" preconditioner {}({}) to {}", call->network, fmt::join(call->inputs, ", "),
+                        call->results.front());
   if (solve.by.tolerance != SolveBy{}.tolerance) text += fmt::format(" tolerance {}", solve.by.tolerance);
   if (solve.by.most_iterations != SolveBy{}.most_iterations)
     text += fmt::format(" iterations {}", solve.by.most_iterations);

@@ -19,11 +19,7 @@ class Renamer {
       match(
           statement, [&](Fill& fill) { rename_sides(fill); }, [&](Fold& fold) { rename_sides(fold); },
           [&](Reduce& reduce) { rename(reduce.field), rename(reduce.result); },
-          [&](NetworkCall& network_call) {
-            for (auto* names : {&network_call.inputs, &network_call.rates, &network_call.results}) {
-              for (std::string& name : *names) rename(name);
-            }
-          },
+          [&](NetworkCall& network_call) { rename_fields_of(network_call); },
           [&](Transform& transform) {
             for (Transform::Term& term : transform.terms) rename(term.field);
             rename(transform.result);
@@ -34,6 +30,7 @@ class Renamer {
               for (std::string& field : *fields) rename(field);
             }
             for (std::string& guess : solve.guesses) rename(guess);
+            if (solve.preconditioner) rename_fields_of(*solve.preconditioner);
             solve.body = this->run(std::move(solve.body));
             solve.step = this->run(std::move(solve.step));
           },
@@ -52,6 +49,12 @@ class Renamer {
   void rename(std::string& name) const { name = renaming_.field(name); }
   Expr renamed(const Expr& e) const {
     return rename_fields(e, [&](const std::string& field) { return renaming_.field(field); });
+  }
+
+  void rename_fields_of(NetworkCall& network_call) const {
+    for (auto* names : {&network_call.inputs, &network_call.rates, &network_call.results}) {
+      for (std::string& name : *names) rename(name);
+    }
   }
 
   void rename_sides(auto& fill) const {

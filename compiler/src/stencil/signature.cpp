@@ -228,6 +228,7 @@ class RequiredHalo {
             for (const std::string& field : *fields) result_[field];
           }
           for (const std::string& guess : solve.guesses) result_[guess];
+          if (solve.preconditioner) add(*solve.preconditioner);
           for (const auto* statements : {&solve.body, &solve.step}) {
             for (const Statement& inner : *statements) add(inner);
           }

@@ -79,6 +79,12 @@ std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSin
 
 }  // namespace
 
+static std::optional<NetworkCall> read_preconditioner(const ast::SolveItem& source) {
+  if (!source.network) return std::nullopt;
+  const ast::NetworkUse& use = *source.network;
+  return NetworkCall{use.network.name, NetworkCall::Mode::value, names_of(use.inputs), {}, names_of(use.to), false};
+}
+
 Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
   const std::size_t count = source.unknowns.size();
   if (source.images.size() != count || source.rights.size() != count) {
@@ -92,11 +98,12 @@ Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
                 "leave out from " + source.guesses.front().name);
   }
   const std::optional<SolveBy> by = read_solve_by(source, sink);
-  return {names_of(source.images),   names_of(source.rights),
-          names_of(source.unknowns), {},
-          by.value_or(SolveBy{}),    {"", source.unknowns.front().range},
-          source.is_linear,          {},
-          names_of(source.guesses)};
+  return {names_of(source.images),    names_of(source.rights),
+          names_of(source.unknowns),  {},
+          by.value_or(SolveBy{}),     {"", source.unknowns.front().range},
+          source.is_linear,           {},
+          names_of(source.guesses),   {},
+          read_preconditioner(source)};
 }
 
 std::vector<std::string> fields_named(const ast::Item& item) {
@@ -120,6 +127,12 @@ std::vector<std::string> fields_named(const ast::Item& item) {
           names.insert(names.end(), named.begin(), named.end());
         }
         for (const ast::Identifier& guess : solve.guesses) names.push_back(guess.name);
+        for (const auto* fields :
+             {solve.network ? &solve.network->inputs : nullptr, solve.network ? &solve.network->to : nullptr}) {
+          if (fields == nullptr) continue;
+          const Names named = names_of(*fields);
+          names.insert(names.end(), named.begin(), named.end());
+        }
         return names;
       },
       [](const ast::ApplyItem& apply) { return fields_of(apply); },

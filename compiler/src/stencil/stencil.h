@@ -66,7 +66,9 @@
 //    block sees the interior of what it reads from outside; what it writes is known in it only. `by` names a method,
 //    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step, `iterations` after how many steps it is
 //    an error or, with `or warn`, a warning (the interpreter solves exactly). There may be several of each,
-//    solve y, w = b, c for x, v { ... }: A makes y and w of x and v.
+//    solve y, w = b, c for x, v { ... }: A makes y and w of x and v. `preconditioner N(r, k) to z` is what a method by
+//    steps has for the inverse of A: what an iteration leaves is r, over the root of its mean square, and z is the
+//    direction of the next one. What it comes to is the same.
 //  - newton y, w = b, c for x, v { block }: the same where the block is not linear, y, w = F(x, v). Behind it x, v is
 //    the solution to which Newton's method comes that begins with b, c; `tolerance` is the last change of a field over
 //    the field.
@@ -352,6 +354,9 @@ struct Solve {
   /// `rights`. What they come to is the same but for what the tolerance leaves, so that it has no derivative.
   std::vector<std::string> guesses = {};
   std::vector<HaloRule> halos = {};  // none where fills are placed
+  /// Of a linear solve for one field by iterations: what is made of what one of them leaves, its first input, is the
+  /// direction of the next one. That field and the result are known to the solve alone. It has no derivative either.
+  std::optional<NetworkCall> preconditioner = {};
   bool operator==(const Solve& other) const;
 };
 
@@ -410,7 +415,7 @@ struct Program {
 inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
          by == other.by && is_linear == other.is_linear && step == other.step && guesses == other.guesses &&
-         halos == other.halos;
+         halos == other.halos && preconditioner == other.preconditioner;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

@@ -13,6 +13,7 @@
 #include "stencil/extents.h"
 #include "stencil/symbol.h"
 #include "stencil/verify_kernel.h"
+#include "stencil/verify_solve.h"
 #include "support/bound_names.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -95,17 +96,13 @@ class ProgramCheck {
     inside.counters_ = counters_;
     inside.check_statements();
     statement_ = inside.statement_;
-    const Effects known = effects(module_, solve);
     const std::string all = fmt::format("{}", fmt::join(solve.unknowns, ", "));
-    if (solve.images.size() != solve.unknowns.size() || solve.rights.size() != solve.unknowns.size())
-      violation("solves for {}: as many images, right sides and unknowns", all);
+    for (const std::string& misfit : misfits_of(solve)) violation("{}", misfit);
     for (const std::string& image : solve.images) {
       if (!inside.is_written(image)) violation("solves for {}, which its block does not write", image);
     }
-    if (!known.sums.empty() || !known.networks.empty())
+    if (!effects(module_, solve).sums.empty() || !interface_of(module_, block).networks.empty())
       violation("solves for {} with sums or networks in the block", all);
-    if (!(solve.by.tolerance > 0 && solve.by.tolerance < 1))
-      violation("solves for {} to the tolerance {}: it lies between 0 and 1", all, solve.by.tolerance);
     std::set<std::string> own = inside.written_;
     own.merge(inside.inner_);
     own.insert(solve.unknowns.begin(), solve.unknowns.end());
@@ -113,6 +110,12 @@ class ProgramCheck {
     const auto read = [&](const std::string& field) { fields_.insert(field), note_read(field); };
     std::ranges::for_each(solve.rights, read);
     for (const std::string& guess : solve.guesses) read(guess);
+    if (solve.preconditioner) {
+      const Program alone{program_.name, program_.axes, {*solve.preconditioner}, {}, {}};
+      ProgramCheck(module_, alone, violations_).check_statements();
+      inner_.insert({solve.preconditioner->inputs.front(), solve.preconditioner->results.front()});
+      std::ranges::for_each(fields_beside_residual(solve), read);
+    }
     for (const std::string& unknown : solve.unknowns) check_unknown(solve, unknown, inside);
   }
 

@@ -72,8 +72,8 @@ std::vector<Expr*> formulas_of(Item& item) {
   const auto all = [&](auto&... formulas) { (add(found, formulas), ...); };
   match(
       item.kind, [&](LetItem& i) { all(i.value); }, [&](EquationItem& i) { all(i.rhs); },
-      [&](SolvedItem& i) { all(i.left, i.right, i.starts); },
-      [&](ConstraintItem& i) { all(i.zero, i.value, i.starts); }, [&](HeldItem& i) { all(i.value); },
+      [&](SolvedItem& i) { all(i.left, i.right, i.starts, i.preconditioner); },
+      [&](ConstraintItem& i) { all(i.zero, i.value, i.starts, i.preconditioner); }, [&](HeldItem& i) { all(i.value); },
       [&](ValueItem& i) { all(i.value, i.every); }, [&](InitialItem& i) { all(i.value, i.at); },
       [&](ExactItem& i) { all(i.value); },
       [&](BoundaryItem& i) {

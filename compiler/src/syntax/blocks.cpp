@@ -51,6 +51,7 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const SolveItem& solve) {
         Identifiers fields = solve.rights;
         fields.insert(fields.end(), solve.guesses.begin(), solve.guesses.end());
+        if (solve.network) fields.insert(fields.end(), solve.network->inputs.begin() + 1, solve.network->inputs.end());
         return fields;
       },
       [](const KeepItem&) { return Identifiers(); }, [](const AxesItem&) { return Identifiers(); },

@@ -51,10 +51,12 @@ std::set<std::string> calls_of(const Model& model) {
           add_calls(solved.left, names);
           add_calls(solved.right, names);
           for (const Expr& start : solved.starts) add_calls(start, names);
+          if (solved.preconditioner) add_calls(*solved.preconditioner, names);
         },
         [&](const ConstraintItem& constraint) {
           add_calls(constraint.value, names);
           for (const Expr& start : constraint.starts) add_calls(start, names);
+          if (constraint.preconditioner) add_calls(*constraint.preconditioner, names);
         },
         [&](const HeldItem& held) { add_calls(held.value, names); }, [](const FieldItem&) {},
         [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},

@@ -167,6 +167,22 @@ ItemKind parse_repeated(Cursor& cursor) {
 
 BlockRule operator_rule();
 
+/// Its name, or a network: smooth(r, k) to z
+void parse_preconditioner_of(Cursor& cursor, SolveItem& item) {
+  const Identifier name = cursor.expect_name("a preconditioner, as none or network(r) to z");
+  const Token open = cursor.peek();
+  if (!cursor.accept(TokenKind::left_paren)) {
+    item.preconditioner = name;
+    return;
+  }
+  cursor.begin_group(open);
+  NetworkUse use{name, parse_components(cursor, "the name of a field"), {}};
+  cursor.end_group(TokenKind::right_paren);
+  cursor.expect_word("to");
+  use.to = {cursor.expect_component("the name of a field")};
+  item.network = std::move(use);
+}
+
 template <bool is_linear>
 ItemKind parse_solve(Cursor& cursor) {
   SolveItem item{.is_linear = is_linear};
@@ -181,7 +197,7 @@ ItemKind parse_solve(Cursor& cursor) {
   }
   if (cursor.accept_word("by")) item.method = cursor.expect_name("a method, as multigrid");
   if (cursor.accept_word("smoother")) item.smoother = cursor.expect_name("a smoother of multigrid, as jacobi");
-  if (cursor.accept_word("preconditioner")) item.preconditioner = cursor.expect_name("a preconditioner, as none");
+  if (cursor.accept_word("preconditioner")) parse_preconditioner_of(cursor, item);
   if (cursor.accept_word("tolerance")) item.tolerance = parse_expression(cursor);
   if (cursor.accept_word("iterations")) item.iterations = parse_expression(cursor);
   item.warns = cursor.accept_word("or");

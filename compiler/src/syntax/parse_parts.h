@@ -55,6 +55,9 @@ void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std
 Identifier parse_field_or_rate(Cursor& cursor, const char* what);
 /// on faces, on nodes, on faces.x, or nothing.
 std::optional<Identifier> parse_placement(Cursor& cursor);
+// parse_solved.cpp
+ItemKind parse_solved(Cursor& cursor);
+ItemKind parse_constraint(Cursor& cursor);
 // parse_unit.cpp
 /// in m/s, or nothing.
 UnitText parse_unit(Cursor& cursor);

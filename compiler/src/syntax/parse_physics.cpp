@@ -69,42 +69,6 @@ ItemKind parse_equation(Cursor& cursor) {
   return item;
 }
 
-/// left = right WORD name
-struct Related {
-  Expr left, right;
-  Identifier name;
-};
-Related parse_related(Cursor& cursor, const char* word, const char* what, std::string hint = {}) {
-  Related related{parse_expression(cursor), {}, {}};
-  cursor.expect(TokenKind::assign);
-  related.right = parse_expression(cursor);
-  cursor.expect_word(word, std::move(hint));
-  return {related.left, related.right, cursor.expect_name(what)};
-}
-
-/// from guess(omega), psi_before
-std::vector<Expr> parse_starts(Cursor& cursor) {
-  std::vector<Expr> starts;
-  for (bool more = cursor.accept_word("from"); more; more = cursor.accept(TokenKind::comma))
-    starts.push_back(parse_expression(cursor));
-  return starts;
-}
-
-ItemKind parse_solved(Cursor& cursor) {
-  Related related = parse_related(cursor, "for", "the field that is sought");
-  SolvedItem item{related.left, related.right, related.name, parse_unit(cursor), parse_starts(cursor)};
-  if (!cursor.accept_word("after")) return item;
-  item.iterations = cursor.expect_whole_number();
-  cursor.expect_word("iterations");
-  return item;
-}
-
-ItemKind parse_constraint(Cursor& cursor) {
-  Related related = parse_related(cursor, "gives", "the field that the constraint gives",
-                                  "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
-  return ConstraintItem{related.left, related.right, related.name, parse_starts(cursor)};
-}
-
 /// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;

@@ -56,11 +56,14 @@ struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes i
   std::vector<Expr> starts =
       {};  // ... for phi from guess(omega): methods by steps begin with the best sum of multiples
   std::optional<int> iterations = {};  // ... after 5 iterations: what these make of the guess, not the solution
+  /// ... preconditioner smooth(residual): what a network makes of what an iteration leaves; before `after`
+  std::optional<Expr> preconditioner = {};
 };
 struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
   Expr zero, value;      // the left side, which has to be 0, and the right one
   Identifier multiplier;
   std::vector<Expr> starts = {};  // as of solve
+  std::optional<Expr> preconditioner = {};
 };
 struct HeldItem {  // u = 0 inside solid
   Identifier field;

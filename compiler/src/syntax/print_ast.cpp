@@ -457,16 +457,7 @@ std::string print_repeat(const RepeatItem& repeat) {
 }
 
 std::string print_solve(const SolveItem& solve) {
-  std::string head = fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", print_names(solve.images),
-                                 print_names(solve.rights), print_names(solve.unknowns));
-  for (std::size_t i = 0; i < solve.guesses.size(); ++i) head += (i == 0 ? " from " : ", ") + solve.guesses[i].name;
-  if (solve.method) head += " by " + solve.method->name;
-  if (solve.smoother) head += " smoother " + solve.smoother->name;
-  if (solve.preconditioner) head += " preconditioner " + solve.preconditioner->name;
-  if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
-  if (solve.iterations) head += " iterations " + print(*solve.iterations);
-  if (solve.warns) head += " or warn";
-  return print_inner_block(head, solve.layout, solve.items);
+  return print_inner_block(print_solve_head(solve), solve.layout, solve.items);
 }
 
 std::string print_branch(const BranchItem& branch) {

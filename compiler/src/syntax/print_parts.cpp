@@ -104,14 +104,35 @@ static std::string print_starts(const std::vector<Expr>& starts) {
   return text;
 }
 
+static std::string print_preconditioner(const std::optional<Expr>& preconditioner) {
+  return preconditioner ? " preconditioner " + print(*preconditioner) : "";
+}
+
 std::string print_solved(const SolvedItem& i) {
   const std::string after = i.iterations ? fmt::format(" after {} iterations", *i.iterations) : "";
-  return fmt::format("solve {} = {} for {}{}{}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit),
-                     print_starts(i.starts), after);
+  return fmt::format("solve {} = {} for {}{}{}{}{}", print(i.left), print(i.right), i.unknown.name, print_unit(i.unit),
+                     print_starts(i.starts), print_preconditioner(i.preconditioner), after);
 }
 
 std::string print_constraint(const ConstraintItem& i) {
-  return fmt::format("{} = {} gives {}{}", print(i.zero), print(i.value), i.multiplier.name, print_starts(i.starts));
+  return fmt::format("{} = {} gives {}{}{}", print(i.zero), print(i.value), i.multiplier.name, print_starts(i.starts),
+                     print_preconditioner(i.preconditioner));
+}
+
+std::string print_solve_head(const SolveItem& solve) {
+  std::string head = fmt::format("{} {} = {} for {}", solve.is_linear ? "solve" : "newton", print_names(solve.images),
+                                 print_names(solve.rights), print_names(solve.unknowns));
+  for (std::size_t i = 0; i < solve.guesses.size(); ++i) head += (i == 0 ? " from " : ", ") + solve.guesses[i].name;
+  if (solve.method) head += " by " + solve.method->name;
+  if (solve.smoother) head += " smoother " + solve.smoother->name;
+  if (solve.preconditioner) head += " preconditioner " + solve.preconditioner->name;
+  if (solve.network)
+    head += fmt::format(" preconditioner {}({}) to {}", solve.network->network.name, print_names(solve.network->inputs),
+                        print_names(solve.network->to));
+  if (solve.tolerance) head += " tolerance " + print(*solve.tolerance);
+  if (solve.iterations) head += " iterations " + print(*solve.iterations);
+  if (solve.warns) head += " or warn";
+  return head;
 }
 
 std::string print_held(const HeldItem& i) {

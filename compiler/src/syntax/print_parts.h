@@ -28,6 +28,8 @@ std::string print_coefficient(const CoefficientItem& item);
 std::string print_params(const ParamItem& item);
 std::string print_solved(const SolvedItem& item);
 std::string print_constraint(const ConstraintItem& item);
+/// What stands before the block of a solve of a program.
+std::string print_solve_head(const SolveItem& item);
 std::string print_held(const HeldItem& item);
 std::string print_accuracy(const AccuracyItem& item);
 

@@ -218,6 +218,10 @@ void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {
 void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
   for (Identifier& right : solve.rights) right.name = read(right.name, right.range);
   for (Identifier& guess : solve.guesses) guess.name = read(guess.name, guess.range);
+  for (std::size_t i = 1; solve.network && i < solve.network->inputs.size(); ++i) {
+    Identifier& beside = solve.network->inputs[i];  // the first one is known inside only
+    beside.name = read(beside.name, beside.range);
+  }
   for (Identifier& unknown : solve.unknowns) unknown.name = write(unknown.name, unknown.range);
   std::vector<Item> outer = std::exchange(result_, {});
   for (const Item& inner : std::exchange(solve.items, {})) add(inner);

@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 25
+#define DPDE_ABI_VERSION 26
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -273,6 +273,9 @@ typedef struct dpde_solve {
   int32_t preconditioner;        /* of cg, bicgstab and gmres */
   int32_t guess_count;           /* fields with the best sum of whose multiples methods by steps begin; 0: with 0 */
   const int32_t* guesses;
+  /* Null: none. Else of cg or gmres and in place of the one above: what is made of what an iteration leaves, the first
+   * input, over the root of its mean square, is the direction in which the next one looks. */
+  const dpde_inference* network;
 } dpde_solve;
 
 enum {

@@ -11,6 +11,8 @@ void Gmres::resize(std::size_t size) {
   const auto count = static_cast<std::size_t>(restart_) + 1;
   basis_.clear();
   for (std::size_t i = 0; i < count; ++i) basis_.emplace_back(size);
+  searched_.clear();
+  for (std::size_t i = 0; is_flexible_ && i + 1 < count; ++i) searched_.emplace_back(size);
   work_ = Numbers(size);
   before_ = Numbers(size);
   upper_.assign(count * count, 0.0);
@@ -28,9 +30,12 @@ double Gmres::find_residual(std::span<const double> b, std::span<const double> x
 IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
   const double size = norm(b), unit = size == 0 ? 1 : size;
   IterationReport report;
+  is_plain_ = false;
+  unaided_ = 0;
   double left = find_residual(b, x);
   for (;;) {
     report.residual = left / unit;
+    report.unaided = unaided_;
     report.converged = report.residual <= tolerance_;
     if (report.converged || report.iterations >= most_) return report;
     std::copy_n(x.data(), x.size(), before_.data());
@@ -38,11 +43,14 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
     report.iterations += count;
     correct(count, x);
     const double now = find_residual(b, x);
+    const bool goes_on = now < 0.5 * left || (is_flexible_ && !is_plain_);
+    is_plain_ = is_flexible_ && (is_plain_ || !(now < 0.5 * left));
     if (!(now < left)) {
       std::copy_n(before_.data(), before_.size(), x.data());
-      return report;
+      if (!goes_on) return report;
+      left = find_residual(b, x);
+      continue;
     }
-    const bool goes_on = now < 0.5 * left;
     left = now;
     if (goes_on) continue;
     report.residual = left / unit;
@@ -67,11 +75,23 @@ int Gmres::make_basis(double left, double enough, int most) {
   return limit;
 }
 
+/// M*v_j. What a flexible M makes is kept; where that is of no use, it is v_j.
+const Numbers& Gmres::search(std::size_t j) {
+  Numbers& made = is_flexible_ ? searched_[j] : work_;
+  if (!is_plain_) precondition_(basis_[j], made);
+  const double size = is_flexible_ && !is_plain_ ? norm(made) : 1;
+  if (is_plain_ || !(size > 0 && std::isfinite(size))) {
+    std::copy_n(basis_[j].data(), made.size(), made.data());
+    ++unaided_;
+  }
+  return made;
+}
+
 /// A*M*v_j, orthogonal to those before (Gram and Schmidt, modified); whether something new is left of it.
 bool Gmres::add_direction(std::size_t j) {
-  precondition_(basis_[j], work_);
+  const Numbers& along = search(j);
   Numbers& next = basis_[j + 1];
-  multiply_(work_, next);
+  multiply_(along, next);
   const double size = norm(next);
   for (std::size_t i = 0; i <= j; ++i) {
     upper(i, j) = dot(basis_[i], next);
@@ -101,7 +121,8 @@ void Gmres::rotate(std::size_t j) {
   right_[j] *= cosine_[j];
 }
 
-/// x += M*V*y, with y of the triangle; what a singular operator says nothing of stays 0.
+/// x += M*V*y, with y of the triangle (of a flexible M, of what it made of each vector); what a singular operator says
+/// nothing of stays 0.
 void Gmres::correct(int count, std::span<double> x) {
   const auto n = static_cast<std::size_t>(count);
   double largest = 0;
@@ -110,6 +131,8 @@ void Gmres::correct(int count, std::span<double> x) {
     for (std::size_t k = i + 1; k < n; ++k) right_[i] -= upper(i, k) * right_[k];
     right_[i] = std::abs(upper(i, i)) <= nothing_ * largest ? 0 : right_[i] / upper(i, i);
   }
+  for (std::size_t i = 0; is_flexible_ && i < n; ++i) add_multiple(right_[i], searched_[i], x);
+  if (is_flexible_) return;
   Numbers& sum = basis_[n];  // the last one is not read any more
   std::ranges::fill(std::span<double>(sum), 0.0);
   for (std::size_t i = 0; i < n; ++i) add_multiple(right_[i], basis_[i], sum);

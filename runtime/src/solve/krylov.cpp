@@ -5,12 +5,6 @@
 #include <cmath>
 
 namespace dpde {
-namespace {
-
-constexpr int least_patience = 40;  // iterations that come no nearer: as many as GMRES has vectors
-
-}  // namespace
-
 double dot(std::span<const double> a, std::span<const double> b) {
   double lanes[4] = {};
   const std::size_t whole = a.size() / 4 * 4;
@@ -56,6 +50,58 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     if (report.is_indefinite) return report;
     add_multiple(product / curvature, p_, x);
     add_multiple(-product / curvature, q_, r_);
+  }
+}
+
+/// z = M(r), unless it is no number or has no more of r than rounding leaves of a sum of so many products: z = r.
+bool Iterations::search() {
+  precondition_(r_, z_);
+  const double rounding = std::sqrt(static_cast<double>(r_.size())) * 0x1p-52;
+  if (std::abs(dot(r_, z_)) > rounding * norm(r_) * norm(z_)) return true;
+  std::copy_n(r_.data(), r_.size(), z_.data());
+  return false;
+}
+
+/// p = z + weight*p, q = A*p; returns (p, q).
+double Iterations::look_along(double weight) {
+  for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = z_[i] + (weight == 0 ? 0 : weight * p_[i]);
+  multiply_(p_, q_);
+  return dot(p_, q_);
+}
+
+IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<double> x) {
+  const double size = norm(b), unit = size == 0 ? 1 : size;
+  IterationReport report;
+  find_residual(b, x);
+  double curvature = 0, sign = 0, halved = INFINITY;  // what was left when it was last halved
+  bool is_searched = true;
+  for (int since = 0;; ++report.iterations) {
+    report.residual = norm(r_) / unit;
+    report.converged = report.residual <= tolerance_;
+    if (report.converged || report.iterations == most_) return report;
+    if (report.residual <= 0.5 * halved) {
+      halved = report.residual;
+      since = report.iterations;
+    }
+    const bool gives_up = is_searched && report.iterations - since >= least_patience;
+    if (gives_up) curvature = 0;  // conjugate gradients from here
+    is_searched = is_searched && !gives_up;
+    const bool is_useful = is_searched && search();
+    if (!is_searched) std::copy_n(r_.data(), r_.size(), z_.data());
+    report.unaided += is_useful ? 0 : 1;
+    curvature = look_along(curvature == 0 ? 0 : -dot(z_, q_) / curvature);
+    double length = dot(r_, p_) / curvature;
+    const auto is_lost = [&] { return !(curvature * (sign == 0 ? curvature : sign) > 0) || !std::isfinite(length); };
+    if (is_lost() && is_useful) {  // what is new in z may be no more than rounding
+      std::copy_n(r_.data(), r_.size(), z_.data());
+      curvature = look_along(0);
+      length = dot(r_, p_) / curvature;
+    }
+    report.is_indefinite = is_lost();
+    if (report.is_indefinite) return report;
+    sign = curvature;
+    add_multiple(length, p_, x);
+    add_multiple(-length, q_, r_);
   }
 }
 

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Methods that come nearer step by step: conjugate gradients (Hestenes and Stiefel 1952), of symmetric definite
-// operators, and BiCGStab (van der Vorst 1992) of others.
+// operators, and BiCGStab (van der Vorst 1992) of others. Flexible conjugate gradients (Notay 2000) have a
+// preconditioner that may be anything: it chooses where they look, and how far they go is the best there.
 #pragma once
 
-#include <functional>
 #include <span>
 
 #include "solve/numbers.h"
+#include "solve/vector_function.h"
 
 namespace dpde {
-
-using VectorFunction = std::function<void(std::span<const double>, std::span<double>)>;
 
 struct IterationReport {
   int iterations = 0;
   double residual = 0;  // |A*x - b|/|b|
   bool converged = false, is_indefinite = false;
+  int unaided = 0;  // iterations for which a preconditioner that may be anything was of no use
 };
+
+/// Iterations that come no nearer before something is given up: as many as GMRES has vectors.
+inline constexpr int least_patience = 40;
 
 double dot(std::span<const double> a, std::span<const double> b);
 double norm(std::span<const double> a);
@@ -32,10 +35,15 @@ class Iterations {
 
   void resize(std::size_t size);
   IterationReport cg(std::span<const double> b, std::span<double> x);
+  /// Where a direction of the preconditioner is of no use, the residual is the direction; where least_patience
+  /// iterations do not halve what is left it is from then on.
+  IterationReport flexible_cg(std::span<const double> b, std::span<double> x);
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
 
  private:
   void find_residual(std::span<const double> b, std::span<const double> x);
+  bool search();
+  double look_along(double weight);
   bool bicgstab_step(std::span<double> x);
   void bicgstab_from_here(double size, std::span<double> x, IterationReport& report);
 

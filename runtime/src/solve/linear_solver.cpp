@@ -114,6 +114,9 @@ struct LinearSolver::Impl {
   void make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted);
   void make_symmetric(const StencilMatrix& matrix);
   void make_unpreconditioned();
+  void precondition_by_network();
+  void search_along(std::span<const double> r, std::span<double> z) const;
+  bool is_flexible() const { return options.preconditioning == Preconditioning::network; }
   void precondition_by_multigrid();
   bool has_incomplete_factors() const;
   void divide_by_diagonal(std::span<const double> r, std::span<double> z) const;
@@ -149,6 +152,7 @@ struct LinearSolver::Impl {
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
   std::optional<Gmres> gmres;
+  const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
   std::vector<double> right, residual;
   bool is_packed = false;  // multigrid, or conjugate gradients with it, in its order of cells
   Numbers packed_right, packed_x;
@@ -196,7 +200,7 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
     };
   if (method == SolverMethod::gmres) {
     gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres,
-                  options.rounding);
+                  options.rounding, is_flexible());
     gmres->resize(right.size());
   } else {
     iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
@@ -246,7 +250,8 @@ IterationReport LinearSolver::Impl::iterate_packed(std::span<double> x) {
 IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
   if (is_packed) return iterate_packed(x);
   if (gmres) return gmres->solve(right, x);
-  return method == SolverMethod::cg ? iterations->cg(right, x) : iterations->bicgstab(right, x);
+  if (method == SolverMethod::cg) return is_flexible() ? iterations->flexible_cg(right, x) : iterations->cg(right, x);
+  return iterations->bicgstab(right, x);
 }
 
 /// Pivots of a singular matrix may be 0.
@@ -268,15 +273,31 @@ void LinearSolver::Impl::make_unpreconditioned() {
   make_iterations([](std::span<const double> r, std::span<double> z) { std::ranges::copy(r, z.begin()); });
 }
 
+/// Of what the root of its mean square is 1, and times that: so it knows nothing of units.
+void LinearSolver::Impl::search_along(std::span<const double> r, std::span<double> z) const {
+  const double size = norm(r) / std::sqrt(static_cast<double>(r.size()));
+  std::ranges::copy(r, z.begin());
+  if (search == nullptr || size == 0) return;
+  for (double& value : z) value /= size;
+  (*search)(z, z);
+  for (double& value : z) value *= size;
+}
+
+void LinearSolver::Impl::precondition_by_network() {
+  reason += fmt::format(", preconditioned by network {}", options.network);
+  make_iterations([this](std::span<const double> r, std::span<double> z) { search_along(r, z); });
+}
+
 /// By conjugate gradients.
 void LinearSolver::Impl::make_symmetric(const StencilMatrix& matrix) {
-  const bool is_plain = options.preconditioning == Preconditioning::none;
+  const bool is_plain = options.preconditioning == Preconditioning::none || is_flexible();
   if (!is_plain && try_multigrid(matrix, SolverMethod::cg)) return;
   if (is_plain && !is_symmetric()) refuse(SolverMethod::cg, "the operator is not symmetric");
   if (!is_plain && (options.preconditioning == Preconditioning::multigrid || !is_symmetric()))
     refuse(SolverMethod::cg, no_multigrid.c_str());
   method = SolverMethod::cg;
-  reason = "symmetric: conjugate gradients";
+  reason = is_flexible() ? "symmetric: flexible conjugate gradients" : "symmetric: conjugate gradients";
+  if (is_flexible()) return precondition_by_network();
   if (is_plain) return make_unpreconditioned();
   reason += ", divided by the diagonal";
   make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
@@ -288,7 +309,8 @@ void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMet
            "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
            "round)");
   method = wanted;
-  reason = wanted == SolverMethod::gmres ? "GMRES" : "not symmetric: BiCGStab";
+  reason = wanted == SolverMethod::gmres ? (is_flexible() ? "flexible GMRES" : "GMRES") : "not symmetric: BiCGStab";
+  if (is_flexible()) return precondition_by_network();
   if (options.preconditioning == Preconditioning::none) return make_unpreconditioned();
   multigrid = Multigrid::of_symmetric_part(matrix, null_space, cycles(false), no_multigrid);
   if (multigrid) return precondition_by_multigrid();
@@ -407,8 +429,9 @@ void LinearSolver::begin(std::span<const double> b, std::span<const double> gues
   }
 }
 
-SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) {
+SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, const VectorFunction* search) {
   Impl& own = *impl_;
+  own.search = search;
   if (own.fourier_residual && !(own.fourier && own.fourier->drops_waves())) return own.solve_by_known_waves(b, x);
   std::ranges::copy(b, own.right.begin());
   SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right)};
@@ -420,6 +443,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x) 
   if (own.has_steps()) way = own.iterate(x);
   if (!own.fourier) own.null_space.remove(x);  // whose waves have none of it
   report.iterations = way.iterations;
+  report.unaided = way.unaided;
   own.judge(own.right, x, way.converged, report);
   report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;

@@ -9,14 +9,16 @@
 
 #include "solve/smoother.h"
 #include "solve/stencil_matrix.h"
+#include "solve/vector_function.h"
 
 namespace dpde {
 
 enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 std::string_view name_of(SolverMethod method);
 
-/// Of the iterations of cg, bicgstab and gmres; automatic: by multigrid where that fits, else what does.
-enum class Preconditioning { automatic, multigrid, none };
+/// Of the iterations of cg, bicgstab and gmres; automatic: by multigrid where that fits, else what does. network: of cg
+/// and gmres, what the caller of solve() has.
+enum class Preconditioning { automatic, multigrid, none, network };
 
 struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
@@ -25,6 +27,7 @@ struct SolveOptions {
   int most_iterations = 200;
   SmootherKind smoother = SmootherKind::automatic;  // of multigrid
   Preconditioning preconditioning = Preconditioning::automatic;
+  std::string network = {};   // its name
   double rounding = 0x1p-52;  // relative error of the entries: what sums to less is 0
   bool operator==(const SolveOptions&) const = default;
 };
@@ -32,6 +35,7 @@ struct SolveOptions {
 struct SolveReport {
   SolverMethod method = SolverMethod::direct;
   int iterations = 0;
+  int unaided = 0;          // of them those for which a network's direction was of no use
   double residual = 0;      // |A*x - b|/|b|, of the part of b that A reaches; of Fourier series that of the first solve
   double bound = 0;         // to which it had to come
   double incompatible = 0;  // the part that it does not reach, over |b|
@@ -47,8 +51,9 @@ class LinearSolver {
   LinearSolver(const StencilMatrix& matrix, SolveOptions options);
   ~LinearSolver();
 
-  /// Nothing is allocated. `x`: the first guess of methods that have one.
-  SolveReport solve(std::span<const double> b, std::span<double> x);
+  /// Nothing is allocated. `x`: the first guess of methods that have one. `search`: where a network preconditions, what
+  /// it makes of a residual whose mean square is 1; it may be anything.
+  SolveReport solve(std::span<const double> b, std::span<double> x, const VectorFunction* search = nullptr);
   /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
   void begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x);
   SolverMethod method() const;

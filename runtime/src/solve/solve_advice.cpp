@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "dpde/runtime/error.h"
@@ -52,12 +53,24 @@ std::string one_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
+/// Another preconditioner first; what solves without one else.
+static std::string advice_without_network(const StencilMatrix& matrix, SolveOptions options,
+                                          std::span<const double> right, const SolveReport& failed) {
+  const std::string network = std::exchange(options.network, {});
+  options.method = failed.method;
+  options.preconditioning = Preconditioning::automatic;
+  if (solves(matrix, options, right)) return fmt::format("leave the preconditioner {} out", network);
+  return advice_on(matrix, options, right, failed);
+}
+
 std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
                       const SolveReport& failed) {
   if (failed.is_singular)
     return "what no field can make, as the mean of a Laplacian between walls without values, is to be taken off the "
            "right side; or give the field a value at a wall";
   if (matrix.size() > most_cells_tried) return {};
+  if (options.preconditioning == Preconditioning::network)
+    return advice_without_network(matrix, options, right, failed);
   const std::vector<std::string> others = others_that_solve(matrix, options, right, failed.method);
   const std::string instead = others.empty() ? "" : "take " + one_of(others);
   if (options.preconditioning == Preconditioning::none) {

@@ -87,6 +87,7 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   solved.iterations = item.iterations;
   if (!item.iterations) add_guesses(draft, solved, {range});
   if (item.iterations && !fits_iterations(draft, solved, range)) return;
+  if (!add_preconditioner(draft, item.preconditioner, solved)) return;
   draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
 }
 

@@ -31,6 +31,7 @@ class Scope {
   const Meaning* find(const std::string& name) const;
   /// The first declaration of a name stays.
   void declare(const std::string& name, Meaning meaning) { meanings_.emplace(name, meaning); }
+  void forget(const std::string& name) { meanings_.erase(name); }
   /// That a name was to be declared and could not is told once, not again where it is used.
   void refuse(const std::string& name) { refused_.insert(name); }
   /// Of a component its vector counts.

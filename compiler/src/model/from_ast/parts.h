@@ -256,6 +256,8 @@ void add_guesses(Draft& draft, Solve& solved, const Origin& origin);
 void add_guesses_of_constraint(Draft& draft, Solve& solved, const Origin& origin);
 /// An error where there are some: of solves for what a step adds.
 void refuse_starts(Draft& draft, const Solve& solved);
+/// preconditioners.cpp: what the model says, where the scheme has iterations for it; false where that was reported.
+bool add_preconditioner(Draft& draft, const std::optional<ast::Expr>& written, Solve& solved);
 /// Without those that no step finds anew: what results alone solve for is not kept.
 void drop_idle_guesses(Draft& draft);
 void check_guess(Draft& draft);

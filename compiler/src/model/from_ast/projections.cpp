@@ -163,6 +163,7 @@ class Binder {
     multiplier.boundary = *boundary;
     Solve potential{name_, operation, negate(found), *boundary};
     potential.starts = starts;
+    if (!add_preconditioner(draft_, item_.preconditioner, potential)) return;
     if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
     if (keeps_multiplier()) refuse_starts(draft_, potential);
     Projection made{name_, value, solve(potential, {range_}), keeps_multiplier(), {}, {range_}};

@@ -161,6 +161,7 @@ class Seams {
     if (const auto* solve = std::get_if<Solve>(&e->kind)) {
       go_on(solve->operation, {});
       for (const Expr& start : solve->starts) go_on(start, {});
+      if (solve->preconditioner) go_on(*solve->preconditioner, {});
       return go_on(solve->right, {});
     }
     look_around(e, inside, wanted);

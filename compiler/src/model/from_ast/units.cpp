@@ -250,12 +250,20 @@ class UnitLines {
               measures_.one(start);  // of any unit: multiples of it are taken
             }
           }
+          look_beside(i.preconditioner);
         },
         [&](const ast::ConstraintItem& i) {
           measures_.fit(i.value, measures_.one(i.zero), "the left side");
           for (const ast::Expr& start : i.starts) measures_.one(start);
+          look_beside(i.preconditioner);
         },
         [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); }, [](const auto&) {});
+  }
+
+  /// What a preconditioner knows beside the residual. What it makes is a direction, of any unit.
+  void look_beside(const std::optional<ast::Expr>& preconditioner) {
+    const auto* call = preconditioner ? std::get_if<ast::Call>(&(*preconditioner)->kind) : nullptr;
+    for (std::size_t i = 1; call != nullptr && i < call->arguments.size(); ++i) measures_.one(call->arguments[i].value);
   }
 
   void fit_state(const ast::Expr& value, const std::string& field) {

@@ -135,6 +135,7 @@ class Liveness {
     live_.merge(inside.live_);
     live_.insert(solve.rights.begin(), solve.rights.end());
     live_.insert(solve.guesses.begin(), solve.guesses.end());
+    for (const std::string& field : fields_beside_residual(solve)) live_.insert(field);
     return true;
   }
 

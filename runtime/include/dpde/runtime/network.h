@@ -54,6 +54,8 @@ class Network {
   // only are read and written. Inputs and outputs may be the same fields.
 
   void value(void* const* inputs, void* const* outputs);
+  /// The same where no adjoint follows: tapes are left alone.
+  void value_beside_tapes(void* const* inputs, void* const* outputs);
 
   /// Rates of the outputs for those of the inputs and of the weights; null ones are 0.
   void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);

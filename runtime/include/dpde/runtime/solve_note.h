@@ -12,6 +12,7 @@ struct SolveNote {
   std::string unknown;                 // the field that is sought
   std::string method, reason;          // of the last one; "" before there was one
   int64_t solves = 0, iterations = 0;  // all of them
+  int64_t unaided = 0;                 // iterations for which a network's direction was of no use
   int most_iterations = 0;             // of one
   double seconds = 0, setup = 0;       // of a processor: in all solves, and in making solvers for changed operators
   double residual = 0;                 // the largest |A*x - b|/|b|

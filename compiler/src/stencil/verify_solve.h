@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+/// What is wrong with a solve whatever its block is: "solves for psi to the tolerance 2: ...".
+std::vector<std::string> misfits_of(const Solve& solve);
+
+}  // namespace dpde::stencil
