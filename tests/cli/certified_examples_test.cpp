@@ -44,6 +44,7 @@ const std::map<std::string, std::string> smaller = {
     {"flow wake", "--set cells.x=44 --set cells.y=8 --set end=0.1"},
     {"first_guess back", "--set cells=16"},
     {"first_guess box", "--set cells=16 --set end=1/32"},
+    {"first_guess flexible_box", "--set cells=16 --set end=1/32"},
     {"first_guess truth", "--set cells=16 --set end=1/32"},
     {"forced_burgers cubic_64", "--set cells=32 --set end=5"},
     {"forced_burgers fine", "--set cells=32 --set end=5"},

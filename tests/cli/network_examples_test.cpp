@@ -43,6 +43,7 @@ TEST_F(NetworkExamples, GuessesOfSolvesAreCompared) {
   write("f.dpde", text);
   ASSERT_EQ(dpde("run f.dpde learn --out . --json").status, 0);
   ASSERT_EQ(dpde("optimize f.dpde residual --out residual --json").status, 0);
+  ASSERT_EQ(dpde("optimize f.dpde learn_to_point --out point --json").status, 0);
   const auto iterations = [&](const std::string& arguments) {
     const Outcome run = dpde("run f.dpde " + arguments + " --json");
     EXPECT_EQ(run.status, 0) << run.err;
@@ -55,11 +56,14 @@ TEST_F(NetworkExamples, GuessesOfSolvesAreCompared) {
   };
   const double zero = iterations("box --set guess=none"), learnt = iterations("by_residual"),
                last = iterations("box --set guess=last"), two = iterations("box --set guess=extrapolate"),
-               cycles = iterations("box --set guess=none --set preconditioner=multigrid");
+               cycles = iterations("box --set guess=none --set preconditioner=multigrid"),
+               pointed = iterations("by_point --set guess=none");
   EXPECT_LT(learnt, zero);
   EXPECT_LT(last, learnt);
   EXPECT_LT(two, last);
   EXPECT_LT(cycles, 0.2 * zero);
+  EXPECT_LT(pointed, 0.8 * zero);
+  EXPECT_LT(cycles, pointed);
 }
 
 /// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and

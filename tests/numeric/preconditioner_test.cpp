@@ -65,8 +65,9 @@ double box_apart(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Solvers x boundaries x precisions x networks, of each back end.
 TEST(NetworkPreconditioners, LeaveTheSolutionAsItIs) {
-  for (std::size_t count = 0; const Box& box : boxes()) {
+  for (std::size_t count = 0, tried = 0; const Box& box : boxes()) {
     for (const char* real : {"f64", "f32"}) {
+      if (!is_tried(tried++, 3)) continue;
       const auto found = [&](const std::string& behind, const std::string& scheme, const std::string& layers,
                              driver::Backend backend) {
         return run_scene(box_text(box, behind, std::string("real = ") + real + "; " + scheme, layers, real), "s", {},
@@ -84,7 +85,7 @@ TEST(NetworkPreconditioners, LeaveTheSolutionAsItIs) {
           EXPECT_LT(box_apart(found(by_network, scheme, layers, driver::Backend::jit), solution), rounding)
               << box.operation << ", " << box.sides << ", " << method << ", " << real << ", " << layers;
         EXPECT_LT(box_apart(found(by_network, scheme, bent, driver::Backend::interpreter), solution), rounding);
-        if (count++ == 3 || is_thorough())
+        if (count++ == 1 || is_thorough())
           EXPECT_EQ(box_apart(found(by_network, scheme, bent, driver::Backend::cpp),
                               found(by_network, scheme, bent, driver::Backend::jit)),
                     0);
@@ -106,9 +107,10 @@ TEST(NetworkPreconditioners, HaveTheDerivativesOfTheSolution) {
 
 /// The solver's iterations and those that are differentiated are the same.
 TEST(NetworkPreconditioners, AreTheSameWhereIterationsAreDifferentiated) {
-  for (const Box& box : boxes()) {
+  for (std::size_t tried = 0; const Box& box : boxes()) {
     if (!box.is_symmetric) continue;
-    for (const int count : {1, 3}) {
+    for (const int count : {3, 1}) {
+      if (!is_tried(tried++, 2)) continue;
       const std::string n = std::to_string(count);
       const auto found = [&](const std::string& behind, const std::string& scheme) {
         return run_scene(box_text(box, behind, scheme), "s").state.at("w");
@@ -128,10 +130,15 @@ TEST(NetworkPreconditioners, HaveDerivativesThroughIterations) {
     if (!box.is_symmetric) continue;
     for (const std::string& behind :
          {by_network + " after 2 iterations", " from k*w" + by_network + " after 3 iterations"}) {
-      if (!is_tried(count++, 4)) continue;
+      if (!is_tried(count++, 5)) continue;
       SCOPED_TRACE(box.operation + ", " + box.sides + behind);
-      expect_certified(box_text(box, behind, "dx = central(2)"), true);
+      const auto certificate = certificate_of(box_text(box, behind, "dx = central(2)"), true);
+      ASSERT_TRUE(certificate);
+      EXPECT_TRUE(certificate->passed() && certificate->second && certificate->second->passed());
+      EXPECT_LT(certificate->worst(), 1e-11);  // on the smallest grids iterations go on to what rounding leaves
+      EXPECT_NEAR(certificate->slope.value_or(0), 2, 0.05);
     }
+    if (box.axes == "channel" && !is_thorough()) continue;
     const std::string none = "conv out, 1, initial = zero";  // whose directions are of no use
     const auto many =
         run_scene(box_text(box, by_network + " after 70 iterations", "dx = central(2)", none), "s").state.at("w");
@@ -189,6 +196,7 @@ TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   EXPECT_EQ(code(by_network, "learn near", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(by_network, "learn near", "mean(w^2)"), "E0601");
   EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; learn near", "mean(psi^2)"), "E0601");
+  EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; unknown e", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(by_network + " after 2 iterations", "learn near", "mean(psi^2)"), "");
   EXPECT_EQ(code(by_network, "learn near", "mean(near(w, k)^2)"), "");
 }

@@ -91,5 +91,32 @@ TEST(NetworkText, InRepeats) {
   EXPECT_EQ(print(twice.module), print(read(once).module));
 }
 
+/// A network that a solve has for itself: `r` and `d` are known to nobody else, `k` comes from outside.
+TEST(NetworkText, PreconditionsSolves) {
+  const auto text = [](const std::string& by, const std::string& call) {
+    return "network n(2) -> 1 {\n  padding x periodic\n  let v1 = conv(in, 1, 3)\n  out = v1\n}\n\n"
+           "kernel image(p: field halo 1, hx: param, out q: field) {\n"
+           "  q = (p[-1] - 2*p + p[+1])/hx^2 - p\n}\n\n"
+           "program step {\n  axes x periodic\n  solve q = b for p by " +
+           by + " preconditioner " + call +
+           " tolerance 1e-06 {\n    fill p x = periodic\n    run image\n  }\n  keep p\n}\n";
+  };
+  const Read first = read(text("cg", "n(r, k) to d"));
+  EXPECT_EQ(first.problems, "");
+  const std::string printed = print(first.module);
+  EXPECT_NE(printed.find("by cg preconditioner n(r, k) to d tolerance 1e-06 {"), std::string::npos) << printed;
+  EXPECT_EQ(read(printed).module, first.module);
+  EXPECT_EQ(verify(first.module), std::vector<std::string>{});
+  for (const auto& [by, call] : {std::pair{"bicgstab", "n(r, k) to d"},
+                                 {"cg", "n(r) to d"},
+                                 {"cg", "m(r, k) to d"},
+                                 {"cg", "n(r, r) to d"},
+                                 {"cg", "n(b, k) to d"},
+                                 {"cg", "n(r, k) to p"},
+                                 {"cg", "n(r, k) to k"},
+                                 {"cg", "n(r, k) to z"}})
+    EXPECT_NE(read(text(by, call)).problems, "") << by << " " << call;
+}
+
 }  // namespace
 }  // namespace dpde::stencil

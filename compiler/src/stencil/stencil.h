@@ -66,8 +66,8 @@
 //    block sees the interior of what it reads from outside; what it writes is known in it only. `by` names a method,
 //    `tolerance` the largest |Ax - b|/|b| of one that comes near step by step, `iterations` after how many steps it is
 //    an error or, with `or warn`, a warning (the interpreter solves exactly). There may be several of each,
-//    solve y, w = b, c for x, v { ... }: A makes y and w of x and v. `preconditioner N(r, k) to z` is what a method by
-//    steps has for the inverse of A: what an iteration leaves is r, over the root of its mean square, and z is the
+//    solve y, w = b, c for x, v { ... }: A makes y and w of x and v. `preconditioner N(r, k) to d` is what a method by
+//    steps has for the inverse of A: what an iteration leaves is r, over the root of its mean square, and d is the
 //    direction of the next one. What it comes to is the same.
 //  - newton y, w = b, c for x, v { block }: the same where the block is not linear, y, w = F(x, v). Behind it x, v is
 //    the solution to which Newton's method comes that begins with b, c; `tolerance` is the last change of a field over

@@ -167,9 +167,9 @@ ItemKind parse_repeated(Cursor& cursor) {
 
 BlockRule operator_rule();
 
-/// Its name, or a network: smooth(r, k) to z
+/// Its name, or a network: smooth(r, k) to d
 void parse_preconditioner_of(Cursor& cursor, SolveItem& item) {
-  const Identifier name = cursor.expect_name("a preconditioner, as none or network(r) to z");
+  const Identifier name = cursor.expect_name("a preconditioner, as none or network(r) to d");
   const Token open = cursor.peek();
   if (!cursor.accept(TokenKind::left_paren)) {
     item.preconditioner = name;

@@ -82,12 +82,12 @@ struct RepeatItem {
   std::optional<Identifier> counter = {};
   bool is_backwards = false;  // it counts down
 };
-struct NetworkUse {  // smooth(r, k) to z
+struct NetworkUse {  // smooth(r, k) to d
   Identifier network;
   std::vector<Identifier> inputs, to;
 };
 /// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { ... y of x ... }
-/// solve y = b for x by cg preconditioner smooth(r, k) to z { ... }      r and z are known to the solve alone
+/// solve y = b for x by cg preconditioner smooth(r, k) to d { ... }      r and d are known to the solve alone
 struct SolveItem {
   bool is_linear = true;  // newton y = b for x { ... } where not
   std::vector<Identifier> images, rights, unknowns;
