@@ -188,5 +188,26 @@ TEST_F(MappedBeside, MistakesAreSaidWhereTheyStand) {
   }
 }
 
+/// The task's scene begins with a solve on many cells: too many for the interpreter, which solves densely.
+TEST_F(MappedBeside, ChecksWhatBeginsWithASolve) {
+  const std::string fluid =
+      models +
+      "model fluid { vector u on faces; field p; param nu = 1e-4, k = 1; dt(u) = k*nu*lap(u) - grad(p); "
+      "0 = div(u) gives p }\n"
+      "scene projected_faces : fluid { " +
+      box +
+      "initial u = (sin(2*pi*y), sin(4*pi*x)) projected }\n"
+      "scene many = projected_faces { cells 96, 96 }\n"
+      "scene many_nodes = nodes { cells 96, 96; nu = 1e-4 }\n"
+      "dataset d : many { runs 1; frames every 1/16; file \"many.nc\" }\n";
+  write("t.dpde", fluid + task_of("many",
+                                  "  data u_ref = trajectories(\"many.nc\", u)\n"
+                                  "  minimise mean(dot(u - u_ref, u - u_ref)) over 4 steps\n"
+                                  "  statistic s = mean(curl(u)^2) on trajectories(\"many.nc\") for 16 steps beside "
+                                  "many_nodes where omega = curl(u)\n"));
+  ASSERT_EQ(dpde("run t.dpde d --out .").status, 0);
+  EXPECT_EQ(dpde("check t.dpde t").status, 0);
+}
+
 }  // namespace
 }  // namespace dpde::testing
