@@ -92,6 +92,21 @@ const std::map<std::string, std::string> smaller = {
     {"jet guess", "--set cells=8 --set end=1800"},
     {"jet truth", "--set cells=8 --set end=1800"},
     {"jet window", "--set cells.x=8 --set cells.y=32"},
+    {"kolmogorov correct", "--set cells=16"},
+    {"kolmogorov corrected", "--set cells=16 --set end=1/24"},
+    {"kolmogorov curled", "--set cells=16"},
+    {"kolmogorov curled_rotational", "--set cells=16"},
+    {"kolmogorov interpolate_by_network", "--set cells=16"},
+    {"kolmogorov interpolated", "--set cells=16 --set end=1/24"},
+    {"kolmogorov plain", "--set cells=16 --set end=1/24"},
+    {"kolmogorov plain_128", "--set cells=16 --set end=1/48"},
+    {"kolmogorov rotational", "--set cells=16 --set end=1/24"},
+    {"kolmogorov rotational_128", "--set cells=16 --set end=1/48"},
+    {"kolmogorov rotational_corrected", "--set cells=16 --set end=1/24"},
+    {"kolmogorov spectral_128", "--set cells=16 --set end=1/48"},
+    {"kolmogorov spectral_64", "--set cells=16 --set end=1/24"},
+    {"kolmogorov truth", "--set cells=16 --set end=1/96"},
+    {"kolmogorov without_divergence", "--set cells=16 --set end=1/24"},
     {"learned_flux fine", "--set cells=128 --set end=5"},
     {"lorenz butterfly", "--set end=2"},
     {"plasma faster_by_eta",
@@ -175,8 +190,8 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"eddies",   "filtered", "first_guess", "hold",    "hold_network", "hybrid",
-                                        "observed", "sphere",   "stations",    "steered", "year"};
+const std::set<std::string> at_night = {"eddies",     "filtered", "first_guess", "hold",     "hold_network", "hybrid",
+                                        "kolmogorov", "observed", "sphere",      "stations", "steered",      "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
