@@ -73,7 +73,7 @@ task t : s { data r = u from scene s over time; unknown nu from 0.04; unknown in
   using lbfgs(), iterations 4 }
 task learn : s { data r = trajectories("train.nc", u); unknown nu from 0.04
   minimise near(u, r, 1) over 4 steps
-  minimise near(u, r, 2) over 4 steps
+  minimise near(u, r, 1 + 1) over 4 steps
   using lbfgs(), epochs 15 }
 )";
 
@@ -118,8 +118,12 @@ TEST_F(BandPass, IsRefusedWhereThereAreNoShells) {
     return waves("field u", "  observe e = mean(" + formula + ")\n");
   };
   refused(observing("band_pass(u, 1.5)"), "E0208", "1.5");
-  refused(observing("band_pass(u, 4, 3)"), "E0208", "numbered from 4 on");
+  refused(observing("band_pass(u, 4, 3)"), "E0208", "numbered from 4 to");
   refused(observing("band_pass(u, nu)"), "E0208", "a formula");
+  refused(observing("band_pass(u, -1)"), "E0208", "-1");
+  refused(
+      "operator part(p) order 2 = band_pass(p, 1)\n  adjoint p_bar = band_pass(part_bar, 1)\n" + observing("part(u)"),
+      "E0311", "an operator whose adjoint is given");
   refused(observing("band_pass(u)"), "E0305", "band_pass");
   refused(
       "model m { field u; dt(u) = -band_pass(u, 3) }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; "

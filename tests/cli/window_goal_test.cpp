@@ -142,6 +142,20 @@ TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
   EXPECT_NE(none.err.find("are none up to t = 0"), std::string::npos) << none.err;
 }
 
+/// A file that has nothing else.
+TEST_F(WindowGoals, MayBeOfAnotherFile) {
+  write_runs("starts.nc", 1);
+  write_runs("goals.nc", 1, [](NetcdfContent& content) {
+    std::erase_if(content.variables, [](const auto& each) { return each.name == "u" || each.name == "time"; });
+  });
+  const std::string loss = "; minimise mean((u - r)^2) after 4 steps",
+                    begin = "data begin = trajectories(\"starts.nc\"); ";
+  const Json one = learn("data r = trajectories(\"starts.nc\", goal)" + loss);
+  EXPECT_EQ(learn(begin + "data r = trajectories(\"goals.nc\", goal)" + loss)["loss"], one["loss"]);
+  const Json same = learn("data r = trajectories(\"starts.nc\", same)" + loss);
+  EXPECT_EQ(learn(begin + "data r = trajectories(\"goals.nc\", same)" + loss)["loss"], same["loss"]);
+}
+
 TEST_F(WindowGoals, SayWhatDoesNotFit) {
   write_runs("f.nc", 2);
   write_runs("one.nc", 1);
@@ -178,18 +192,19 @@ TEST_F(WindowGoals, SayWhatDoesNotFit) {
 /// 0.3 t, so that the best b is 0.3 times the mean of k + 1 over the windows. From frames of the data it is 0.3.
 TEST_F(WindowGoals, MayBeginWithFramesOfAnotherFile) {
   constexpr int frames = 5;
-  const auto runs_of = [&](const std::string& name, double slope, int count, double begin = 0) {
+  const auto runs_of = [&](const std::string& name, double slope, int count, double begin = 0,
+                           const std::vector<double>& c = {1, 2}) {
     NetcdfContent content;
     content.dimensions = {{"run", 2}, {"time", count}, {"x", cells}};
-    content.variables = {{"time", {"time"}, {}, {}},
-                         {"x", {"x"}, {}, {}},
-                         {"u", {"run", "time", "x"}, {}, {}},
-                         {"c", {"run"}, {}, {1, 2}}};
+    content.variables = {{"time", {"time"}, {}, {}}, {"x", {"x"}, {}, {}}, {"u", {"run", "time", "x"}, {}, {}}};
+    if (c.size() == 2) content.variables.push_back({"c", {"run"}, {}, c});
+    if (c.size() == 1) content.variables.push_back({"c", {}, {}, c});
     for (int k = 0; k < count; ++k) content.variables[0].values.push_back(begin + k / 64.0);
     for (int i = 0; i < cells; ++i) content.variables[1].values.push_back((i + 0.5) / cells);
-    for (int i = 0; i < 2 * count * cells; ++i)
-      content.variables[2].values.push_back(slope *
-                                            content.variables[0].values[static_cast<std::size_t>(i / cells % count)]);
+    for (int i = 0; i < 2 * count * cells; ++i) {
+      const double t = content.variables[0].values[static_cast<std::size_t>(i / cells % count)];
+      content.variables[2].values.push_back(slope * t);
+    }
     write(name, compose_netcdf(std::move(content)));
   };
   const auto learn_from = [&](const std::string& data) {
@@ -221,6 +236,15 @@ TEST_F(WindowGoals, MayBeginWithFramesOfAnotherFile) {
   };
   refused(rest + "data r = trajectories(\"late.nc\", u)", "its frame 0 is at t = 1, that of");
   refused(rest + "data r = trajectories(\"short.nc\", u)", "it has 3 frames, ");
+  runs_of("plain.nc", 0.3, frames, 0, {1});
+  runs_of("silent.nc", 0.3, frames, 0, {});
+  runs_of("turned.nc", 0.3, frames, 0, {2, 1});
+  const std::string other = "data begin = trajectories(\"plain.nc\"); ";
+  refused(rest + "data r = trajectories(\"plain.nc\", u)", "its run 1 has c = 1, that of");
+  refused(rest + "data r = trajectories(\"turned.nc\", u)", "its run 0 has c = 2, that of");
+  refused(other + truth, "its run 1 has c = 2, that of");
+  refused("data begin = trajectories(\"silent.nc\"); " + truth, "its run 0 has c = 1, that of");
+  EXPECT_EQ(learn_from(rest + "data r = trajectories(\"silent.nc\", u)").status, 0);
   refused(truth + "; data q = trajectories(\"rest.nc\", u)", "data begin = trajectories(\"truth.nc\")");
   refused(rest + "data other = trajectories(\"truth.nc\"); " + truth,
           "a second file of trajectories (rest.nc and truth.nc)");

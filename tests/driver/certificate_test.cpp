@@ -225,7 +225,7 @@ task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
   ASSERT_EQ(certificate->skipped.size(), 2u);
   EXPECT_NE(certificate->skipped[0].find("7 cells: the run is not stable: v.x grows from 1.4"), std::string::npos)
       << certificate->skipped[0];
-  EXPECT_EQ(certificate->skipped[1], "11 cells: the run is not finite, or a solve of it has no solution");
+  EXPECT_EQ(certificate->skipped[1], "11 cells: the run or its loss is not finite, or a solve has no solution");
 }
 
 /// Certified is the gradient beside the start; that there are two slopes at the start is said.

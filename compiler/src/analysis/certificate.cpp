@@ -109,7 +109,7 @@ Comparison compare_at(driver::Session& session, driver::Inverse& inverse, const 
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   result.loss = loss;
   if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
-    result.left_out = fmt::format("{} is not finite, or a solve of it has no solution", tolerance.in);
+    result.left_out = fmt::format("{} or its loss is not finite, or a solve has no solution", tolerance.in);
   } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
     result.left_out = why_rounding_grows(session, tolerance.in);
     const auto nudged = [&](double epsilon) {

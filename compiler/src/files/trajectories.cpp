@@ -24,6 +24,10 @@ using Shape = std::vector<std::int64_t>;
 
 std::string text_of_shape(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
 
+std::string count_of(std::int64_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 /// Steps from frame to frame; 0 where that is no whole number of them.
 int steps_between(const std::vector<double>& times, double step) {
   const double spacing = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
@@ -33,8 +37,8 @@ int steps_between(const std::vector<double>& times, double step) {
 
 /// What is read of a file.
 struct Wanted {
-  std::vector<const model::Datum*> data;  // that have values
-  bool has_states = true;                 // of the scene too, which windows begin with
+  std::vector<const model::Datum*> data = {};  // that have values
+  const Trajectories* windows = nullptr;       // where they begin; null: with states of the scene in this file
 };
 
 /// Reads one file; every fault is an Error, which the caller reports.
@@ -50,7 +54,7 @@ class Reader {
     for (const model::Parameter& param : problem_.params) {
       const NetcdfReader::Variable* variable = find(param.name);
       if (param.unknown || problem_.find_control(param.name) != nullptr || variable == nullptr ||
-          !variable->shape.empty())
+          !variable->shape.empty() || is_told_elsewhere(param.name))
         continue;
       const double value = file_.read(*variable).at(0);
       if (std::abs(value - param.value) <= rounding * std::max(std::abs(value), std::abs(param.value))) continue;
@@ -64,7 +68,12 @@ class Reader {
   void read() {
     std::set<std::string> wanted;
     for (const model::Datum* datum : wanted_.data) wanted.insert(datum->variable);
-    if (wanted_.has_states) find_states(wanted);
+    if (wanted_.windows == nullptr) {
+      find_states(wanted);
+    } else {
+      to_.runs.resize(wanted_.windows->runs.size());
+      to_.cells = wanted_.windows->cells;
+    }
     std::erase_if(wanted, [&](const std::string& name) {
       if (!lacks_time(name)) return false;
       to_.goals.push_back(name);
@@ -74,7 +83,7 @@ class Reader {
     for (const std::string& name : to_.goals) read_field(name);
     to_.has_frames_of_data =
         std::ranges::any_of(wanted_.data, [&](const model::Datum* datum) { return !to_.is_goal(datum->variable); });
-    read_times();
+    if (!time_.empty()) read_times();
     to_.looks = to_.has_frames_of_data ? to_.every : 1;
     read_params();
   }
@@ -102,19 +111,26 @@ class Reader {
 
   const NetcdfReader::Variable* find(const std::string& name) const { return file_.find(name); }
 
+  /// Windows begin with the states of the scene where these lie.
+  const model::State* find_state(const std::string& variable) const {
+    return wanted_.windows == nullptr ? problem_.find_state(variable) : nullptr;
+  }
   model::Placement placement_of(const std::string& variable) const {
-    const model::State* state = problem_.find_state(variable);
-    if (state != nullptr) return state->placement;
-    const auto& data = problem_.task->data;
-    const auto datum =
-        std::ranges::find_if(data, [&](const model::Datum& d) { return d.trajectories && d.variable == variable; });
-    return datum == data.end() ? model::Placement{} : datum->placement;
+    if (const model::State* state = find_state(variable)) return state->placement;
+    const auto datum = std::ranges::find(wanted_.data, variable, &model::Datum::variable);
+    return datum == wanted_.data.end() ? model::Placement{} : (*datum)->placement;
+  }
+  /// By the file that windows begin with, which is compared with this one.
+  bool is_told_elsewhere(const std::string& param) const {
+    return wanted_.windows != nullptr &&
+           (wanted_.windows->numbers.contains(param) ||
+            std::ranges::find(wanted_.windows->params, param) != wanted_.windows->params.end());
   }
 
   /// No state: an array a run, or one for all of them.
   bool lacks_time(const std::string& name) const {
     const NetcdfReader::Variable* variable = find(name);
-    if (variable == nullptr || problem_.find_state(name) != nullptr) return false;
+    if (variable == nullptr || find_state(name) != nullptr) return false;
     const std::size_t rank = model::axes_at(problem_.axes, placement_of(name)).size(), has = variable->shape.size();
     return has == rank || (has == rank + 1 && variable->dimensions[0] == "run");
   }
@@ -165,7 +181,9 @@ class Reader {
 
   void take_goal(const NetcdfReader::Variable& variable, bool has_runs) {
     if (has_runs && variable.shape[0] != std::ssize(to_.runs))
-      fail(fmt::format("{} has {} runs, its fields have {}", variable.name, variable.shape[0], to_.runs.size()));
+      fail(fmt::format("{} has {}, {} {}", variable.name, count_of(variable.shape[0], "run"),
+                       wanted_.windows == nullptr ? "its fields have" : wanted_.windows->path + " has",
+                       to_.runs.size()));
     const std::vector<double> all = file_.read(variable);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!std::isfinite(rounded(all[i], problem_.scheme.real)))
@@ -228,7 +246,9 @@ class Reader {
   void read_params() {
     for (const model::Parameter& param : problem_.params) {
       const NetcdfReader::Variable* variable = find(param.name);
-      if (param.unknown || variable == nullptr || variable->dimensions != std::vector<std::string>{"run"}) continue;
+      if (param.unknown || variable == nullptr) continue;
+      if (variable->shape.empty()) to_.numbers[param.name] = file_.read(*variable).at(0);
+      if (variable->dimensions != std::vector<std::string>{"run"}) continue;
       const std::vector<double> values = file_.read(*variable);
       if (values.size() != to_.runs.size())
         fail(fmt::format("{} has {} values for {} runs", param.name, values.size(), to_.runs.size()));
@@ -313,30 +333,50 @@ std::vector<const model::Datum*> data_with_values(const model::Problem& problem)
   return data;
 }
 
+/// Of a run; nullopt where the file does not say it.
+std::optional<double> param_of(const Trajectories& from, std::size_t run, const std::string& name) {
+  const auto number = from.numbers.find(name);
+  if (number != from.numbers.end()) return number->second;
+  const auto param = std::ranges::find(from.params, name);
+  if (param == from.params.end()) return std::nullopt;
+  return from.runs[run].params[static_cast<std::size_t>(param - from.params.begin())];
+}
+
+std::string text_of_param(std::optional<double> value) { return value ? fmt::format("{}", *value) : "none"; }
+
+/// Where parameters of the runs differ, and those that differ from run to run are told by one file alone.
+std::string other_params(const Trajectories& own, const Trajectories& other) {
+  std::set<std::string> names(own.params.begin(), own.params.end());
+  names.insert(other.params.begin(), other.params.end());
+  for (const auto& [name, value] : own.numbers) {
+    if (other.numbers.contains(name)) names.insert(name);
+  }
+  for (const std::string& name : names) {
+    const bool is_told = std::ranges::find(other.params, name) != other.params.end() || other.numbers.contains(name);
+    for (std::size_t r = 0; is_told && r < own.runs.size(); ++r) {
+      const std::optional<double> here = param_of(own, r, name), there = param_of(other, r, name);
+      if (here != there)
+        return fmt::format("its run {} has {} = {}, that of {} has {}", r, name, text_of_param(there), own.path,
+                           text_of_param(here));
+    }
+  }
+  return "";
+}
+
 /// Why data of `other` do not belong to the windows of `own`; "" where they do.
 std::string misfit(const Trajectories& own, const Trajectories& other) {
   if (other.runs.size() != own.runs.size())
-    return fmt::format("it has {} runs, {} has {}", other.runs.size(), own.path, own.runs.size());
+    return fmt::format("it has {}, {} has {}", count_of(std::ssize(other.runs), "run"), own.path, own.runs.size());
   if (other.has_frames_of_data) {
     if (other.frame_count() != own.frame_count())
-      return fmt::format("it has {} frames, {} has {}", other.frame_count(), own.path, own.frame_count());
+      return fmt::format("it has {}, {} has {}", count_of(other.frame_count(), "frame"), own.path, own.frame_count());
     for (std::size_t k = 0; k < own.times.size(); ++k) {
       if (std::abs(other.times[k] - own.times[k]) > 1e-6 * std::abs(own.times.back() - own.times.front()))
         return fmt::format("its frame {} is at t = {:.6g}, that of {} at {:.6g}", k, other.times[k], own.path,
                            own.times[k]);
     }
   }
-  for (std::size_t p = 0; p < own.params.size(); ++p) {
-    const auto there = std::ranges::find(other.params, own.params[p]);
-    if (there == other.params.end()) continue;
-    const auto q = static_cast<std::size_t>(there - other.params.begin());
-    for (std::size_t r = 0; r < own.runs.size(); ++r) {
-      if (other.runs[r].params[q] != own.runs[r].params[p])
-        return fmt::format("its run {} has {} = {}, that of {} has {}", r, own.params[p], other.runs[r].params[q],
-                           own.path, own.runs[r].params[p]);
-    }
-  }
-  return "";
+  return other_params(own, other);
 }
 
 /// Adds the data of another file under names that no variable has.
@@ -370,16 +410,16 @@ std::optional<Trajectories> load_learnt_trajectories(const model::Problem& probl
     if (datum->file == windows.file) {
       own.data.push_back(datum);
     } else {
-      Wanted& other = others[datum->file];
-      other.data.push_back(datum);
-      other.has_states = false;
+      others[datum->file].data.push_back(datum);
     }
   }
   std::optional<Trajectories> all = load(problem, own, windows.file, source, windows.origin.range, sink);
-  for (const auto& [file, wanted] : others) {
+  for (auto& [file, wanted] : others) {
+    if (!all) return std::nullopt;
+    wanted.windows = &*all;
     const SourceRange where = wanted.data.front()->origin.range;
     const std::optional<Trajectories> other = load(problem, wanted, file, source, where, sink);
-    if (!all || !other) return std::nullopt;
+    if (!other) return std::nullopt;
     const std::string why = misfit(*all, *other);
     if (!why.empty()) {
       sink.report("bad-array-file", where, {other->path, why});

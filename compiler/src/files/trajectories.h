@@ -31,9 +31,10 @@ struct Trajectories {
   bool has_frames_of_data = false;  // of the task's data; else these are goals of whole runs, or there are none
   int looks = 1;  // steps from one state that losses look at to the next: those that have frames of data, or all
   std::size_t cells = 0;
-  std::vector<std::string> states;  // of the scene; the others begin as the scene says
-  std::vector<std::string> params;  // of the scene, with a value for each run
-  std::set<std::string> counted;    // of these: numbers of runs, as of random fields, that have no range
+  std::vector<std::string> states;        // of the scene; the others begin as the scene says
+  std::vector<std::string> params;        // of the scene, with a value for each run
+  std::map<std::string, double> numbers;  // of the scene that are one for all runs
+  std::set<std::string> counted;          // of the first: numbers of runs, as of random fields, that have no range
   struct Run {
     /// By variable: one after the other; of a goal one for all. Copies of trajectories share them.
     std::map<std::string, std::shared_ptr<const std::vector<double>>> frames;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -34,6 +35,12 @@ double Axis::place(double s) const {
   if (s < stretch->low) return 2 * stretch->low - inside(2 * stretch->low - s);
   if (s > stretch->high) return 2 * stretch->high - inside(2 * stretch->high - s);
   return inside(s);
+}
+
+double wave_unit(const std::vector<Axis>& axes) {
+  double longest = 0;
+  for (const Axis& axis : axes) longest = std::max(longest, axis.cells > 1 ? axis.high - axis.low : 0);
+  return 2 * std::numbers::pi / (longest > 0 ? longest : 1);
 }
 
 const Datum* Task::datum_of_windows() const {

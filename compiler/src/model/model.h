@@ -47,6 +47,11 @@ struct Axis {
   /// Whether fields on faces hold the values on the wall where the place is low, or high.
   bool holds_wall(bool is_low) const { return is_low == runs_down(); }
 };
+/// Waves k lie in shell floor(|k|/unit + 1/2), where the unit is one wave along the longest axis with several cells.
+/// What is nearer to the edge of a shell than rounding lies in the upper one.
+double wave_unit(const std::vector<Axis>& axes);
+inline constexpr double shell_rounding = 1e-9;
+
 /// Orthogonal coordinates that are no lengths: a unit of axis i is scales[i] long, a formula of numbers and
 /// coordinates; a cell is as large as their product times its spacings and `around`, the way around an axis of
 /// symmetry.

@@ -63,9 +63,10 @@ Expr Discretiser::band_at(const model::BandPass& band, const Place& place) {
   const std::string operand = stored_operand(band.operand, own);
   Transform transform;
   const auto add_below = [&](double shell, double factor) {
-    const double end = shell * band.unit, at_end = 1e-9;  // what lies there is of the shell above
+    const double end = shell * band.unit;
     transform.terms.push_back(
-        {operand, {{WaveFunction::Kind::heaviside, 0}, squares + end * end * (1 - at_end), factor, false}});
+        {operand,
+         {{WaveFunction::Kind::heaviside, 0}, squares + end * end * (1 - model::shell_rounding), factor, false}});
   };
   add_below(band.last + 0.5, 1);
   if (band.first > 0) add_below(band.first - 0.5, -1);

@@ -210,9 +210,11 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
     return "a solve is in it";
   if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); }))
     return "it holds a sample";
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::BandPass>(e->kind); }))
+    return "it holds a part of the waves";
   const bool has_places = holds([](const model::Expr& e) {
     return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind) ||
-           std::holds_alternative<model::Interpolate>(e->kind) || std::holds_alternative<model::BandPass>(e->kind);
+           std::holds_alternative<model::Interpolate>(e->kind);
   });
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";

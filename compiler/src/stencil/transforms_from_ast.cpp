@@ -102,11 +102,11 @@ class TransformReader {
     const ast::Expr& argument = call.arguments[0].value;
     if (!read(argument, argument.range(), by.argument)) return false;
     if (by.function.kind != WaveFunction::Kind::heaviside) return true;
-    const bool is_of_numbers = by.function.number == 0 && !holds_params(by.argument);
+    const bool is_of_numbers = by.function.number == 0 && !holds_params(by.argument) && !holds_odd_powers(by.argument);
     if (!is_of_numbers)
       sink_.report("bad-program", call.callee_range,
-                   {call.callee + " is none of heaviside0 of numbers and wave numbers alone"},
-                   "it jumps, so that it has no derivative by a param");
+                   {call.callee + " is none of heaviside0 of numbers and even powers of wave numbers"},
+                   "it jumps where a real number is 0, so that it has no derivative by a param");
     return is_of_numbers;
   }
 

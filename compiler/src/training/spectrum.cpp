@@ -65,7 +65,7 @@ Spectrum::Spectrum(const std::vector<model::Axis>& axes) : impl_(std::make_uniqu
     impl_->waves[a] = longest / (axes[a].high - axes[a].low);
     resolved = std::min(resolved, axes[a].cells / 2.0 * impl_->waves[a] - 0.5);
   }
-  if (longest > 0) impl_->unit = 2 * std::numbers::pi / longest;
+  impl_->unit = model::wave_unit(axes);
   constexpr double rounding = 1e-9;
   if (std::isfinite(resolved))
     impl_->last_resolved = static_cast<std::size_t>(std::max(0.0, std::floor(resolved + rounding)));
@@ -75,7 +75,7 @@ Spectrum::Spectrum(const std::vector<model::Axis>& axes) : impl_(std::make_uniqu
       for (std::size_t x = 0; x < nx; ++x) {
         const double length =
             std::hypot(mode(x, nx) * impl_->waves[0], mode(y, ny) * impl_->waves[1], mode(z, nz) * impl_->waves[2]);
-        impl_->shells.push_back(static_cast<std::size_t>(std::floor(length + 0.5)));
+        impl_->shells.push_back(static_cast<std::size_t>(std::floor(length * (1 + model::shell_rounding / 2) + 0.5)));
       }
     }
   }

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <utility>
 
 #include "model/build.h"
+#include "model/from_ast/constants.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "support/assert.h"
@@ -201,25 +201,27 @@ Typed Expressions::interpolation(const ast::Call& e, SourceRange range) {
 
 /// Shells as `spectrum` counts them.
 Typed Expressions::band(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse("band_pass", e.callee_range);
+  if (purpose_ != Purpose::quantity) {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"band_pass", "what a step computes"},
+                       "it stands in losses, tests, observables and what data sets keep");
+    return {};
+  }
   const bool has_last = e.arguments.size() == 3;
-  if (!takes(e, has_last ? 3 : 2)) return {};
+  if (e.arguments.size() != 2 && !takes(e, 3)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   const std::optional<int> first = shell_of(e.arguments[1].value, 0);
   const std::optional<int> last = has_last && first ? shell_of(e.arguments[2].value, *first) : first;
   if (!first || !last || operand.type == Typed::Type::none) return {};
   const Problem& problem = draft_.problem;
   std::string obstacle = obstacle_to_waves(problem.axes);
-  if (problem.metric) obstacle = problem.metric->name;
+  if (problem.metric) obstacle = "its coordinates are no lengths";
   if (!problem.has_grid) obstacle = "the scene has no grid";
   if (!obstacle.empty()) {
     draft_.sink.report("waves-do-not-fit", range, {"band_pass", obstacle},
                        "shells of waves need periodic axes of equal cells: take means of derivatives");
     return {};
   }
-  double longest = 0;
-  for (const Axis& axis : problem.axes) longest = axis.cells > 1 ? std::max(longest, axis.high - axis.low) : longest;
-  const double unit = 2 * std::numbers::pi / (longest > 0 ? longest : 1);
+  const double unit = wave_unit(problem.axes);
   return map_parts(operand, [&](const Expr& part) { return band_pass({part, *first, *last, unit}, {range}); });
 }
 
@@ -228,14 +230,18 @@ std::optional<int> Expressions::shell_of(const ast::Expr& e, int least) {
   constexpr int most = 1 << 20;
   const Typed typed = numeric(e);
   if (typed.type == Typed::Type::none) return std::nullopt;
-  const auto* number = std::get_if<Number>(&typed.parts.front()->kind);
-  const bool is_whole = typed.parts.size() == 1 && number != nullptr && number->value >= least &&
-                        number->value <= most && std::floor(number->value) == number->value;
-  if (is_whole) return static_cast<int>(number->value);
-  draft_.sink.report("not-whole", e.range(), {number != nullptr ? fmt::format("{}", number->value) : "a formula"},
-                     fmt::format("shells are numbered from {} on: write band_pass(u, 4, 8); one wave along the longest "
-                                 "axis is shell 1",
-                                 least));
+  const bool is_number =
+      typed.parts.size() == 1 && !any_part(typed.parts.front(), [](const Expr& part) {
+        return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Neg>(part->kind) &&
+               !std::holds_alternative<Binary>(part->kind) && !std::holds_alternative<Call>(part->kind);
+      });
+  const double value = is_number ? value_of(typed.parts.front(), {}).number : -1;
+  if (value >= least && value <= most && std::floor(value) == value) return static_cast<int>(value);
+  draft_.sink.report(
+      "not-whole", e.range(), {is_number ? fmt::format("{}", value) : "a formula"},
+      fmt::format("shells are numbered from {} to {}: write band_pass(u, 4, 8); one wave along the longest "
+                  "axis is shell 1",
+                  least, most));
   return std::nullopt;
 }
 

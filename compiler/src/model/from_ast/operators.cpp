@@ -130,12 +130,12 @@ Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::E
     return any_part(component, [](const Expr& part) {
       return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||
              std::holds_alternative<Advect>(part->kind) || std::holds_alternative<NetworkCall>(part->kind) ||
-             std::holds_alternative<Solve>(part->kind);
+             std::holds_alternative<Solve>(part->kind) || std::holds_alternative<BandPass>(part->kind);
     });
   });
   if (is_simple) return value;
   draft_.sink.report("not-allowed-here", e.range(),
-                     {"a reduction, advect, a network or another operator whose adjoint is given",
+                     {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
                       "an operator whose adjoint is given"},
                      "pass what it gives as an argument");
   return {};

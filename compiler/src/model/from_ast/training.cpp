@@ -347,8 +347,9 @@ std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::
     datum.variable = name;
     datum.trajectories = true;
     const State* state = draft.problem.find_state(name);
-    datum.placement = state ? state->placement
-                            : placement_of(draft, item.on, names.size() > 1 ? static_cast<int>(data.size()) - 1 : -1);
+    datum.placement = state && !item.on
+                          ? state->placement
+                          : placement_of(draft, item.on, names.size() > 1 ? static_cast<int>(data.size()) - 1 : -1);
   }
   return data;
 }
