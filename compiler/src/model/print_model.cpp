@@ -184,6 +184,14 @@ std::string event_text(const Problem& p, const Event& event) {
   return text;
 }
 
+/// The solve calls the residual as what it seeks.
+std::string preconditioner_text(const Solve& solve) {
+  if (!solve.preconditioner) return "";
+  NetworkCall call = std::get<NetworkCall>((*solve.preconditioner)->kind);
+  call.arguments.front() = field("residual");
+  return " preconditioner " + print(network_call(std::move(call)));
+}
+
 void add_solves(const Problem& p, std::vector<std::string>& lines) {
   for (const Solve* solve : solves_of(p)) {
     State unknown;
@@ -194,9 +202,8 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
     for (const Expr& start : solve->starts) begun.push_back(print(start));
     const std::string guess = begun.empty() ? "" : fmt::format(" from {}", fmt::join(begun, ", "));
     const std::string after = solve->iterations ? fmt::format(" after {} iterations", *solve->iterations) : "";
-    const std::string by = solve->preconditioner ? " preconditioner " + print(*solve->preconditioner) : "";
     lines.push_back(fmt::format("solve {} = {} for {}{}{}{}", print(solve->operation), print(solve->right), solve->name,
-                                guess, by, after));
+                                guess, preconditioner_text(*solve), after));
     if (!boundary.empty()) lines.push_back(boundary);
   }
 }
