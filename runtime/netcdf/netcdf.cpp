@@ -3,6 +3,7 @@
 #include "dpde/runtime/netcdf.h"
 
 #include <fmt/format.h>
+#include <hdf5.h>
 #include <netcdf.h>
 #include <netcdf_mem.h>
 
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -20,6 +22,20 @@
 
 namespace dpde {
 namespace {
+
+/// The library is for one thread at a time, whichever files they are of (NetCDF-C's FAQ); HDF5 below it tells each new
+/// thread on standard error what NetCDF looks for in vain.
+class Turn {
+ public:
+  Turn() : lock_(of_library()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+ private:
+  static std::recursive_mutex& of_library() {
+    static std::recursive_mutex one;
+    return one;
+  }
+  std::lock_guard<std::recursive_mutex> lock_;
+};
 
 void must(int status) {
   if (status != NC_NOERR) throw Error(ErrorKind::machine, fmt::format("NetCDF: {}", nc_strerror(status)));
@@ -183,6 +199,7 @@ std::string stored_name(const NetcdfContent& content, const std::string& variabl
 }
 
 std::string compose_netcdf(NetcdfContent content) {
+  const Turn turn;
   Composer file;
   file.add(content.attributes);
   for (const NetcdfDimension& dimension : content.dimensions) file.add(dimension);
@@ -199,6 +216,7 @@ NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::mo
   if (!is_as_written(bytes_)) {
     throw Error(ErrorKind::input, fmt::format("{} is damaged: its checksum is that of other content", name_));
   }
+  const Turn turn;
   check(nc_open_mem(name_.c_str(), NC_NOWRITE, bytes_.size(), bytes_.data(), &id_));
   try {
     list_variables("");
@@ -210,7 +228,10 @@ NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::mo
   }
 }
 
-NetcdfReader::~NetcdfReader() { nc_close(id_); }
+NetcdfReader::~NetcdfReader() {
+  const Turn turn;
+  nc_close(id_);
+}
 
 void NetcdfReader::check(int status) const {
   if (status == NC_NOERR) return;
@@ -263,6 +284,7 @@ std::optional<double> NetcdfReader::number(int group, int variable, const char* 
 }
 
 std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<std::int64_t> index) const {
+  const Turn turn;
   const int group = id_of_group(variable.group);
   int number_of = 0;
   check(nc_inq_varid(group, variable.stored_name.c_str(), &number_of));
@@ -290,12 +312,14 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
 }
 
 std::optional<std::string> NetcdfReader::text(const std::string& variable, const std::string& attribute) const {
+  const Turn turn;
   if (variable.empty()) return text_of(id_, NC_GLOBAL, attribute);
   const std::optional<std::pair<int, int>> place = place_of(variable);
   return place ? text_of(place->first, place->second, attribute) : std::nullopt;
 }
 
 std::optional<double> NetcdfReader::number(const std::string& variable, const std::string& attribute) const {
+  const Turn turn;
   const std::optional<std::pair<int, int>> place = place_of(variable);
   return place ? number(place->first, place->second, attribute.c_str()) : std::nullopt;
 }
