@@ -21,7 +21,7 @@ double order_at_walls(const std::string& text, const std::string& scene, const s
 
 /// A plate that radiates at x.high and loses heat by a law of its own at x.low; `g`, `f` are what is missing for a
 /// decaying wave to be the solution.
-std::string plate(const std::string& time, const std::string& lap = "central(2)") {
+std::string plate_of_formula(const std::string& time, const std::string& lap = "central(2)") {
   return "model plate { field T; param k, w; dt(T) = k*lap(T) }\nscheme s { time = " + time + "; lap = " + lap +
          " }\n"
          "function wave(x, t, k, w) = 1 + 0.5*cos(w*x + 0.3)*exp(-k*w^2*t)\n"
@@ -34,8 +34,8 @@ std::string plate(const std::string& time, const std::string& lap = "central(2)"
 
 TEST(WallFormulas, SlopesAreOfOrderTwo) {
   for (const char* time : {"rk4", "ssp_rk3", "ab2"})
-    EXPECT_NEAR(order_at_walls(plate(time), "hot", "T", 16), 2, 0.1) << time;
-  EXPECT_NEAR(order_at_walls(plate("rk4", "central(4)"), "hot", "T", 32), 2, 0.35);
+    EXPECT_NEAR(order_at_walls(plate_of_formula(time), "hot", "T", 16), 2, 0.1) << time;
+  EXPECT_NEAR(order_at_walls(plate_of_formula("rk4", "central(4)"), "hot", "T", 32), 2, 0.35);
 }
 
 /// gradient(-2*u) is mixed(2, 1, 0), and x.low = v the value of v, with errors of order 2.
