@@ -164,9 +164,7 @@ Json Job::of_each_task(const std::function<Json()>& one) {
 }
 
 void Job::say(const std::string& text) {
-  if (options_.quiet || options_.json) return;
-  fmt::print("{}", text);
-  std::fflush(stdout);  // into a file, too, where a run of hours is looked at
+  if (!options_.quiet && !options_.json) fmt::print("{}", text);
 }
 
 void Job::wrote(const std::string& path) {

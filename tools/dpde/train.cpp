@@ -105,6 +105,7 @@ void tell_epochs(Job& job, const training::Trainer& trainer, std::size_t& told) 
   for (; told < state.epochs.size(); ++told) {
     if (is_shown_epoch(static_cast<int>(told) + 1, trainer.epochs()))
       job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
+    std::fflush(stdout);  // into a file, too, where a training of hours is looked at
   }
 }
 
