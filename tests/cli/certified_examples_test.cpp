@@ -149,6 +149,15 @@ const std::map<std::string, std::string> smaller = {
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
     // a state that is made up may be too far from the slow one for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
+    {"turned by_gains", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned direct", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned harmonic", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned learn", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned linear", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned prescribed", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned steered", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned wake", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
+    {"turned with_gains", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
     {"vortices_3d vortices", "--set cells=4 --set end=0.3"},
     {"vorticity layers", "--set cells=16 --set end=0.5"},
     {"vorticity merger", "--set cells=32 --set end=1"},
@@ -186,12 +195,14 @@ const std::map<std::string, std::string> without_their_files = {
     {"look", "law.safetensors"},
     {"picture", "potential.safetensors"},
     {"published", "pbdl_burgers_t16.npy"},
+    {"turned_by_network", "policy.safetensors"},
     {"unseen", "controller.safetensors"},
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"eddies",     "filtered", "first_guess", "hold",     "hold_network", "hybrid",
-                                        "kolmogorov", "observed", "sphere",      "stations", "steered",      "year"};
+const std::set<std::string> at_night = {"eddies",  "filtered",   "first_guess", "hold",   "hold_network",
+                                        "hybrid",  "kolmogorov", "observed",    "sphere", "stations",
+                                        "steered", "turned",     "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:
