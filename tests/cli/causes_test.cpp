@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -156,6 +157,7 @@ TEST_F(Causes, HintsOfJumpsNameWhatHasAnInverse) {
 
 /// What the compiler writes beside a pole is no jump of a coefficient.
 TEST_F(Causes, CurlsBesidePolesDoNotJump) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   EXPECT_FALSE(
       tells("model m { vector u on faces; dt(u) = -0.1*curl(curl(u)) }\nscene s : m {\n  coordinates polar\n"
             "  grid r = 0 .. 1, cells 8\n  grid theta = 0 .. 2*pi, cells 8, periodic\n"

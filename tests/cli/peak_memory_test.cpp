@@ -92,6 +92,7 @@ TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
 
 /// A gradient first looks whether a choice switches: in states, and in a step of its own where stages read it.
 TEST_F(PeakMemory, OfRunsThatWatchSwitchesIsPredicted) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   for (const std::string time : {"euler", "rk4"}) {
     const std::string text =
         text_of("dt(u) = k*lap(u) + if(u > 5, 1, 0.2)*u", "", "unknown initial u; minimise mean(u^2)");

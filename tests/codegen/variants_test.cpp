@@ -13,6 +13,7 @@
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 #include "support/program_run.h"
+#include "support/setting.h"
 
 namespace dpde {
 namespace {
@@ -89,6 +90,7 @@ TEST(Variants, GiveTheValuesOfTheRow) {
 }
 
 TEST(Variants, GiveTheValuesOfTheRowInSinglePrecision) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   for (const auto& c : testing::cases_by_day(1, 3)) expect_same_values(c, Precision::f32);
 }
 

@@ -7,6 +7,7 @@
 #include "driver/session.h"
 #include "driver_support.h"
 #include "stencil/print_stencil.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -88,6 +89,7 @@ void expect_right(const std::string& text, Backend backend) {
 }
 
 TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const char* const cases[][3] = {
       {"euler", "max", "g"},           {"euler", "max", "initial r"}, {"euler", "larger", "initial m"},
       {"euler", "upper", "initial r"}, {"rk4", "max", "initial r"},   {"rk4", "larger", "initial r"}};

@@ -362,6 +362,7 @@ task t : g {
 }
 
 TEST(GradientTable, OfBlocksOfSteps) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   std::map<std::string, Row> rows;
   for (const std::string scheme : {"euler", "rk4", "ab2"}) {  // no blocks are made of steps of verlet
     SCOPED_TRACE(scheme);

@@ -264,6 +264,7 @@ std::complex<double> factor_of_etdrk4(double l, std::complex<double> n, double h
 /// Kuramoto and Sivashinsky's equation about u = 0.2 on a torus, by waves of whole numbers: those that decay by right
 /// may not grow, others no more than twice as fast as the fastest. It is the same whatever the scene's own step is.
 TEST(Growing, LimitsOfExponentialStepsAreThoseOfTheirWaves) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const auto limit = [](const std::string& step) {
     return verdict_of(
                *open_scene("model m { field u; dt(u) = -advect((u, u), u) - lap(u) - lap(lap(u)) }\n"

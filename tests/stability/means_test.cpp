@@ -8,6 +8,7 @@
 
 #include "stability/stability_support.h"
 #include "stability/verdict.h"
+#include "support/setting.h"
 
 namespace dpde::stability {
 namespace {
@@ -191,6 +192,7 @@ Verdict verdict_of_tied(const TiedByMeans& tied, int cells, double step) {
 }
 
 TEST(Means, OfSubcyclesAreAsOnFewCells) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const TiedByMeans all[] = {
       {"dt(u) = 10*mean(v) + 1e-3*mean(w); dt(v) = -10*mean(u); dt(w) = -0.1*w + 1e-3*mean(u)", 1},
       {"dt(u) = 10*mean(v, x) + 1e-3*mean(w); dt(v) = -10*mean(u, x); dt(w) = -0.1*w + 1e-3*mean(u, x)", 2},
