@@ -21,6 +21,14 @@ const std::map<std::string, std::string> smaller = {
     {"convection heated_cavity", "--set cells=8 --set step=1/512"},
     {"convection onset", "--set end=0.125"},
     {"convection rolls", "--set cells=8 --set step=1/4096 --set end=1/128"},
+    {"corrector by_found_numbers", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector coarse", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector corrected", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector doubled", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector fine_plasma", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector numbered", "--set cells=8 --set end=0.1 --set time=euler"},
+    {"corrector statistics", "--set cells=8"},
+    {"corrector statistics_by_numbers", "--set cells=8"},
     {"drag drag_alone", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
     {"drag less_pull", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
     {"drag less_pull_by_adam", "--set cells.x=11 --set cells.y=4 --set step=0.05"},
@@ -185,6 +193,7 @@ const std::map<std::string, std::string> smaller = {
 const std::map<std::string, std::string> without_their_files = {
     {"by_climate", "climate/stress.safetensors"},
     {"by_states", "states/stress.safetensors"},
+    {"by_statistics", "statistics/stress.safetensors"},
     {"by_iterate", "first.safetensors"},
     {"by_residual", "first.safetensors"},
     {"by_solution", "first.safetensors"},
@@ -200,9 +209,9 @@ const std::map<std::string, std::string> without_their_files = {
 };
 
 /// Those that take five seconds and more.
-const std::set<std::string> at_night = {"eddies",  "filtered",   "first_guess", "hold",   "hold_network",
-                                        "hybrid",  "kolmogorov", "observed",    "sphere", "stations",
-                                        "steered", "turned",     "year"};
+const std::set<std::string> at_night = {"corrector",    "eddies",  "filtered",   "first_guess", "hold",
+                                        "hold_network", "hybrid",  "kolmogorov", "observed",    "sphere",
+                                        "stations",     "steered", "turned",     "year"};
 
 class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<fs::path> {
  protected:

@@ -214,6 +214,23 @@ TEST_F(LearningExamples, ACylinderThatTurnsShedsNoVortices) {
   EXPECT_LT(found("t.dpde", "direct")["loss"].back().get<double>(), early);
 }
 
+/// One run on 64 x 64 cells, for a grid of 16 x 16 and windows of 6 units: numbers and network lower the loss of means.
+TEST_F(LearningExamples, MeansOfAFinerPlasma) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
+  const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/plasma";
+  fs::copy(folder / "plasma.dpde", path("plasma.dpde"));
+  write("t.dpde",
+        rewritten(content(folder / "corrector.dpde"), {{"runs 6", "runs 1"}, {"over 200 steps", "over 120 steps"}}));
+  const std::string fine = " --set cells=64 --set nu=2e-4 --set step=0.025 --set end=300";
+  ASSERT_EQ(dpde("run t.dpde turbulent --out . --json" + fine).status, 0);
+  for (const std::string task : {"statistics_by_numbers", "statistics"}) {
+    const std::vector<double> loss = found("t.dpde", task, " --set cells=16")["loss"].get<std::vector<double>>();
+    const auto quarter = static_cast<std::ptrdiff_t>(loss.size() / 4);
+    const double first = std::accumulate(loss.begin(), loss.begin() + quarter, 0.0);
+    EXPECT_LT(std::accumulate(loss.end() - quarter, loss.end(), 0.0), 0.8 * first) << task;
+  }
+}
+
 /// A tenth of the scenes and epochs: unseen goals are missed by less than a third of what they are missed by untrained.
 TEST_F(LearningExamples, ControllerOfBurgers) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/burgers_control/controller.dpde");
