@@ -166,8 +166,10 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   return true;
 }
 
-std::vector<double> made_up(std::size_t cells) {
-  std::mt19937_64 random(1);
+/// Others for each datum: of the difference of two nothing would be left.
+std::vector<double> made_up(const model::Task& task, const std::string& datum, std::size_t cells) {
+  const auto number = std::ranges::find(task.data, datum, &model::Datum::name) - task.data.begin();
+  std::mt19937_64 random(static_cast<std::uint64_t>(number) + 1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<double> state(cells);
   for (double& value : state) value = uniform(random);
@@ -431,7 +433,7 @@ std::optional<DataStates> load_datum(Session& session, const model::Datum& datum
     session.workspace().field(result.fields[k]).copy_in(values);
   };
   if (is_made_up) {
-    take(0, made_up(session.workspace().cell_count()));
+    take(0, made_up(*session.problem().task, datum.name, session.workspace().cell_count()));
   } else if (!(datum.file.empty() ? run_other_scene(session, datum, times, take, source, sink)
                                   : from_file(session, datum, times.size(), take, source, sink))) {
     return std::nullopt;
