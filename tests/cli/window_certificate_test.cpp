@@ -203,10 +203,11 @@ TEST_F(WindowCertificate, OfATaskWithoutWindowsIsAsItWas) {
 
 /// Without the file, data are made up: of two of them something is left.
 TEST_F(WindowCertificate, DataThatAreMadeUpDiffer) {
-  write("t.dpde", still_scenes +
-                      "task t : truth { data p = trajectories(\"none.nc\", p); data q = trajectories(\"none.nc\", q)\n"
-                      "  data u0 = trajectories(\"none.nc\", u); unknown nu from 0.04\n"
-                      "  minimise mean((u - u0)^2)/mean((p - q)^2) over 2 steps; using adam(rate = 0.1), epochs 1 }\n");
+  write("t.dpde",
+        still_scenes +
+            "task t : truth { data p = trajectories(\"none.nc\", p); data q = trajectories(\"none.nc\", q)\n"
+            "  data u0 = trajectories(\"none.nc\", u); unknown nu from 0.04\n"
+            "  minimise mean((u - u0)^2)/mean((p - q)^2), mean over 2 steps; using adam(rate = 0.1), epochs 1 }\n");
   const Outcome outcome = dpde("verify t.dpde t");
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
 }
