@@ -227,6 +227,7 @@ Json json_of(const std::vector<driver::SolveReport>& solves) {
                       {"solves", note.solves},
                       {"iterations", note.iterations},
                       {"most_iterations", note.most_iterations},
+                      {"unaided", note.unaided},
                       {"residual", json_number(note.residual)},
                       {"tolerance", note.tolerance},
                       {"cpu_s", note.seconds},

@@ -146,7 +146,7 @@ class Iterations {
     run("search",
         {{fields_.towards, local("towards")},
          {fields_.gains, local("towards") * left},
-         {fields_.lengths, square_of(local("towards"))},
+         {fields_.lengths, square_of(local("scale") * access(made))},  // of which rounding is judged, as in krylov.cpp
          {fields_.turns, local("towards") * image},
          {fields_.drifts, left * image}},
         body, {scale, towards});

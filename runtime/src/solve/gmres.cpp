@@ -79,8 +79,11 @@ int Gmres::make_basis(double left, double enough, int most) {
 const Numbers& Gmres::search(std::size_t j) {
   Numbers& made = is_flexible_ ? searched_[j] : work_;
   if (!is_plain_) precondition_(basis_[j], made);
-  const double size = is_flexible_ && !is_plain_ ? norm(made) : 1;
-  if (is_plain_ || !(size > 0 && std::isfinite(size))) {
+  const bool is_found = is_flexible_ && !is_plain_;
+  const double size = is_found ? norm(made) : 1;
+  if (is_found && project_) project_(made, made);
+  const double rounding = std::sqrt(static_cast<double>(made.size())) * 0x1p-52, left = is_found ? norm(made) : 1;
+  if (is_plain_ || !(left > rounding * size && std::isfinite(left))) {
     std::copy_n(basis_[j].data(), made.size(), made.data());
     ++unaided_;
   }

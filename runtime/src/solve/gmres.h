@@ -15,9 +15,10 @@ class Gmres {
   /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once. `rounding`: relative
   /// error of what is multiplied by: a direction of which less is left is none.
   Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart,
-        double rounding = 0x1p-52, bool is_flexible = false)
+        double rounding = 0x1p-52, bool is_flexible = false, VectorFunction project = {})
       : multiply_(std::move(multiply)),
         precondition_(std::move(precondition)),
+        project_(std::move(project)),
         tolerance_(tolerance),
         most_(most),
         restart_(restart),
@@ -40,7 +41,7 @@ class Gmres {
   void correct(int count, std::span<double> x);
   double& upper(std::size_t i, std::size_t j) { return upper_[j * (basis_.size()) + i]; }
 
-  VectorFunction multiply_, precondition_;
+  VectorFunction multiply_, precondition_, project_;  // project: as of Iterations
   double tolerance_;
   int most_, restart_;
   bool is_flexible_, is_plain_ = false;  // plain: without its preconditioner

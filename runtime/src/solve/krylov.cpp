@@ -53,13 +53,21 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
   }
 }
 
-/// z = M(r), unless it is no number or has no more of r than rounding leaves of a sum of so many products: z = r.
+/// z = M(r), unless it is no number or has no more of r than rounding leaves of a sum of so many products: z = r. That
+/// is rounding of what M makes, before what no image shows is taken from it: of a constant nothing else is left.
 bool Iterations::search() {
   precondition_(r_, z_);
-  const double rounding = std::sqrt(static_cast<double>(r_.size())) * 0x1p-52;
-  if (std::abs(dot(r_, z_)) > rounding * norm(r_) * norm(z_)) return true;
+  const double rounding = std::sqrt(static_cast<double>(r_.size())) * 0x1p-52, made = norm(z_);
+  if (project_) project_(z_, z_);
+  if (std::abs(dot(r_, z_)) > rounding * norm(r_) * made) return true;
   std::copy_n(r_.data(), r_.size(), z_.data());
   return false;
+}
+
+/// Whether b - A*x is as small as what r was followed to; r is that afterwards.
+bool Iterations::has_come(std::span<const double> b, std::span<const double> x) {
+  find_residual(b, x);
+  return norm(r_) <= tolerance_ * norm(b);
 }
 
 /// p = z + weight*p, q = A*p; returns (p, q).
@@ -78,22 +86,27 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
   for (int since = 0;; ++report.iterations) {
     report.residual = norm(r_) / unit;
     report.converged = report.residual <= tolerance_;
+    bool gives_up = is_searched && report.converged && !has_come(b, x);
+    report.converged = report.converged && !gives_up;
     if (report.converged || report.iterations == most_) return report;
     if (report.residual <= 0.5 * halved) {
       halved = report.residual;
       since = report.iterations;
     }
-    const bool gives_up = is_searched && report.iterations - since >= least_patience;
+    gives_up = gives_up || (is_searched && report.iterations - since >= least_patience);
     if (gives_up) curvature = 0;  // conjugate gradients from here
     is_searched = is_searched && !gives_up;
     const bool is_useful = is_searched && search();
     if (!is_searched) std::copy_n(r_.data(), r_.size(), z_.data());
     report.unaided += is_useful ? 0 : 1;
-    curvature = look_along(curvature == 0 ? 0 : -dot(z_, q_) / curvature);
+    const double weight = curvature == 0 ? 0 : -dot(z_, q_) / curvature;
+    curvature = look_along(weight);
     double length = dot(r_, p_) / curvature;
     const auto is_lost = [&] { return !(curvature * (sign == 0 ? curvature : sign) > 0) || !std::isfinite(length); };
-    if (is_lost() && is_useful) {  // what is new in z may be no more than rounding
+    const bool is_turned = is_useful || weight != 0;
+    if (is_lost() && is_turned) {  // what is new in z may be no more than rounding, or what is old in p
       std::copy_n(r_.data(), r_.size(), z_.data());
+      report.unaided += is_useful ? 1 : 0;
       curvature = look_along(0);
       length = dot(r_, p_) / curvature;
     }

@@ -30,24 +30,32 @@ void add_multiple(double c, std::span<const double> x, std::span<double> y);
 /// never a number that is none.
 class Iterations {
  public:
-  Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most)
-      : multiply_(std::move(multiply)), precondition_(std::move(precondition)), tolerance_(tolerance), most_(most) {}
+  /// `project` takes from directions of a flexible preconditioner what no image shows; of a regular operator there is
+  /// none.
+  Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most,
+             VectorFunction project = {})
+      : multiply_(std::move(multiply)),
+        precondition_(std::move(precondition)),
+        project_(std::move(project)),
+        tolerance_(tolerance),
+        most_(most) {}
 
   void resize(std::size_t size);
   IterationReport cg(std::span<const double> b, std::span<double> x);
   /// Where a direction of the preconditioner is of no use, the residual is the direction; where least_patience
-  /// iterations do not halve what is left it is from then on.
+  /// iterations do not halve what is left it is from then on, as where what is left is not what it was followed to be.
   IterationReport flexible_cg(std::span<const double> b, std::span<double> x);
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
 
  private:
   void find_residual(std::span<const double> b, std::span<const double> x);
   bool search();
+  bool has_come(std::span<const double> b, std::span<const double> x);
   double look_along(double weight);
   bool bicgstab_step(std::span<double> x);
   void bicgstab_from_here(double size, std::span<double> x, IterationReport& report);
 
-  VectorFunction multiply_, precondition_;
+  VectorFunction multiply_, precondition_, project_;
   double tolerance_;
   int most_;
   Numbers r_, z_, p_, q_, s_, t_, v_, first_, best_;

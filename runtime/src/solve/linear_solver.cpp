@@ -193,17 +193,22 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
     if (!null_space.is_empty()) null_space.remove(y);  // what rounding leaves, as in Multigrid::multiply
   };
   // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
-  if (!null_space.is_empty())
+  VectorFunction project;
+  if (!null_space.is_empty() && is_flexible()) {
+    project = [this](std::span<const double>, std::span<double> z) { null_space.remove(z); };
+  } else if (!null_space.is_empty()) {
     precondition = [this, inner = std::move(precondition)](std::span<const double> r, std::span<double> z) {
       inner(r, z);
       null_space.remove(z);
     };
+  }
   if (method == SolverMethod::gmres) {
     gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres,
-                  options.rounding, is_flexible());
+                  options.rounding, is_flexible(), std::move(project));
     gmres->resize(right.size());
   } else {
-    iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations);
+    iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations,
+                       std::move(project));
     iterations->resize(right.size());
   }
 }
