@@ -196,7 +196,9 @@ const std::map<std::string, std::string> smaller = {
 
 /// These read what other commands write (trained weights) or what is published elsewhere.
 const std::map<std::string, std::string> without_their_files = {
+    {"back_by_point", "point/point.safetensors"},
     {"by_climate", "climate/stress.safetensors"},
+    {"by_point", "point/point.safetensors"},
     {"by_states", "states/stress.safetensors"},
     {"by_statistics", "statistics/stress.safetensors"},
     {"by_iterate", "first.safetensors"},
