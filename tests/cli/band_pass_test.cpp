@@ -121,6 +121,7 @@ TEST_F(BandPass, IsRefusedWhereThereAreNoShells) {
   refused(observing("band_pass(u, 4, 3)"), "E0208", "numbered from 4 to");
   refused(observing("band_pass(u, nu)"), "E0208", "a formula");
   refused(observing("band_pass(u, -1)"), "E0208", "-1");
+  refused(observing("band_pass(u, 11)"), "E0565", "its grid has shells 0 to 10");
   refused(
       "operator part(p) order 2 = band_pass(p, 1)\n  adjoint p_bar = band_pass(part_bar, 1)\n" + observing("part(u)"),
       "E0311", "an operator whose adjoint is given");

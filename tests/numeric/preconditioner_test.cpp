@@ -198,6 +198,8 @@ TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; learn near", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; unknown e", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(by_network + " after 2 iterations", "learn near", "mean(psi^2)"), "");
+  for (const char* word : {"near", "none", "multigrid", "naer"})
+    EXPECT_EQ(code(" preconditioner " + std::string(word), "unknown initial w", "mean(psi^2)"), "E0567") << word;
   EXPECT_EQ(code(by_network, "learn near", "mean(near(w, k)^2)"), "");
 }
 

@@ -207,7 +207,7 @@ Typed Expressions::band(const ast::Call& e, SourceRange range) {
     return {};
   }
   const bool has_last = e.arguments.size() == 3;
-  if (e.arguments.size() != 2 && !takes(e, 3)) return {};
+  if (e.arguments.size() != 3 && !takes(e, 2)) return {};
   const Typed operand = numeric(e.arguments[0].value);
   const std::optional<int> first = shell_of(e.arguments[1].value, 0);
   const std::optional<int> last = has_last && first ? shell_of(e.arguments[2].value, *first) : first;
@@ -222,6 +222,14 @@ Typed Expressions::band(const ast::Call& e, SourceRange range) {
     return {};
   }
   const double unit = wave_unit(problem.axes);
+  double squares = 0;  // of the shortest wave, in units
+  for (const Axis& axis : problem.axes) squares += std::pow(axis.cells / 2 * wave_unit({axis}) / unit, 2);
+  const int shells = static_cast<int>(std::floor(std::sqrt(squares) + 0.5));
+  if (*first > shells) {
+    draft_.sink.report("waves-do-not-fit", range, {"band_pass", fmt::format("its grid has shells 0 to {}", shells)},
+                       "half the cells along an axis are its shortest wave");
+    return {};
+  }
   return map_parts(operand, [&](const Expr& part) { return band_pass({part, *first, *last, unit}, {range}); });
 }
 

@@ -28,12 +28,25 @@ Expr in_terms_of(const Expr& e, const std::string& unknown) {
   return map_parts(e, [&](const Expr& part) { return in_terms_of(part, unknown); });
 }
 
+/// What to write in the place of a word alone.
+std::string hint_for_word(const Draft& draft, const std::string& word) {
+  if (find_network(draft, word)) return fmt::format("write preconditioner {}(residual)", word);
+  const bool is_of_scheme = word == "none" || word == "multigrid" || word == "automatic";
+  return is_of_scheme ? fmt::format("that stands in a scheme: scheme s {{ preconditioner = {} }}", word)
+                      : "as in preconditioner smooth(residual), network smooth(r) -> z";
+}
+
 /// What is written, in which the residual is a field of its own name; nullopt where something was reported.
 std::optional<Expr> read_preconditioner(Draft& draft, const ast::Expr& written, const std::string& name) {
   if (draft.scope.find(residual) != nullptr) {
     draft.sink.report("solve-does-not-fit", written.range(),
                       {name, "residual stands for what its iterations leave here, and for something else in the model"},
                       "call that otherwise");
+    return std::nullopt;
+  }
+  if (const auto* word = std::get_if<ast::Name>(&written->kind)) {
+    draft.sink.report("solve-does-not-fit", written.range(), {name, "its preconditioner is no call of a network"},
+                      hint_for_word(draft, word->name));
     return std::nullopt;
   }
   draft.scope.declare(residual, {Role::let, written.range()});
