@@ -223,11 +223,12 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   }
   if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
-    const SolveReport report = solve_timed([&](std::span<const double> left, std::span<double> towards) {
+    const auto search = [&](std::span<const double> left, std::span<double> towards) {
       write_cells(layout_, fields[solve_.network->inputs[0]], left);
       precondition();
       read_cells(layout_, fields[solve_.network->results[0]], towards);
-    });
+    };
+    const SolveReport report = solve_timed(std::ref(search));  // which needs no memory
     note(report);
     check(report);
     keep_on_tape();

@@ -188,8 +188,9 @@ TEST(NetworkPreconditioners, ThatAreGoodSaveIterations) {
 /// What acts through a preconditioner alone is no unknown.
 TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   const Box ring = boxes().front();
-  const auto code = [&](const std::string& behind, const std::string& unknown, const std::string& loss) {
-    std::string text = box_text(ring, behind, "solve = cg");
+  const auto code = [&](const std::string& behind, const std::string& unknown, const std::string& loss,
+                        const std::string& scheme = "solve = cg") {
+    std::string text = box_text(ring, behind, scheme);
     text.resize(text.find("task t"));
     return code_refused(text + "task t : s { " + unknown + "; minimise " + loss + " }\n");
   };
@@ -198,6 +199,8 @@ TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; learn near", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(" preconditioner near(residual, e*w)", "unknown initial w; unknown e", "mean(psi^2)"), "E0601");
   EXPECT_EQ(code(by_network + " after 2 iterations", "learn near", "mean(psi^2)"), "");
+  for (const std::string scheme : {"direct", "cg; preconditioner = none"})
+    EXPECT_EQ(code(by_network, "learn near", "mean(psi^2)", "solve = " + scheme), "E0381") << scheme;
   for (const char* word : {"near", "none", "multigrid", "naer"})
     EXPECT_EQ(code(" preconditioner " + std::string(word), "unknown initial w", "mean(psi^2)"), "E0567") << word;
   EXPECT_EQ(code(by_network, "learn near", "mean(near(w, k)^2)"), "");

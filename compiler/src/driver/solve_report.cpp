@@ -124,7 +124,7 @@ std::string text_of(const std::vector<SolveReport>& solves) {
     const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
     const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
     const std::string unaided =
-        solve.note.unaided == 0 ? "" : fmt::format(", {} in all along the residual itself", solve.note.unaided);
+        solve.note.unaided == 0 ? "" : fmt::format(", without the network in {} of all", solve.note.unaided);
     text +=
         fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
                     most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}{}", mean, most, unaided, guess)

@@ -105,9 +105,14 @@ bool is_used(Draft& draft, const Expr& value, const Solve& solved) {
 
 bool add_preconditioner(Draft& draft, const std::optional<ast::Expr>& written, Solve& solved) {
   if (!written) return true;
+  std::set<std::string> called = draft.called_networks;
   const std::optional<Expr> value = read_preconditioner(draft, *written, solved.name);
   if (!value || !is_preconditioner(draft, *value, written->range(), solved)) return false;
-  if (is_used(draft, *value, solved)) solved.preconditioner = in_terms_of(*value, solved.name);
+  if (is_used(draft, *value, solved)) {
+    solved.preconditioner = in_terms_of(*value, solved.name);
+  } else {
+    draft.called_networks = std::move(called);  // a task that learns what nothing calls has no gradient of it
+  }
   return true;
 }
 
