@@ -64,7 +64,7 @@ bool Iterations::search() {
   return false;
 }
 
-/// Whether b - A*x is as small as what r was followed to; r is that afterwards.
+/// Whether b - A*x, which r is afterwards, is as small as the residual that was carried along.
 bool Iterations::has_come(std::span<const double> b, std::span<const double> x) {
   find_residual(b, x);
   return norm(r_) <= tolerance_ * norm(b);

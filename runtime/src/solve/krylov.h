@@ -42,8 +42,8 @@ class Iterations {
 
   void resize(std::size_t size);
   IterationReport cg(std::span<const double> b, std::span<double> x);
-  /// Where a direction of the preconditioner is of no use, the residual is the direction; where least_patience
-  /// iterations do not halve what is left it is from then on, as where what is left is not what it was followed to be.
+  /// Where a direction of the preconditioner is of no use, the residual is the direction. It is from then on where
+  /// least_patience iterations do not halve it, or the true residual is larger than the one that is carried along.
   IterationReport flexible_cg(std::span<const double> b, std::span<double> x);
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
 
