@@ -17,8 +17,10 @@
 #include "found_file.h"
 #include "interrupt.h"
 #include "preparing.h"
+#include "scene_output.h"
 #include "support/evaluate.h"
 #include "train.h"
+#include "training/window_controls.h"
 #include "verbs.h"
 
 namespace dpde::tools {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "adjoint/rules.h"
+#include "model/build.h"
 #include "model/print_model.h"
 #include "model/solves.h"
 #include "stencil/build.h"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "model/build.h"
 #include "support/match.h"
 
 namespace dpde::model {
