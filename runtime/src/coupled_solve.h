@@ -48,6 +48,11 @@ class CoupledSolve {
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
   /// \throws NoSolution where there is none to the tolerance: it says why.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
+  /// Bytes of its vectors.
+  std::int64_t bytes() const {
+    const std::size_t values = right_.size() + solution_.size() + left_.size() + correction_.size();
+    return static_cast<std::int64_t>(values * sizeof(double));
+  }
 
  private:
   void refine(void* const* fields, const std::function<void()>& apply);

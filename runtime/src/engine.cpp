@@ -167,6 +167,7 @@ RolloutSetup Engine::setup() const {
   setup.steady = scene_.steady;
   setup.t0 = from.t_begin();
   setup.dt = scene_.step;
+  setup.solvers = from.solvers();
   setup.rate = scene_.rate;
   if (scene_.rate != nullptr) {
     setup.courant = scene_.courant;

@@ -35,6 +35,10 @@ class FieldSolve {
            const std::function<void()>& precondition);
 
   const std::string& unknown() const { return name_; }
+  /// Bytes of its vectors.
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>((right_.size() + solution_.size() + guesses_.size()) * sizeof(double));
+  }
   /// Bytes of the tape of a run.
   std::int64_t tape_bytes() const;
   /// Runs write one while `tapes` records.

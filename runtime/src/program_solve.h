@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/owned_memory.h"
 #include "field_solve.h"
 #include "newton_solve.h"
 
@@ -25,6 +26,11 @@ class ProgramSolve {
     } else {
       solve_.emplace<FieldSolve>(solve, program, layout, shelf);
     }
+  }
+
+  OwnedMemory memory() const {
+    const std::int64_t kept = std::visit([](const auto& solve) { return solve.bytes(); }, solve_);
+    return {.owner = "solve for " + unknown_, .kept = kept};
   }
 
   /// Null where it is not linear, or for several.

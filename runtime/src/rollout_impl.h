@@ -321,8 +321,9 @@ struct Rollout::Impl {
   std::vector<std::string> state_names, next_names;
   std::vector<char> is_rate;  // of each state: see RolloutSetup::rates
   std::vector<Field> initial;
-  std::shared_ptr<SolverStore> solvers = std::make_shared<SolverStore>();  // of all programs
-  int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
+  std::shared_ptr<SolverStore> solvers;  // of all programs
+  int64_t bytes_of_fields = 0;           // of all pools in memory, and the initial states
+  std::vector<OwnedMemory> owned;        // by the programs beside these
   std::optional<BoundStep> forward;
   std::optional<BoundKeeping> keeping;  // `backward` reads what it keeps
   std::optional<BoundRate> rate;

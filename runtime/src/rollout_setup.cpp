@@ -51,7 +51,8 @@ void check_divided(RolloutSetup& setup) {
 
 }  // namespace
 
-Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), purpose(why) {
+Rollout::Impl::Impl(RolloutSetup from, Purpose why)
+    : setup(std::move(from)), purpose(why), solvers(setup.solvers ? setup.solvers : make_solver_store()) {
   check_steps(setup);
   check_divided(setup);
   place_sought();
@@ -79,10 +80,15 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
 GradientPlan plan_gradient(RolloutSetup setup) {
   const Rollout::Impl impl(std::move(setup), Rollout::Impl::Purpose::plan);
   const int block = impl.marks.empty() ? 1 : impl.backward->block->steps();
-  return {impl.keeps_trajectory,        block,
-          impl.result.stored_states,    impl.result.recomputed_steps,
-          impl.result.checkpoint_bytes, impl.result.tape_bytes,
-          impl.bytes_of_fields,         impl.kept_fields()};
+  return {impl.keeps_trajectory,
+          block,
+          impl.result.stored_states,
+          impl.result.recomputed_steps,
+          impl.result.checkpoint_bytes,
+          impl.result.tape_bytes,
+          impl.bytes_of_fields,
+          impl.kept_fields(),
+          impl.owned};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
@@ -167,8 +173,7 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields,
                                          bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup.layout, setup.team, solvers, setup.ranks)};
-  bytes_of_fields += bound.executor.network_bytes();
-  bytes_of_fields += bound.executor.stack_bytes();
+  std::ranges::move(bound.executor.memory(), std::back_inserter(owned));
   if (purpose == Purpose::run) bound.executor.make_stacks();
   if (purpose == Purpose::run) {
     bind_params(bound);

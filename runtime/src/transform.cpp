@@ -142,6 +142,15 @@ bool FieldTransform::shares_waves_of(const FieldTransform& before) const {
          std::ranges::equal(transform_.axes, before.transform_.axes);
 }
 
+std::int64_t FieldTransform::bytes() const {
+  std::size_t values = half_way_.size() + sum_.size();
+  if (kept_ && !are_made_before_) values += kept_->size();
+  for (const Lines& lines : lines_) values += lines.waves.size() + lines.real.size() / 2;
+  std::int64_t bytes = static_cast<std::int64_t>(values * sizeof(Complex));
+  for (const Operand& operand : operands_) bytes += operand.multipliers.bytes();
+  return bytes;
+}
+
 /// Where values are doubles side by side they are transformed from where they are.
 template <class Real>
 void FieldTransform::read_line(const Real* from, Lines& own, Complex* waves) const {

@@ -33,6 +33,8 @@ class FieldTransform {
   /// `fields` point at their cells (0,0,0). Multipliers are computed again where their uniforms have changed; nothing
   /// is allocated.
   void run(void* const* fields, const double* uniforms);
+  /// Of memory.
+  std::int64_t bytes() const;
 
  private:
   using Complex = std::complex<double>;

@@ -35,6 +35,8 @@ class WaveMultipliers {
 
   /// They are computed again where their uniforms have changed; nothing is allocated.
   void update(const double* uniforms, const Team& team);
+  /// Of memory.
+  std::int64_t bytes() const { return static_cast<std::int64_t>(multipliers_.size() * sizeof(double)); }
   /// The waves of the lines from `line` on, which `waves` and `product` begin with; `is_added` to what is there.
   void multiply(std::int64_t line, std::int64_t lines, const Complex* waves, Complex* product, bool is_added) const;
 

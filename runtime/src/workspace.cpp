@@ -160,7 +160,7 @@ bool has_to_be_there(const dpde_program& program, int field) {
 
 const Executor& Workspace::execute(const dpde_program& program, double t, const Bound& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
-  if (!executor) executor = std::make_unique<Executor>(program, layout(), team(), nullptr, setup_.ranks);
+  if (!executor) executor = std::make_unique<Executor>(program, layout(), team(), solvers_, setup_.ranks);
   for (int f = 0; f < program.field_count; ++f) {
     const std::string_view name = program.fields[f];
     const auto given = bound.find(name);

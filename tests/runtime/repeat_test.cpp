@@ -63,7 +63,7 @@ TEST(Repeat, LoadsWhatWasSavedLastFirst) {
   program.repeat(3, 1, {{"w", "r", "all"}}, {}, {{"u", 0}});
   program.stacks({2});
   Bound run(program);
-  EXPECT_EQ(run.executor.stack_bytes(), 4096 + 3 * 8);  // two fields of one page, and where those of three passes are
+  EXPECT_EQ(run.executor.memory().at(0).kept, 4096 + 3 * 8);  // two fields in a page, three places
   run.executor.make_stacks();
   run.field("u").fill(0);
   run.field("w").fill(0);

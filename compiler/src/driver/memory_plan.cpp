@@ -5,84 +5,79 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <set>
+#include <span>
+#include <utility>
 
+#include "codegen/program_table.h"
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/executor.h"
 #include "dpde/runtime/layout.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/declared.h"
-#include "driver/whole_grid_cost.h"
-#include "support/match.h"
 
 namespace dpde::driver {
 
 namespace {
 
-/// How many passes leave something on each stack.
-void note_passes(const std::vector<loop::Operation>& operations, std::vector<std::int64_t>& passes) {
-  for (const loop::Operation& operation : operations) {
-    match(
-        operation, [](const loop::Fill&) {}, [](const loop::Fold&) {}, [](const loop::Reduce&) {},
-        [](const loop::NetworkCall&) {}, [](const loop::Transform&) {}, [](const loop::Sweep&) {},
-        [&](const loop::Solve& solve) { note_passes(solve.body, passes); },
-        [&](const loop::Repeat& repeat) {
-          for (const loop::Stacked& save : repeat.saves) passes[static_cast<std::size_t>(save.stack)] = repeat.count;
-          note_passes(repeat.body, passes);
-        });
-  }
-}
-
 /// The fields of a Workspace by name, in the order of a session's work; the largest sum of all that is there is kept.
 class Planner {
  public:
   explicit Planner(const Compiled& compiled)
-      : compiled_(compiled), problem_(*compiled.problem), layout_(layout_of(compiled)) {
+      : compiled_(compiled),
+        problem_(*compiled.problem),
+        layout_(layout_of(compiled)),
+        tables_(compiled.loop, {}, nullptr) {
     field_ = static_cast<double>(bytes_of_field(layout_));
     array_ = static_cast<double>(8 * cell_count(layout_));
     for (const model::Axis& axis : problem_.axes) hold(axis.name);
     for (const std::uint64_t seed : problem_.noises()) hold(model::noise_name(seed));
   }
 
-  double peak() const { return peak_; }
+  const MemoryPlan& plan() const { return plan_; }
   double array() const { return array_; }
   double field() const { return field_; }
   void hold(const std::string& name, double count = 1) {
     fields_.insert(name);
-    others_ += (count - 1) * field_;
-    note();
+    keep(of_fields, (count - 1) * field_);
   }
   /// Bytes that stay.
-  void keep(double bytes) {
-    others_ += bytes;
+  void keep(const std::string& owner, double bytes) {
+    kept_[owner] += bytes;
     note();
   }
+  void keep(const std::vector<OwnedMemory>& owned) {
+    for (const OwnedMemory& one : owned) keep(one.owner, static_cast<double>(one.kept));
+  }
   /// Bytes that are there for a moment.
-  void note(double bytes = 0) {
-    peak_ = std::max(peak_, static_cast<double>(fields_.size()) * field_ + others_ + bytes);
+  void note(double bytes = 0, const std::string& owner = "arrays") {
+    double sum = static_cast<double>(fields_.size()) * field_ + bytes;
+    for (const auto& [name, kept] : kept_) sum += kept;
+    if (sum <= plan_.peak) return;
+    plan_.peak = sum;
+    plan_.shares = kept_;
+    plan_.shares[of_fields] += static_cast<double>(fields_.size()) * field_;
+    plan_.shares[owner] += bytes;
   }
 
-  /// Workspace::execute, with states bound elsewhere.
+  /// Workspace::execute, with states bound elsewhere. What the program works in stays with it.
   void execute(const std::string& name, bool states_given = false) {
-    const loop::Program* program = find(name);
+    const dpde_program* program = tables_.find(name);
     if (program == nullptr) return;
-    for (const std::string& field : program->fields) {
+    for (const char* field : std::span(program->fields, static_cast<std::size_t>(program->field_count))) {
       if (!states_given || problem_.find_state(field) == nullptr) fields_.insert(field);
     }
-    std::vector<std::int64_t> passes(program->stacks.size(), 0);
-    note_passes(program->body, passes);
-    double stacked = 0;
-    for (std::size_t s = 0; s < passes.size(); ++s)
-      stacked += static_cast<double>(bytes_of_stack(layout_, program->stacks[s], passes[s]));
-    note(stacked);
+    if (executed_.insert(name).second) keep(Executor(*program, layout_).memory());
+    note();
   }
   /// Workspace::release.
   void release(const std::string& name) {
-    const loop::Program* program = find(name);
+    const dpde_program* program = tables_.find(name);
     if (program == nullptr) return;
-    for (std::size_t f = static_cast<std::size_t>(program->input_count); f < program->fields.size(); ++f)
-      fields_.erase(program->fields[f]);
+    for (int f = program->input_count; f < program->field_count; ++f) fields_.erase(program->fields[f]);
   }
 
   /// Files are read one by one; of states nothing stays beside the rollout's.
@@ -105,9 +100,11 @@ class Planner {
   }
   /// Engine::jump_in_run, which keeps its rollout and fields. A byte a cell is a side; marks are read two at a time.
   void watch() {
-    if (find(compiled_.names.watched) == nullptr) return;
+    if (tables_.find(compiled_.names.watched) == nullptr) return;
     execute(compiled_.names.watched, true);
-    keep(bytes_of_watched_run(compiled_));
+    const GradientPlan watched_run = plan_of_watched_run(compiled_);
+    keep(of_fields, static_cast<double>(watched_run.field_bytes));
+    keep(watched_run.owned);
     const auto is_marked = [](const Watched& watched) { return !watched.below.empty(); };
     const bool has_marks = std::ranges::any_of(compiled_.watched, is_marked);
     double sides = 0;
@@ -120,7 +117,7 @@ class Planner {
     execute(compiled_.names.shown, true);
     release(compiled_.names.shown);
     execute(compiled_.names.constraints, true);
-    if (find(compiled_.names.exact) != nullptr) {
+    if (tables_.find(compiled_.names.exact) != nullptr) {
       execute(compiled_.names.exact);
       note(2 * array_);
       release(compiled_.names.exact);
@@ -129,17 +126,16 @@ class Planner {
   }
 
  private:
-  const loop::Program* find(const std::string& name) const {
-    const auto found = std::ranges::find(compiled_.loop.programs, name, &loop::Program::name);
-    return found == compiled_.loop.programs.end() ? nullptr : &*found;
-  }
+  static constexpr const char* of_fields = "fields";
 
   const Compiled& compiled_;
   const model::Problem& problem_;
   const dpde_layout layout_;
+  const codegen::ProgramTables tables_;
   double field_ = 0, array_ = 0;
-  std::set<std::string> fields_;
-  double others_ = 0, peak_ = 0;
+  std::set<std::string> fields_, executed_;
+  std::map<std::string, double> kept_;  // by owner, beside the fields by name
+  MemoryPlan plan_;
 };
 
 /// load_datum: the run of another scene, whose states become fields one by one, or the values of a file.
@@ -174,14 +170,18 @@ double numbers_of_axes(const model::Problem& problem) {
 
 }  // namespace
 
-double peak_of_run(const Compiled& compiled) {
+MemoryPlan plan_of_run(const Compiled& compiled) {
   Planner planner(compiled);
   planner.given();
-  planner.keep(bytes_of_rollout(compiled) + cost_of_transforms(compiled, compiled.step_name()).bytes);
+  const GradientPlan rollout = plan_of_rollout(compiled);
+  planner.keep("states and stages", static_cast<double>(rollout.field_bytes));
+  planner.keep(rollout.owned);
   planner.formulas();
   planner.report();
-  return planner.peak();
+  return planner.plan();
 }
+
+double peak_of_run(const Compiled& compiled) { return plan_of_run(compiled).peak; }
 
 double bytes_of_outputs(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
@@ -200,16 +200,14 @@ double bytes_of_outputs(const Compiled& compiled) {
   return (8 + stored) * states * cells + 16 * numbers_of_axes(problem) + pictures;
 }
 
-double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
+MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
   const model::Problem& problem = *compiled.problem;
   Planner planner(compiled);
   planner.given();
   for (const model::Datum& datum : problem.task->data) plan_datum(planner, compiled, datum, source);
-  planner.keep(static_cast<double>(plan.field_bytes + plan.tape_bytes));
-  planner.keep(cost_of_transforms(compiled, compiled.step_name()).bytes);
-  const auto adjoint = compiled.derived.find(compiled.step_name());
-  if (adjoint != compiled.derived.end() && adjoint->second.adjoint)
-    planner.keep(cost_of_transforms(compiled, adjoint->second.adjoint->program).bytes);
+  planner.keep("states, stages and adjoints", static_cast<double>(plan.field_bytes));
+  planner.keep("values stored for adjoints of networks and solves", static_cast<double>(plan.tape_bytes));
+  planner.keep(plan.owned);
   planner.formulas();
   double unknowns = 0, largest = 0, computed = 0;
   for (const model::Unknown& unknown : problem.task->unknowns) {
@@ -221,27 +219,44 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
     largest = std::max(largest, count * planner.array());
     if (unknown.from.formula && count == 1) computed += planner.field();
   }
-  planner.keep(2 * unknowns);  // the scene's own values and the start
+  planner.keep("unknowns", 2 * unknowns);  // the scene's own values and the start
   planner.execute(compiled.names.start, true);
   planner.note(unknowns + computed);
-  planner.keep(2 * unknowns);  // two gradients: the second one is timed
+  planner.keep("unknowns", 2 * unknowns);  // two gradients: the second one is timed
   planner.note(largest);
   planner.watch();
   for (const std::string& formula : compiled.formula_programs()) {
     const auto derived = compiled.derived.find(formula);
     if (derived != compiled.derived.end() && derived->second.adjoint) planner.execute(derived->second.adjoint->program);
   }
-  return planner.peak();
+  return planner.plan();
+}
+
+double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
+  return plan_of_gradient_memory(compiled, plan, source).peak;
 }
 
 namespace {
 
-bool fits(const std::string& what, double needed, const std::function<SourceRange()>& place, DiagnosticSink& sink) {
+std::string gibibytes(double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); }
+
+/// "fields 1.2 GiB, solve for p 0.4 GiB": the three that hold most.
+std::string text_of(const std::map<std::string, double>& shares) {
+  std::vector<std::pair<std::string, double>> sorted(shares.begin(), shares.end());
+  std::ranges::stable_sort(sorted, std::ranges::greater{}, &std::pair<std::string, double>::second);
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 3); ++i)
+    parts.push_back(fmt::format("{} {}", sorted[i].first, gibibytes(sorted[i].second)));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+bool fits(const std::string& what, const MemoryPlan& plan, const std::function<SourceRange()>& place,
+          DiagnosticSink& sink) {
   const auto there = static_cast<double>(available_memory());
-  if (needed <= there) return true;
-  const auto gibibytes = [](double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); };
+  if (plan.peak <= there) return true;
   sink.report("machine-failed", place(),
-              {fmt::format("{} needs {} of memory, {} are available", what, gibibytes(needed), gibibytes(there))},
+              {fmt::format("{} needs {} of memory, {} are available; most of it is of {}", what, gibibytes(plan.peak),
+                           gibibytes(there), text_of(plan.shares))},
               "fewer cells take less, and a gradient less where repeats make fewer passes");
   return false;
 }
@@ -251,7 +266,7 @@ bool fits(const std::string& what, double needed, const std::function<SourceRang
 bool run_fits(const Compiled& compiled, const SourceFile& source, DiagnosticSink& sink) {
   const std::string& scene = compiled.problem->scene;
   return fits(
-      "scene " + scene, peak_of_run(compiled), [&] { return place_of(source, scene); }, sink);
+      "scene " + scene, plan_of_run(compiled), [&] { return place_of(source, scene); }, sink);
 }
 
 bool gradient_fits(const Compiled& compiled, const StorageOptions& options, const SourceFile& source,
@@ -261,7 +276,7 @@ bool gradient_fits(const Compiled& compiled, const StorageOptions& options, cons
   try {
     const std::optional<GradientPlan> plan = plan_of_gradient(compiled, options);
     if (!plan) return true;
-    const double needed = peak_of_gradient(compiled, *plan, source);
+    const MemoryPlan needed = plan_of_gradient_memory(compiled, *plan, source);
     return fits("a gradient of task " + problem.task->name, needed, place, sink);
   } catch (const Error& error) {
     sink.report("bad-option", place(), {error.what()}, "more for --memory, or fewer cells");

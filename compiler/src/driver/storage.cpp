@@ -86,19 +86,19 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
   return steps;
 }
 
-double bytes_of_rollout(const Compiled& compiled) {
+GradientPlan plan_of_rollout(const Compiled& compiled) {
   const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
-  return static_cast<double>(plan_gradient(setup_of_run(tables, compiled)).field_bytes);
+  return plan_gradient(setup_of_run(tables, compiled));
 }
 
-double bytes_of_watched_run(const Compiled& compiled) {
+GradientPlan plan_of_watched_run(const Compiled& compiled) {
   const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
   RolloutSetup setup = setup_of_run(tables, compiled);
   setup.step = tables.find(compiled.names.watched_step);
-  if (setup.step == nullptr) return 0;
+  if (setup.step == nullptr) return {};
   if (setup.trial != nullptr) setup.trial = setup.step;
   setup.steady = 0;
-  return static_cast<double>(plan_gradient(std::move(setup)).field_bytes);
+  return plan_gradient(std::move(setup));
 }
 
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {

@@ -27,11 +27,11 @@ std::int64_t budget_of_states(const StorageOptions& options);
 /// The states at which a quantity counts, as step numbers of a run of so many steps.
 std::vector<int> steps_of(const model::When& when, const model::Problem& problem, int run_steps);
 
-/// Of the fields that the rollout of a run holds.
-double bytes_of_rollout(const Compiled& compiled);
+/// Of a run without a gradient: what its rollout holds.
+GradientPlan plan_of_rollout(const Compiled& compiled);
 
-/// The same of the run that a gradient makes first of a step that marks what is watched; 0 where none is made of it.
-double bytes_of_watched_run(const Compiled& compiled);
+/// The same of the run that a gradient makes first of a step that marks what is watched; empty where there is none.
+GradientPlan plan_of_watched_run(const Compiled& compiled);
 
 /// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any
 /// gradient.

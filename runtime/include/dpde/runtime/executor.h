@@ -24,6 +24,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/clock.h"
+#include "dpde/runtime/owned_memory.h"
 #include "dpde/runtime/solve_note.h"
 #include "dpde/runtime/team.h"
 
@@ -33,6 +34,9 @@ class Communicator;
 class FieldSolve;
 class Network;
 class SolverStore;
+
+/// Of programs that run one after the other: solves with the same operator share a solver.
+std::shared_ptr<SolverStore> make_solver_store();
 
 class Executor {
  public:
@@ -63,8 +67,6 @@ class Executor {
   void update_weights();
   /// Null where the program runs it in another way.
   Network* network(int number);
-  /// Of memory that its networks work in: inner layers, their rates and adjoints.
-  std::int64_t network_bytes() const;
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
   void set_param(int param, double value) {
@@ -103,7 +105,8 @@ class Executor {
 
   /// Memory of what passes leave for later: made once. The first run() does it, unless it was done before.
   void make_stacks();
-  std::int64_t stack_bytes() const;
+  /// What it holds beside the fields that are bound, or will hold from its first run on, by owner.
+  std::vector<OwnedMemory> memory() const;
 
   /// What the solves of the program have met, one each.
   std::deque<SolveNote>& solve_notes();

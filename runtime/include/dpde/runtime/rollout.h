@@ -135,6 +135,7 @@ struct RolloutSetup {
   /// Not null: the layout is of a subgrid. All ranks make the same calls; initial(), final_states(), bars of fields and
   /// data are those of the subgrid, losses, bars of parameters, and what a run has met, are the same for all of them.
   Communicator* ranks = nullptr;
+  std::shared_ptr<SolverStore> solvers;  // of programs that are run in turns with those of the rollout; empty: its own
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
   std::vector<ControlField> control_fields;
@@ -263,9 +264,9 @@ struct GradientPlan {
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
   int64_t tape_bytes = 0;   // of what networks and solves compute, beside that
-  int64_t field_bytes = 0;  // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and
-                            // what networks work in among them
+  int64_t field_bytes = 0;  // of all states, adjoints and temporaries that a rollout holds in memory, and checkpoints
   int64_t kept_fields = 0;  // stored in place of states, over all steps; see RolloutSetup::keeping_step
+  std::vector<OwnedMemory> owned;  // by networks, transforms, solves and repeats of its programs, beside these
 };
 /// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be
 /// bound, and nothing of the size of a field is allocated.

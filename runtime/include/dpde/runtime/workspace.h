@@ -60,6 +60,8 @@ class Workspace {
   const dpde_layout& layout() const { return setup_.layout; }
   /// For all that runs its programs, one after the other.
   const Team& team() const { return setup_.team; }
+  /// Likewise.
+  const std::shared_ptr<SolverStore>& solvers() const { return solvers_; }
   std::size_t cell_count() const { return cell_count_; }
   double t_begin() const { return setup_.t_begin; }
   /// Intervals of controls begin here.
@@ -116,6 +118,7 @@ class Workspace {
 
   Setup setup_;
   std::size_t cell_count_;
+  std::shared_ptr<SolverStore> solvers_ = make_solver_store();
   Named<std::unique_ptr<Field>> fields_;
   int fields_made_ = 0;
   Named<double> params_;
