@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the built command as a user would and keeps what it says.
+// Runs the command as a user would and keeps what it says: as a function of this process, or as one of its own.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,7 +50,6 @@ struct Outcome {
   }
 };
 
-/// A folder of its own for each test.
 /// `text` with each of these written otherwise wherever it stands, as an example that is made smaller; all are there.
 inline std::string rewritten(std::string text, const std::vector<std::pair<std::string, std::string>>& changes) {
   for (const auto& [from, to] : changes) {
@@ -61,6 +60,7 @@ inline std::string rewritten(std::string text, const std::vector<std::pair<std::
   return text;
 }
 
+/// A folder of its own for each test.
 class Command : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -85,7 +85,11 @@ class Command : public ::testing::Test {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")),
             content(path(".err"))};
   }
-  Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
+  /// Without a process where `arguments` are plain words and quoted ones: run_command() in the test's folder. Code that
+  /// a test of the same process compiled is taken from its cache.
+  Outcome dpde(const std::string& arguments) const;
+  /// By a process, whose cache is empty where the test begins.
+  Outcome process(const std::string& arguments) const { return shell("$DPDE " + arguments); }
   /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is
   /// SIGINT; before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that
   /// holds anything. A shell's background jobs ignore SIGINT, and dpde would too: env gives it back.

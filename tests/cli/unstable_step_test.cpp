@@ -170,7 +170,7 @@ scene s : m with c {
 task t : s { unknown k from 0.1; minimise mean(u^2) at t = 1/40; using lbfgs(), iterations 3 }
 )");
   const auto kept_after = [&](const std::string& iterations) {
-    const Outcome run = dpde("optimize s.dpde t --json --iterations " + iterations);
+    const Outcome run = process("optimize s.dpde t --json --iterations " + iterations);
     EXPECT_EQ(run.status, 0) << run.err;
     return std::ranges::count_if(fs::recursive_directory_iterator(path(".cache")),
                                  [](const fs::directory_entry& entry) { return entry.is_regular_file(); });

@@ -189,10 +189,10 @@ TEST_F(WindowCertificate, IsOfTheFirstFrameThatSaysSomething) {
 TEST_F(WindowCertificate, IsMadeAnewForOtherData) {
   write("t.dpde", window_kinds()[0].text);
   make("train");
-  EXPECT_EQ(dpde("optimize t.dpde t --certify --json").json()["certificate"]["from_cache"], false);
-  EXPECT_EQ(dpde("optimize t.dpde t --json").json()["certificate"]["from_cache"], true);
+  EXPECT_EQ(process("optimize t.dpde t --certify --json").json()["certificate"]["from_cache"], false);
+  EXPECT_EQ(process("optimize t.dpde t --json").json()["certificate"]["from_cache"], true);
   make("train", "--set a=0.7 --seed 3");
-  EXPECT_EQ(dpde("optimize t.dpde t --json").json()["certificate"]["from_cache"], false);
+  EXPECT_EQ(process("optimize t.dpde t --json").json()["certificate"]["from_cache"], false);
 }
 
 TEST_F(WindowCertificate, OfATaskWithoutWindowsIsAsItWas) {

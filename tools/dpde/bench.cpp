@@ -264,16 +264,16 @@ Json bench(Job& job, const BenchOptions& options) {
 
 }  // namespace
 
-void add_bench(CLI::App& app, int& status) {
+void add_bench(CLI::App& app, Console& console) {
   const auto options = std::make_shared<BenchOptions>();
   CLI::App* verb = app.add_subcommand("bench", "speed of the compiled step and of its adjoint");
-  add_common_options(*verb, *options, {.out = false, .seed = false});
+  add_common_options(*verb, *options, console, {.out = false, .seed = false});
   verb->add_option("--repeats", options->repeats, "samples; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer("Example:  dpde bench heat.dpde cube --threads 1 --json");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return bench(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return bench(job, *options); }); });
 }
 
 }  // namespace dpde::tools

@@ -39,10 +39,10 @@ Json build(Job& job, const BuildOptions& options) {
 
 }  // namespace
 
-void add_build(CLI::App& app, int& status) {
+void add_build(CLI::App& app, Console& console) {
   const auto options = std::make_shared<BuildOptions>();
   CLI::App* verb = app.add_subcommand("build", "a library ahead of time: C++ source, class, shared library, CMake");
-  add_common_options(*verb, *options, {.compile = false, .out = false, .seed = false});
+  add_common_options(*verb, *options, console, {.compile = false, .out = false, .seed = false});
   verb->add_option("-o,--output,--out", options->folder, "folder for the files")->required()->type_name("DIR");
   verb->add_option("--name", options->class_name, "of the class and the files, in place of the task's or scene's")
       ->type_name("NAME");
@@ -57,7 +57,7 @@ void add_build(CLI::App& app, int& status) {
       "Examples:\n  dpde build heat.dpde rod -o generated\n  dpde build burgers.dpde recover -o generated --march "
       "x86-64-v3\n"
       "The C++ compiler is $CXX, or else c++.");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return build(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return build(job, *options); }); });
 }
 
 }  // namespace dpde::tools

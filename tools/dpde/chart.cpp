@@ -34,7 +34,7 @@ struct ChartOptions : CommonOptions {
 class Chart {
  public:
   Chart(Job& job, const ChartOptions& options)
-      : job_(job), options_(options), progress_(options.progress, options.quiet || options.json) {}
+      : job_(job), options_(options), progress_(options.streams.err, options.progress, options.quiet || options.json) {}
 
   Json operator()();
 
@@ -142,11 +142,11 @@ Json Chart::operator()() {
 
 }  // namespace
 
-void add_chart(CLI::App& app, int& status) {
+void add_chart(CLI::App& app, Console& console) {
   const auto options = std::make_shared<ChartOptions>();
   CLI::App* verb =
       app.add_subcommand("chart", "speed against accuracy: error against time for methods, cells and steps");
-  add_common_options(*verb, *options);
+  add_common_options(*verb, *options, console);
   add_chart_options(*verb, options->wishes, "the median");
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--tolerance", options->tolerance, "drawn as a wall; the fastest point that meets it is told")
@@ -160,7 +160,7 @@ void add_chart(CLI::App& app, int& status) {
       "options "
       "replace; or a task that learns, whose network is drawn beside plain methods, with the cost of its training. The "
       "error is that at the end of the scene, against its exact solution or else a finer run.");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Chart(job, *options)(); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return Chart(job, *options)(); }); });
 }
 
 }  // namespace dpde::tools

@@ -437,17 +437,17 @@ int check(const CheckOptions& options) {
 
 }  // namespace
 
-void add_check(CLI::App& app, int& status) {
+void add_check(CLI::App& app, Console& console) {
   const auto options = std::make_shared<CheckOptions>();
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
-  add_common_options(*verb, *options, {.out = false, .seed = false});
+  add_common_options(*verb, *options, console, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
   verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
   verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer(
       "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "
       "plate --set cells=1024 --json");
-  on_call(*verb, status, [options] { return check(*options); });
+  on_call(*verb, console, [options] { return check(*options); });
 }
 
 }  // namespace dpde::tools

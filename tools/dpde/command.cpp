@@ -164,7 +164,12 @@ Json Job::of_each_task(const std::function<Json()>& one) {
 }
 
 void Job::say(const std::string& text) {
-  if (!options_.quiet && !options_.json) fmt::print("{}", text);
+  if (!options_.quiet && !options_.json) fmt::print(options_.streams.out, "{}", text);
+}
+
+void Job::tell(const std::string& text) const {
+  std::fputs(fmt::format("dpde: {}\n", text).c_str(),
+             options_.streams.err);  // whole lines, as other processes write too
 }
 
 void Job::wrote(const std::string& path) {
@@ -173,25 +178,31 @@ void Job::wrote(const std::string& path) {
 }
 
 int Job::finish(Json result) {
+  const Streams& streams = options_.streams;
   std::error_code error;
   if (failed() && !made_folder_.empty()) std::filesystem::remove(made_folder_, error);  // not if something is in it
   Exit exit = exit_for(sink_.all());
   const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
   for (const Diagnostic& diagnostic : told) {
-    std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
+    std::fputs(render_text(source_, diagnostic, is_terminal(streams.err)).c_str(), streams.err);
   }
   if (options_.json) {
     if (!told.empty()) result["diagnostics"] = diagnostics_json(source_, told);
-    fmt::print("{}\n", result.dump());
+    fmt::print(streams.out, "{}\n", result.dump());
   }
-  return flushed(static_cast<int>(exit));
+  return flushed(static_cast<int>(exit), streams);
 }
 
-int flushed(int status) {
+bool is_terminal(std::FILE* stream) {
+  const int number = fileno(stream);  // none of what goes to memory
+  return number >= 0 && isatty(number) != 0;
+}
+
+int flushed(int status, const Streams& streams) {
   errno = 0;
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  if (std::fflush(streams.out) == 0 && std::ferror(streams.out) == 0) return status;
   const std::string reason = errno == 0 ? "" : fmt::format(": {}", std::strerror(errno));
-  std::fputs(fmt::format("dpde: error[E0902]: cannot write standard output{}\n", reason).c_str(), stderr);
+  fmt::print(streams.err, "dpde: error[E0902]: cannot write standard output{}\n", reason);
   return static_cast<int>(Exit::machine_failed);
 }
 
@@ -204,7 +215,8 @@ std::string number_fits(const std::string& text) {
   return fmt::format("{} is no whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
 }
 
-void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes) {
+void add_common_options(CLI::App& verb, CommonOptions& options, const Console& console, const Takes& takes) {
+  options.streams = console.streams;
   verb.add_option("file", options.file, "the .dpde file")->required()->type_name("FILE");
   if (takes.name)
     verb.add_option("name", options.name, "scene, task or program; not needed where the file has one")
@@ -231,8 +243,8 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
   if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");
 }
 
-void on_call(CLI::App& verb, int& status, std::function<int()> body) {
-  verb.callback([&status, body = std::move(body)] { status = body(); });
+void on_call(CLI::App& verb, Console& console, std::function<int()> body) {
+  verb.callback([&console, body = std::move(body)] { console.status = body(); });
 }
 
 int thread_count(const CommonOptions& options) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every verb shares: the options common to all, exit codes, and the one way results and messages leave the
-// process.
+// What every verb shares: the options common to all, exit codes, and the one way results and messages leave it.
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <memory>
@@ -26,6 +26,19 @@ inline constexpr const char* version = "dpde 0.1";
 
 enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 3 };
 
+/// Where text goes: results to `out`, messages and progress to `err`.
+struct Streams {
+  std::FILE* out = stdout;
+  std::FILE* err = stderr;
+};
+bool is_terminal(std::FILE* stream);
+
+/// One call of the command.
+struct Console {
+  Streams streams;
+  int status = 0;  // how it ended
+};
+
 struct CommonOptions {
   std::string file, name, scheme, backend = "jit", out;
   std::string cache;  // folder; "": the default one
@@ -35,6 +48,7 @@ struct CommonOptions {
   std::uint64_t seed = 0;
   bool quiet = false, json = false;
   bool force = false;  // a step that is above the largest stable one is made all the same
+  Streams streams;
 };
 
 /// One call of a verb: collects messages and files, and says in the end how it went.
@@ -68,6 +82,8 @@ class Job {
 
   /// Text for people: standard output, or nothing with --quiet or --json.
   void say(const std::string& text);
+  /// What stands in no result, always told: standard error.
+  void tell(const std::string& text) const;
   /// A file that was written: told to people and listed under `files`.
   void wrote(const std::string& path);
   const std::vector<std::string>& files() const { return files_; }
@@ -92,16 +108,16 @@ class Job {
 struct Takes {
   bool name = true, compile = true, out = true, seed = true, json = true, force = false;
 };
-void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes = {});
+void add_common_options(CLI::App& verb, CommonOptions& options, const Console& console, const Takes& takes = {});
 
-/// Adds a verb whose `body` does the work; its exit status goes to `status`.
-void on_call(CLI::App& verb, int& status, std::function<int()> body);
+/// Adds a verb whose `body` does the work and gives the exit status.
+void on_call(CLI::App& verb, Console& console, std::function<int()> body);
 
 /// A whole call: the result of `body` with the diagnostics, what it throws among them; the exit status.
 int call(const CommonOptions& options, const std::function<Json(Job&)>& body);
 
-/// `status`, or after an error of its own that of a failed machine where standard output could not be written.
-int flushed(int status);
+/// `status`, or after an error of its own that of a failed machine where `streams.out` could not be written.
+int flushed(int status, const Streams& streams);
 
 /// --threads, or all cores.
 int thread_count(const CommonOptions& options);

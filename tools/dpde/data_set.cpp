@@ -429,7 +429,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   if (const std::optional<std::vector<Told>> told = resume ? told_of_all(job, *maker) : std::nullopt)
     return again(job, set, *told);
   const auto start = std::chrono::steady_clock::now();
-  Progress progress(false, quiet);
+  Progress progress(job.options().streams.err, false, quiet);
   int done = 0, there = 0;
   const auto is_done = [&](int run) {
     const bool is_there = resume && Part(job, *maker, run).load().has_value();

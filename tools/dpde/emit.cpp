@@ -122,26 +122,23 @@ int emit(const EmitOptions& options) {
     const std::string text = stage_text(job, options);
     if (job.failed()) return;
     if (options.output.empty()) {
-      fmt::print("{}", text);
+      fmt::print(options.streams.out, "{}", text);
     } else {
       files::write_file(options.output, text, job.sink());
     }
     if (looks_as_if_read_back(options.stage) && !options.quiet)
-      std::fputs(fmt::format("dpde: text of the stage {} is to be looked at: dpde reads ast, stencil, tangent and "
-                             "adjoint back\n",
-                             options.stage)
-                     .c_str(),
-                 stderr);
+      job.tell(fmt::format("text of the stage {} is to be looked at: dpde reads ast, stencil, tangent and adjoint back",
+                           options.stage));
   });
   return job.finish(Json::object());
 }
 
 }  // namespace
 
-void add_emit(CLI::App& app, int& status) {
+void add_emit(CLI::App& app, Console& console) {
   const auto options = std::make_shared<EmitOptions>();
   CLI::App* verb = app.add_subcommand("emit", "print one stage of the compiler as text");
-  add_common_options(*verb, *options, {.out = false, .seed = false, .json = false});
+  add_common_options(*verb, *options, console, {.out = false, .seed = false, .json = false});
   verb->add_option("--stage", options->stage, "which one; dpde reads ast, stencil, tangent and adjoint back")
       ->required()
       ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp",
@@ -151,7 +148,7 @@ void add_emit(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde emit burgers.dpde --stage adjoint\n  dpde emit burgers.dpde --stage stencil -o step.dpde && "
       "dpde run step.dpde");
-  on_call(*verb, status, [options] { return emit(*options); });
+  on_call(*verb, console, [options] { return emit(*options); });
 }
 
 }  // namespace dpde::tools

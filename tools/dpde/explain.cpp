@@ -24,31 +24,31 @@ std::string marked(std::string text, std::string_view code) {
   return text;
 }
 
-int explain(const std::string& code) {
+int explain(const std::string& code, const Streams& streams) {
   const auto* kind = std::ranges::find(diagnostic_kinds, code, &DiagnosticKind::code);
   if (kind == std::end(diagnostic_kinds)) {
-    std::fputs(fmt::format("dpde: error[E0904]: there is no code {}\n  help: dpde explain E0301\n", code).c_str(),
-               stderr);
+    fmt::print(streams.err, "dpde: error[E0904]: there is no code {}\n  help: dpde explain E0301\n", code);
     return static_cast<int>(Exit::wrong_input);
   }
   std::string message(kind->message);
   for (std::size_t at = message.find("{}"); at != std::string::npos; at = message.find("{}", at))
     message.replace(at, 2, "...");
-  fmt::print("{} {} ({})\n  {}\n", kind->code, kind->name, kind->severity == Severity::error ? "error" : "warning",
-             message);
+  fmt::print(streams.out, "{} {} ({})\n  {}\n", kind->code, kind->name,
+             kind->severity == Severity::error ? "error" : "warning", message);
   const auto found = std::ranges::find(mistakes(), kind->name, &Mistake::kind);
-  if (found != mistakes().end()) fmt::print("\nFor example:\n\n{}", marked(std::string(found->text), kind->code));
-  return flushed(static_cast<int>(Exit::done));
+  if (found != mistakes().end())
+    fmt::print(streams.out, "\nFor example:\n\n{}", marked(std::string(found->text), kind->code));
+  return flushed(static_cast<int>(Exit::done), streams);
 }
 
 }  // namespace
 
-void add_explain(CLI::App& app, int& status) {
+void add_explain(CLI::App& app, Console& console) {
   const auto code = std::make_shared<std::string>();
   CLI::App* verb = app.add_subcommand("explain", "what an error code says, with a model that has the mistake");
   verb->add_option("code", *code, "as messages have it")->required()->type_name("CODE");
   verb->footer("Example:  dpde explain E0301");
-  verb->callback([code, &status] { status = explain(*code); });
+  on_call(*verb, console, [code, &console] { return explain(*code, console.streams); });
 }
 
 }  // namespace dpde::tools

@@ -86,7 +86,7 @@ std::vector<double> mean_losses(const Found& all) {
 }
 
 /// Searches that came to nothing, always told. What is left has the runs without any; a file has no room for holes.
-Json leave_out(const training::TrainingScene& scene, Found& all) {
+Json leave_out(Job& job, const training::TrainingScene& scene, Found& all) {
   Json left_out = Json::array();
   std::set<int> runs;
   for (const training::FoundControls& found : all) {
@@ -94,11 +94,8 @@ Json leave_out(const training::TrainingScene& scene, Found& all) {
     const auto& [run, frame] = found.window;
     runs.insert(run);
     left_out.push_back({{"run", run}, {"frame", frame}, {"why", found.why}});
-    std::fputs(
-        fmt::format("dpde: no controls for the window from frame {} of run {}: {}; run {} is left out of {}.nc\n",
-                    frame, run, found.why, run, scene.task().name)
-            .c_str(),
-        stderr);
+    job.tell(fmt::format("no controls for the window from frame {} of run {}: {}; run {} is left out of {}.nc", frame,
+                         run, found.why, run, scene.task().name));
   }
   std::erase_if(all, [&](const training::FoundControls& found) { return runs.contains(found.window.run); });
   return left_out;
@@ -140,7 +137,7 @@ bool search(Job& job, training::WindowControls& controls,
     if (!is_there) rest.push_back(window);
   }
   const std::size_t before = all.size();
-  Progress progress(false, quiet);
+  Progress progress(job.options().streams.err, false, quiet);
   const bool complete = controls.find(rest, [&](training::FoundControls found) {
     if (!part(found.window).save(found, job.sink())) return false;
     all.push_back(std::move(found));
@@ -171,14 +168,14 @@ bool takes(Job& job, const OptimizeOptions& options, const training::TrainingSce
 Told told_of_rest(Job& job, const training::TrainingScene& scene, const training::WindowControls& controls,
                   Found& all) {
   Told told;
-  told.json["left_out"] = leave_out(scene, all);
+  told.json["left_out"] = leave_out(job, scene, all);
   told.json["frames_left_over"] = controls.frames_left_over();
   if (controls.frames_left_over() > 0) {
     told.say(job, fmt::format(
                       "the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
                       controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
   }
-  if (!told.json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  if (!told.json["left_out"].empty()) job.tell(what_may_help);
   return told;
 }
 

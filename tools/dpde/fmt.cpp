@@ -34,26 +34,26 @@ int format_file(const FmtOptions& options) {
     const std::string text = print(file);
     differs = text != job.source().text();
     if (is_piped && options.json) result["text"] = text;
-    if (is_piped && !options.json && !options.check) fmt::print("{}", text);
+    if (is_piped && !options.json && !options.check) fmt::print(options.streams.out, "{}", text);
     if (!is_piped && differs && !options.check) files::write_file(options.file, text, job.sink());
   });
   result["changed"] = differs;
   const int status = job.finish(std::move(result));
   if (status != 0 || !options.check || !differs) return status;
   const std::string& name = is_piped ? job.source().path() : options.file;
-  std::fputs(fmt::format("{} is not formatted; dpde fmt {} formats it\n", name, options.file).c_str(), stderr);
+  fmt::print(options.streams.err, "{} is not formatted; dpde fmt {} formats it\n", name, options.file);
   return static_cast<int>(Exit::failed);
 }
 
 }  // namespace
 
-void add_fmt(CLI::App& app, int& status) {
+void add_fmt(CLI::App& app, Console& console) {
   const auto options = std::make_shared<FmtOptions>();
   CLI::App* verb = app.add_subcommand("fmt", "format a model file in place; - is standard input, to standard output");
-  add_common_options(*verb, *options, {.name = false, .compile = false, .out = false, .seed = false});
+  add_common_options(*verb, *options, console, {.name = false, .compile = false, .out = false, .seed = false});
   verb->add_flag("--check", options->check, "change nothing; exit status 1 when the file is not formatted");
   verb->footer("Examples:\n  dpde fmt burgers.dpde\n  dpde fmt - < burgers.dpde");
-  on_call(*verb, status, [options] { return format_file(*options); });
+  on_call(*verb, console, [options] { return format_file(*options); });
 }
 
 }  // namespace dpde::tools

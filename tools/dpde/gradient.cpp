@@ -181,13 +181,13 @@ Json gradient(Job& job, const TaskOptions& options) {
 
 }  // namespace
 
-void add_gradient(CLI::App& app, int& status) {
+void add_gradient(CLI::App& app, Console& console) {
   const auto options = std::make_shared<TaskOptions>();
   CLI::App* verb = app.add_subcommand("gradient", "the loss of a task and its gradient");
-  add_task_options(*verb, *options);
+  add_task_options(*verb, *options, console);
   verb->footer(
       "Examples:\n  dpde gradient burgers.dpde recover\n  dpde gradient heat.dpde find_kappa --memory 64M --json");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return gradient(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return gradient(job, *options); }); });
 }
 
 }  // namespace dpde::tools

@@ -35,11 +35,11 @@ int serve() {
 
 }  // namespace
 
-void add_lsp(CLI::App& app, int& status) {
+void add_lsp(CLI::App& app, Console& console) {
   CLI::App* verb = app.add_subcommand("lsp", "the language server for editors, on standard input and output");
   verb->add_flag("--stdio")->description("the same: some editors say so");
   verb->footer("Example:  dpde lsp    (an editor starts it: see tools/editors)");
-  on_call(*verb, status, serve);
+  on_call(*verb, console, serve);
 }
 
 }  // namespace dpde::tools

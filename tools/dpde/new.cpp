@@ -70,12 +70,12 @@ int write_first_scene(const CommonOptions& options) {
 
 }  // namespace
 
-void add_new(CLI::App& app, int& status) {
+void add_new(CLI::App& app, Console& console) {
   const auto options = std::make_shared<CommonOptions>();
   CLI::App* verb = app.add_subcommand("new", "write a first model file, to be changed into one's own");
-  add_common_options(*verb, *options, {.name = false, .compile = false, .out = false, .seed = false});
+  add_common_options(*verb, *options, console, {.name = false, .compile = false, .out = false, .seed = false});
   verb->footer("Example:  dpde new rod.dpde");
-  on_call(*verb, status, [options] { return write_first_scene(*options); });
+  on_call(*verb, console, [options] { return write_first_scene(*options); });
 }
 
 }  // namespace dpde::tools

@@ -122,7 +122,7 @@ struct Outcome {
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
                  files::EvaluationLog* log) {
-  Progress progress(false, options.quiet || options.json);
+  Progress progress(options.streams.err, false, options.quiet || options.json);
   Outcome outcome;
   std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());  // the first gradient
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
@@ -288,10 +288,10 @@ Json optimize(Job& job, const OptimizeOptions& options) {
 
 }  // namespace
 
-void add_optimize(CLI::App& app, int& status) {
+void add_optimize(CLI::App& app, Console& console) {
   const auto options = std::make_shared<OptimizeOptions>();
   CLI::App* verb = app.add_subcommand("optimize", "run the optimiser of a task: find its unknowns");
-  add_task_options(*verb, *options);
+  add_task_options(*verb, *options, console);
   verb->add_option("--iterations", options->iterations, "in place of the task's")->check(positive());
   verb->add_option("--epochs", options->epochs, "in place of the task's, where it learns from trajectories")
       ->check(positive());
@@ -304,7 +304,7 @@ void add_optimize(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde optimize burgers.dpde recover --out results\n"
       "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return optimize(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return optimize(job, *options); }); });
 }
 
 }  // namespace dpde::tools

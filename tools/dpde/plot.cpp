@@ -226,10 +226,7 @@ void plot(Job& job, const PlotOptions& options) {
     add_panels(field, state_at(field, options.time), slices.back(), std::nullopt, panels);
     if (const LinePanel* line = std::get_if<LinePanel>(&panels.back())) job.say(text_plot(*line, terminal_is_utf8()));
   }
-  if (!have_gnuplot()) {
-    std::fputs("dpde: gnuplot is not installed: no picture is written\n", stderr);
-    return;
-  }
+  if (!have_gnuplot()) return job.tell("gnuplot is not installed: no picture is written");
   const fs::path folder = options.out.empty() ? fs::path(options.file).parent_path() : fs::path(options.out);
   if (!options.out.empty() && !files::make_folder(folder, job.sink())) return;
   const fs::path stem = folder / name;
@@ -239,10 +236,10 @@ void plot(Job& job, const PlotOptions& options) {
 
 }  // namespace
 
-void add_plot(CLI::App& app, int& status) {
+void add_plot(CLI::App& app, Console& console) {
   const auto options = std::make_shared<PlotOptions>();
   CLI::App* verb = app.add_subcommand("plot", "a picture (SVG and PNG) of an array file");
-  add_common_options(*verb, *options, {.name = false, .compile = false, .seed = false});
+  add_common_options(*verb, *options, console, {.name = false, .compile = false, .seed = false});
   verb->get_option("file")->description("the .nc or .npy file");
   verb->add_option("--field", options->field, "of a .nc file: this field only")->type_name("NAME");
   verb->add_option("--time", options->time, "of a .nc file: the state nearest to it, in place of the last")
@@ -258,7 +255,7 @@ void add_plot(CLI::App& app, int& status) {
       "Examples:\n  dpde plot results/wave.nc --field u --out pictures\n  dpde plot results/wave.nc --film\n"
       "  dpde plot results/block.nc --field p --time 0.5 --slice z=0.25\n"
       "  dpde plot results/u.npy");
-  on_call(*verb, status, [options] {
+  on_call(*verb, console, [options] {
     Job job(*options);
     guarded(job, [&] { plot(job, *options); });
     return job.finish({{"files", job.files()}});

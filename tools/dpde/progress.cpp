@@ -2,7 +2,6 @@
 #include "progress.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 
@@ -10,12 +9,13 @@
 
 namespace dpde::tools {
 
-Progress::Progress(bool wanted, bool silent) : active_(false), terminal_(isatty(STDERR_FILENO) != 0) {
+Progress::Progress(std::FILE* stream, bool wanted, bool silent)
+    : stream_(stream), active_(false), terminal_(is_terminal(stream)) {
   active_ = !silent && (wanted || terminal_);
 }
 
 Progress::~Progress() {
-  if (shown_ && terminal_) std::fputs("\r\033[K", stderr);
+  if (shown_ && terminal_) std::fputs("\r\033[K", stream_);
 }
 
 void Progress::show(const std::string& text, int done, int total) {
@@ -27,8 +27,8 @@ void Progress::show(const std::string& text, int done, int total) {
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   std::string line = fmt::format("{}  {} elapsed", text, human_seconds(elapsed));
   if (done > 0 && !is_last) line += fmt::format(", {} left", human_seconds(elapsed * (total - done) / done));
-  std::fputs(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n").c_str(), stderr);
-  std::fflush(stderr);
+  std::fputs(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n").c_str(), stream_);
+  std::fflush(stream_);
 }
 
 }  // namespace dpde::tools

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line on standard error that is written over and over: only on a terminal, or when asked for.
+// One line that is written over and over: only on a terminal, or when asked for.
 #pragma once
 
 #include <chrono>
+#include <cstdio>
 #include <string>
 
 namespace dpde::tools {
 
 class Progress {
  public:
-  /// `wanted`: also without a terminal. `silent`: never.
-  Progress(bool wanted, bool silent);
+  /// On `stream`. `wanted`: also without a terminal. `silent`: never.
+  Progress(std::FILE* stream, bool wanted, bool silent);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -21,6 +22,7 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
+  std::FILE* stream_;
   bool active_, terminal_, shown_ = false;
   Clock::time_point start_ = Clock::now(), last_{};
 };

@@ -171,7 +171,7 @@ void Run::add_to_course(double t, const std::vector<void*>& states) {
 }
 
 bool Run::step() {
-  Progress progress(options_.progress, options_.quiet || options_.json);
+  Progress progress(options_.streams.err, options_.progress, options_.quiet || options_.json);
   if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
   const std::vector<void*>& states = session_->rollout().final_states();
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
@@ -408,10 +408,10 @@ void Run::show_curve() {
 
 }  // namespace
 
-void add_run(CLI::App& app, int& status) {
+void add_run(CLI::App& app, Console& console) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* verb = app.add_subcommand("run", "step a scene through time, or make a data set");
-  add_common_options(*verb, *options, {.force = true});
+  add_common_options(*verb, *options, console, {.force = true});
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
       ->check(positive());
   verb->add_flag("--centres", options->centres, "with --out: what lies on faces also at the centres of the cells");
@@ -424,7 +424,7 @@ void add_run(CLI::App& app, int& status) {
       "Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
       "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json\n  dpde run burgers.dpde train --out data "
       "--resume");
-  on_call(*verb, status, [options] {
+  on_call(*verb, console, [options] {
     Job job(*options);
     Json result;
     guarded(job, [&] {

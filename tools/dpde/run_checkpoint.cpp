@@ -34,8 +34,7 @@ RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record,
 std::optional<int> RunCheckpoint::resume() {
   std::error_code error;
   if (!std::filesystem::exists(path_, error)) {
-    std::fputs(fmt::format("dpde: there is no {} yet: the run starts at its beginning\n", path_.string()).c_str(),
-               stderr);
+    job_.tell(fmt::format("there is no {} yet: the run starts at its beginning", path_.string()));
     return 0;
   }
   const std::optional<driver::Restart> restart = driver::load_restart(path_, identity_, job_.sink());

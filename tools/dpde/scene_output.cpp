@@ -198,10 +198,7 @@ void save_text(Job& job, const std::string& name, const std::string& text) {
 
 void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels) {
   if (job.options().out.empty()) return;
-  if (!have_gnuplot()) {
-    std::fputs(fmt::format("dpde: no picture {}: gnuplot is not installed\n", name).c_str(), stderr);
-    return;
-  }
+  if (!have_gnuplot()) return job.tell(fmt::format("no picture {}: gnuplot is not installed", name));
   for (const std::string& file : draw(out_path(job, name), panels, job.sink())) job.wrote(file);
 }
 

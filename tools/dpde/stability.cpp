@@ -76,7 +76,7 @@ std::optional<Sweep> parse_sweep(const StabilityOptions& options, DiagnosticSink
 class Stability {
  public:
   Stability(Job& job, const StabilityOptions& options)
-      : job_(job), options_(options), progress_(options.progress, options.quiet || options.json) {}
+      : job_(job), options_(options), progress_(options.streams.err, options.progress, options.quiet || options.json) {}
 
   Json operator()();
 
@@ -397,10 +397,10 @@ Json Stability::operator()() {
 
 }  // namespace
 
-void add_stability(CLI::App& app, int& status) {
+void add_stability(CLI::App& app, Console& console) {
   const auto options = std::make_shared<StabilityOptions>();
   CLI::App* verb = app.add_subcommand("stability", "prove the largest stable step by runs below and above it");
-  add_common_options(*verb, *options);
+  add_common_options(*verb, *options, console);
   verb->add_option("--against", options->against, "repeat it for values of a parameter or key of --set")
       ->type_name("NAME=LOW..HIGH");
   verb->add_option("--points", options->points, "values of that")->check(CLI::Range(2, 1000))->capture_default_str();
@@ -413,7 +413,7 @@ void add_stability(CLI::App& app, int& status) {
       "--out "
       "results\n  dpde stability burgers.dpde ends --against nu=0.001..0.1 --out results\n\nA run is unstable where a "
       "random disturbance of 1e-6 grows faster than twice what the equations do.");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return Stability(job, *options)(); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return Stability(job, *options)(); }); });
 }
 
 }  // namespace dpde::tools

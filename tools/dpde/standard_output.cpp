@@ -30,14 +30,14 @@ ssize_t write_while_read(void* /*nothing*/, const char* text, size_t size) {
 
 }  // namespace
 
-void drop_what_nobody_reads() {
+std::FILE* standard_output() {
   std::signal(SIGPIPE, SIG_IGN);
   struct stat output {};
   const bool has_reader = fstat(STDOUT_FILENO, &output) == 0 && (S_ISFIFO(output.st_mode) || S_ISSOCK(output.st_mode));
-  if (!has_reader) return;
+  if (!has_reader) return stdout;
   FILE* const pipe =
       fopencookie(nullptr, "w", {.read = nullptr, .write = write_while_read, .seek = nullptr, .close = nullptr});
-  if (pipe != nullptr) stdout = pipe;
+  return pipe != nullptr ? pipe : stdout;
 }
 
 }  // namespace dpde::tools

@@ -2,10 +2,12 @@
 // Standard output where it is a pipe: its reader may be done before the command is, as `head` is.
 #pragma once
 
+#include <cstdio>
+
 namespace dpde::tools {
 
-/// From now on text that nobody reads any more is dropped without a word, and the command goes on: what it writes to
-/// files is wanted all the same. Other errors are told as ever.
-void drop_what_nobody_reads();
+/// Text that nobody reads any more is dropped without a word, and the command goes on: what it writes to files is
+/// wanted all the same. Other errors are told as ever.
+std::FILE* standard_output();
 
 }  // namespace dpde::tools

@@ -33,8 +33,8 @@ void add_storage_options(CLI::App& verb, TaskOptions& options) {
       ->type_name("DIR");
 }
 
-void add_task_options(CLI::App& verb, TaskOptions& options) {
-  add_common_options(verb, options, {.force = true});
+void add_task_options(CLI::App& verb, TaskOptions& options, const Console& console) {
+  add_common_options(verb, options, console, {.force = true});
   add_storage_options(verb, options);
   const auto flag = [&](const char* name, analysis::Certifying how, const char* what) {
     return verb.add_flag_callback(

@@ -26,7 +26,7 @@ struct TaskRun {
   const model::Task& task() const { return *session->problem().task; }
 };
 
-void add_task_options(CLI::App& verb, TaskOptions& options);
+void add_task_options(CLI::App& verb, TaskOptions& options, const Console& console);
 /// Those of them that say where states are stored.
 void add_storage_options(CLI::App& verb, TaskOptions& options);
 

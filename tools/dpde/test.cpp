@@ -325,11 +325,11 @@ Json run_test_verb(Job& job, const TestOptions& options) {
 
 }  // namespace
 
-void add_test(CLI::App& app, int& status) {
+void add_test(CLI::App& app, Console& console) {
   const auto options = std::make_shared<TestOptions>();
   options->certifying = analysis::Certifying::never;
   CLI::App* verb = app.add_subcommand("test", "run the tests of a task with values that are there already");
-  add_common_options(*verb, *options, {.seed = false, .force = true});
+  add_common_options(*verb, *options, console, {.seed = false, .force = true});
   add_storage_options(*verb, *options);
   verb->add_option("--weights", options->weights,
                    "of a network that the task learns, as optimize writes them (.safetensors) or .npz; may be repeated")
@@ -343,7 +343,7 @@ void add_test(CLI::App& app, int& status) {
       "Examples:\n  dpde test correct.dpde learn --from results --out tests\n"
       "  dpde test correct.dpde learn --weights results/corrector.safetensors --json\n"
       "  dpde test burgers.dpde recover --set nu=0.03");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return run_test_verb(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return run_test_verb(job, *options); }); });
 }
 
 }  // namespace dpde::tools

@@ -45,9 +45,7 @@ class TrainingCheckpoint {
   bool resume(training::Trials& trials) {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) {
-      std::fputs(
-          fmt::format("dpde: there is no {} yet: the training starts at its beginning\n", path_.string()).c_str(),
-          stderr);
+      job_.tell(fmt::format("there is no {} yet: the training starts at its beginning", path_.string()));
       return true;
     }
     const std::optional<std::string> bytes = files::read_file(path_, {}, job_.sink());
@@ -106,13 +104,13 @@ void tell_epochs(Job& job, const training::Trainer& trainer, std::size_t& told) 
   for (; told < state.epochs.size(); ++told) {
     if (is_shown_epoch(static_cast<int>(told) + 1, trainer.epochs()))
       job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
-    std::fflush(stdout);  // into a file, too, where a training of hours is looked at
+    std::fflush(job.options().streams.out);  // into a file, too, where a training of hours is looked at
   }
 }
 
 /// Seconds that it took.
 double run_training(Job& job, training::Trials& trials, TrainingCheckpoint& checkpoint, bool quiet) {
-  Progress progress(false, quiet);
+  Progress progress(job.options().streams.err, false, quiet);
   std::size_t told = trials.present().state().epochs.size(), running = trials.running();
   const auto first = trials.made();
   const auto say_trial = [&] {

@@ -182,7 +182,7 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   if (!(tolerance > 0)) return result;
   scene.accuracy = tolerance / reference_part;
   const model::Problem& problem = scene.session->problem();
-  Progress progress(options.progress, options.quiet || options.json);
+  Progress progress(options.streams.err, options.progress, options.quiet || options.json);
   chart::References references;
   const double most_cells = most_cells_of(job, options, scene);
   if (job.failed() || !find_references(job, scene, most_cells, progress, references) ||
@@ -213,10 +213,10 @@ Json tune_scene(Job& job, const TuneCommand& options) {
 
 }  // namespace
 
-void add_tune(CLI::App& app, int& status) {
+void add_tune(CLI::App& app, Console& console) {
   const auto options = std::make_shared<TuneCommand>();
   CLI::App* verb = app.add_subcommand("tune", "the cheapest scheme, cells, step and precision that meets a tolerance");
-  add_common_options(*verb, *options);
+  add_common_options(*verb, *options, console);
   verb->add_option("--tolerance", options->tolerance,
                    "relative error at the end of the scene (root mean square); else what the scene's accuracy says")
       ->check(positive());
@@ -229,7 +229,7 @@ void add_tune(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde tune advection.dpde ring --tolerance 1e-4\n  dpde tune heat.dpde rod --tolerance 1e-5 --vary "
       "lap=central2,central4,central6 --vary time=euler,rk4 --json");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return tune_scene(job, *options); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return tune_scene(job, *options); }); });
 }
 
 }  // namespace dpde::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The verbs of the command, one file each. Each adds its subcommand; the exit status goes to `status`.
+// The verbs of the command, one file each. Each adds its subcommand; text and exit status go to the console.
 #pragma once
 
 namespace CLI {
@@ -8,24 +8,26 @@ class App;
 
 namespace dpde::tools {
 
-void add_run(CLI::App& app, int& status);
-void add_check(CLI::App& app, int& status);
-void add_stability(CLI::App& app, int& status);
-void add_chart(CLI::App& app, int& status);
-void add_tune(CLI::App& app, int& status);
-void add_emit(CLI::App& app, int& status);
-void add_verify(CLI::App& app, int& status);
-void add_gradient(CLI::App& app, int& status);
-void add_optimize(CLI::App& app, int& status);
-void add_test(CLI::App& app, int& status);
-void add_build(CLI::App& app, int& status);
-void add_bench(CLI::App& app, int& status);
-void add_plot(CLI::App& app, int& status);
-void add_fmt(CLI::App& app, int& status);
-void add_new(CLI::App& app, int& status);
-void add_explain(CLI::App& app, int& status);
-void add_lsp(CLI::App& app, int& status);
-void add_completion(CLI::App& app, int& status);
-void add_man(CLI::App& app, int& status);
+struct Console;
+
+void add_run(CLI::App& app, Console& console);
+void add_check(CLI::App& app, Console& console);
+void add_stability(CLI::App& app, Console& console);
+void add_chart(CLI::App& app, Console& console);
+void add_tune(CLI::App& app, Console& console);
+void add_emit(CLI::App& app, Console& console);
+void add_verify(CLI::App& app, Console& console);
+void add_gradient(CLI::App& app, Console& console);
+void add_optimize(CLI::App& app, Console& console);
+void add_test(CLI::App& app, Console& console);
+void add_build(CLI::App& app, Console& console);
+void add_bench(CLI::App& app, Console& console);
+void add_plot(CLI::App& app, Console& console);
+void add_fmt(CLI::App& app, Console& console);
+void add_new(CLI::App& app, Console& console);
+void add_explain(CLI::App& app, Console& console);
+void add_lsp(CLI::App& app, Console& console);
+void add_completion(CLI::App& app, Console& console);
+void add_man(CLI::App& app, Console& console);
 
 }  // namespace dpde::tools

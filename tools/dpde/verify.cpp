@@ -308,12 +308,12 @@ Json verify(Job& job) {
 
 }  // namespace
 
-void add_verify(CLI::App& app, int& status) {
+void add_verify(CLI::App& app, Console& console) {
   const auto options = std::make_shared<CommonOptions>();
   CLI::App* verb = app.add_subcommand("verify", "certify derivatives: tangent against adjoint, and Taylor slopes");
-  add_common_options(*verb, *options, {.out = false, .force = true});
+  add_common_options(*verb, *options, console, {.out = false, .force = true});
   verb->footer("Examples:\n  dpde verify burgers.dpde recover\n  dpde verify heat.dpde plate --set cells=33 --json");
-  on_call(*verb, status, [options] { return call(*options, [&](Job& job) { return verify(job); }); });
+  on_call(*verb, console, [options] { return call(*options, [&](Job& job) { return verify(job); }); });
 }
 
 }  // namespace dpde::tools
