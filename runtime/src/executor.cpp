@@ -68,7 +68,7 @@ struct Executor::Plan {
 
 Executor::Plan::Plan(const dpde_program& program, const dpde_layout& layout, const Team& of,
                      std::shared_ptr<SolverStore> solvers, Communicator* ranks)
-    : shelf(std::make_shared<SolverShelf>(solvers ? std::move(solvers) : make_solver_store())), team(of) {
+    : shelf(std::make_shared<SolverShelf>(of, solvers ? std::move(solvers) : make_solver_store())), team(of) {
   if (is_divided(layout)) {
     if (ranks == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: a subgrid needs ranks", program.name));
     seams.emplace(program, layout, *ranks);

@@ -77,9 +77,9 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
 
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
-    write_cells(layout_, fields[solve_.unknowns[0]], values);
+    write_cells(layout_, fields[solve_.unknowns[0]], values, shelf_->team());
     apply();
-    read_cells(layout_, fields[solve_.images[0]], made);
+    read_cells(layout_, fields[solve_.images[0]], made, shelf_->team());
   };
   const double rounding = rounding_of(layout_);
   const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
@@ -208,14 +208,15 @@ void FieldSolve::keep_on_tape() {
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                      const std::function<void()>& precondition) {
-  read_cells(layout_, fields[solve_.rights[0]], right_);
+  const Team& team = shelf_->team();
+  read_cells(layout_, fields[solve_.rights[0]], right_, team);
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(solution_, std::nan(""));
     write_cells(layout_, fields[solve_.unknowns[0]], solution_);
   };
-  const double factor = factor_into_range(right_);
+  const double factor = factor_into_range(right_, team);
   if (factor == 0) return give_up();
-  multiply_all(right_, factor);
+  multiply_all(right_, factor, team);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) {
     const ProcessorWatch setup(note_->setup);
@@ -224,17 +225,17 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
     const auto search = [&](std::span<const double> left, std::span<double> towards) {
-      write_cells(layout_, fields[solve_.network->inputs[0]], left);
+      write_cells(layout_, fields[solve_.network->inputs[0]], left, team);
       precondition();
-      read_cells(layout_, fields[solve_.network->results[0]], towards);
+      read_cells(layout_, fields[solve_.network->results[0]], towards, team);
     };
     const SolveReport report = solve_timed(std::ref(search));  // which needs no memory
     note(report);
     check(report);
     keep_on_tape();
   }
-  multiply_all(solution_, 1 / factor);
-  write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+  multiply_all(solution_, 1 / factor, team);
+  write_cells(layout_, fields[solve_.unknowns[0]], solution_, team);
 }
 
 /// `search`: what the network makes of what is left.
@@ -248,7 +249,8 @@ SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
 void FieldSolve::read_guesses(void* const* fields) {
   const std::size_t cells = right_.size();
   for (std::size_t i = 0; i * cells < guesses_.size(); ++i)
-    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells));
+    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells),
+               shelf_->team());
 }
 
 void FieldSolve::begin() {

@@ -7,6 +7,8 @@
 namespace dpde {
 namespace {
 
+constexpr std::size_t least_cells_of_team = 16 * 1024;
+
 Numbers copy_of(std::span<const double> values) {
   Numbers result(values.size());
   std::ranges::copy(values, result.data());
@@ -30,7 +32,28 @@ void CycleLevel::for_each_row(const F& f) const {
   }
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother)
+template <class F>
+void CycleLevel::share_rows(const F& f) const {
+  const std::int64_t rows = count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
+  team_.run(parts, [&](std::int64_t part, int thread) {
+    Row row = row_at(rows * part / parts);
+    for (const std::int64_t end = rows * (part + 1) / parts; row.number < end; go_on(row)) f(row, thread);
+  });
+}
+
+double CycleLevel::sum_of_counted() const {
+  double sum = 0;
+  for (std::size_t row = 0; row < counted_.size(); ++row) sum += counted_.data()[row];
+  return sum;
+}
+
+template <class F>
+double CycleLevel::sum_of_rows(const F& f) {
+  share_rows([&](const Row& row, int) { counted_[static_cast<std::size_t>(row.number)] = f(row); });
+  return sum_of_counted();
+}
+
+CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother, const Team& team)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
       diagonal_(rows_, level.diagonal),
@@ -50,9 +73,14 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherK
   is_outer_ring_ = level.periodic[axes_];
   level_ = level_rows(level);
   residual_ = Numbers(size());
-  halves_ = Numbers(static_cast<std::size_t>(rows_.stride()));
-  line_ = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
-  lines_ = Numbers(lines_known_.size() * static_cast<std::size_t>(line_stride()));
+  if (cell_count() >= least_cells_of_team) team_ = team;
+  for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
+    Scratch& own = scratch_.emplace_back();
+    own.halves = Numbers(static_cast<std::size_t>(rows_.stride()));
+    own.line_values = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
+    own.lines = Numbers(own.lines_known.size() * static_cast<std::size_t>(line_stride()));
+  }
+  counted_ = Numbers(static_cast<std::size_t>(count_of_rows()));
   for (std::size_t half : {0u, 1u}) {
     near_[half] = every_second_of(from_[0].near_weight, half);
     far_[half] = every_second_of(from_[0].far_weight, half);
@@ -61,7 +89,7 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherK
 }
 
 void CycleLevel::pack_right(std::span<const double> cells, double factor, double* vector) const {
-  for_each_row([&](const Row& row) {
+  share_rows([&](const Row& row, int) {
     rows_.pack(cells.data() + row.number * rows_.cells(), factor, half(vector, row, 0), half(vector, row, 1));
   });
 }
@@ -72,7 +100,7 @@ void CycleLevel::pack(std::span<const double> cells, double* vector) const {
 }
 
 void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
-  for_each_row([&](const Row& row) {
+  share_rows([&](const Row& row, int) {
     rows_.unpack(half(vector, row, 0), half(vector, row, 1), cells.data() + row.number * rows_.cells());
   });
 }
@@ -137,121 +165,141 @@ void CycleLevel::smooth(int colour, bool is_backwards, const double* b, double* 
   }
 }
 
-/// Around an outer ring the first rows of a stage wait for the last ones of the stage before.
+/// Each slab of rows takes the stages as far as its neighbours' rows are not needed; then the rows beside the seams are
+/// done, stage by stage. Around an outer ring there is a seam before its first row.
 template <class... Stages>
 void CycleLevel::in_turns(const Stages&... stages) const {
-  constexpr std::size_t count = sizeof...(Stages);
-  const std::int64_t rows = count_of_rows(), away = axes_ == 2 ? cells_[1] : 1;
-  const auto waiting = [&](std::size_t stage) {
-    return is_outer_ring_ ? std::min(static_cast<std::int64_t>(stage) * away, rows) : 0;
+  constexpr std::int64_t count = sizeof...(Stages);
+  const std::int64_t outer = cells_[axes_], away = count_of_rows() / outer;  // rows beside one another along that axis
+  const std::int64_t slabs = std::clamp<std::int64_t>(outer / (2 * count + 2), 1, team_.threads());
+  const auto is_seam = [&](std::int64_t slab) { return is_outer_ring_ || (slab != 0 && slab != slabs); };
+  const auto begin_of = [&](std::int64_t slab) { return outer * slab / slabs * away; };
+  // around a ring of fewer planes than stages the first rows of a stage are all of them
+  const auto first_of = [&](std::int64_t slab, std::int64_t stage) {
+    return std::min(begin_of(slab) + (is_seam(slab) ? stage * away : 0), begin_of(slab + 1));
   };
-  std::array<Row, count> next{};
-  const auto step = [&](Row& row) {
-    ++row.number;
-    if (++row.y == cells_[1]) row.y = 0, ++row.z;
+  const auto end_of = [&](std::int64_t slab, std::int64_t stage) {
+    return std::max(begin_of(slab + 1) - (is_seam(slab + 1) ? stage * away : 0), first_of(slab, stage));
   };
-  for (std::size_t stage = 0; stage < count; ++stage) {
-    while (next[stage].number < waiting(stage)) step(next[stage]);
-  }
-  for (std::int64_t i = 0; i < rows; ++i) {
-    std::size_t stage = 0;
+  team_.run(slabs, [&](std::int64_t slab, int thread) {
+    struct Turn {
+      Row next;
+      std::int64_t end, behind;  // rows that it waits for
+    };
+    std::array<Turn, count> turns;
+    for (std::int64_t stage = 0; stage < count; ++stage)
+      turns[static_cast<std::size_t>(stage)] = {row_at(first_of(slab, stage)), end_of(slab, stage), stage * away};
+    for (std::int64_t i = begin_of(slab), end = begin_of(slab + 1) + (count - 1) * away; i < end; ++i) {
+      Turn* turn = turns.data();
+      const auto one = [&](const auto& f) {
+        if (turn->next.number == i - turn->behind && turn->next.number < turn->end) {
+          f(turn->next, thread);
+          go_on(turn->next);
+        }
+        ++turn;
+      };
+      (one(stages), ...);
+    }
+  });
+  if (slabs == 1 && !is_outer_ring_) return;
+  team_.run(slabs, [&](std::int64_t slab, int thread) {
+    if (!is_seam(slab)) return;
+    const std::int64_t before = slab == 0 ? slabs - 1 : slab - 1;
+    std::int64_t stage = 0;
     const auto one = [&](const auto& f) {
-      Row& row = next[stage];
-      if (i - static_cast<std::int64_t>(stage) * away == row.number) f(row), step(row);
+      const std::int64_t last = begin_of(before + 1), first = first_of(slab, stage);
+      for (Row row = row_at(end_of(before, stage)); row.number < last; go_on(row)) f(row, thread);
+      for (Row row = row_at(begin_of(slab)); row.number < first; go_on(row)) f(row, thread);
       ++stage;
     };
     (one(stages), ...);
-  }
-  std::size_t stage = 0;
-  const auto rest = [&](const auto& f) {
-    for (; next[stage].number < rows; step(next[stage])) f(next[stage]);
-    for (Row row{}; row.number < waiting(stage); step(row)) f(row);
-    ++stage;
-  };
-  (rest(stages), ...);
+  });
 }
 
 void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse) {
-  const auto residual = [&](const Row& row) { find_residual(row, b, x); };
+  const auto residual = [&](const Row& row, int) { find_residual(row, b, x); };
   double* between = residual_.data();
   const auto [first, second] = factors_;
   if (!is_in_colours_) {
-    const auto begin = [&](const Row& row) {
+    const auto begin = [&](const Row& row, int) {
       is_guess_zero ? begin_row(row, first, b, between) : relax_row(row, first, b, x, between);
     };
     in_turns(
-        begin, [&](const Row& row) { relax_row(row, second, b, between, x); }, residual);
+        begin, [&](const Row& row, int) { relax_row(row, second, b, between, x); }, residual);
   } else if (is_chequered_) {
-    in_turns([&](const Row& row) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
-             [&](const Row& row) { smooth_row(row, black, b, x); }, residual);
+    in_turns([&](const Row& row, int) { is_guess_zero ? scale_row(row, b, x) : smooth_row(row, red, b, x); },
+             [&](const Row& row, int) { smooth_row(row, black, b, x); }, residual);
   } else {
     if (is_guess_zero) std::fill_n(x, size(), 0.0);
     smooth(red, false, b, x);
     smooth(black, false, b, x);
-    for_each_row(residual);
+    share_rows(residual);
   }
-  coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
+  restrict_to(coarse);
 }
 
 void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares) {
   const int first = is_backwards ? black : red, second = 1 - first;
-  double *between = residual_.data(), sum = 0;
-  coarse.lines_known_.fill(-1);
-  const auto add = [&](const Row& row) { add_correction(row, second, coarse, x); };
-  const auto count_all = [&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); };
+  double* between = residual_.data();
+  coarse.forget_lines();
+  const auto add = [&](const Row& row, int thread) { add_correction(row, thread, second, coarse, x); };
+  const auto count_all = [&](const Row& row, int) {
+    counted_[static_cast<std::size_t>(row.number)] = squares_of(row, 0, b, x) + squares_of(row, 1, b, x);
+  };
   const auto in_turns_or_counted = [&](const auto& one, const auto& other, const auto& count) {
     squares == nullptr ? in_turns(add, one, other) : in_turns(add, one, other, count);
   };
   if (!is_in_colours_) {
-    in_turns_or_counted([&](const Row& row) { relax_row(row, factors_[1], b, x, between); },
-                        [&](const Row& row) { relax_row(row, factors_[0], b, between, x); }, count_all);
+    in_turns_or_counted([&](const Row& row, int) { relax_row(row, factors_[1], b, x, between); },
+                        [&](const Row& row, int) { relax_row(row, factors_[0], b, between, x); }, count_all);
   } else if (is_chequered_) {
-    in_turns_or_counted([&](const Row& row) { smooth_row(row, first, b, x); },
-                        [&](const Row& row) { smooth_row(row, second, b, x); },
-                        [&](const Row& row) { sum += squares_of(row, half_of(row, first), b, x); });
+    in_turns_or_counted([&](const Row& row, int) { smooth_row(row, first, b, x); },
+                        [&](const Row& row, int) { smooth_row(row, second, b, x); },
+                        [&](const Row& row, int) {
+                          counted_[static_cast<std::size_t>(row.number)] = squares_of(row, half_of(row, first), b, x);
+                        });
   } else {
-    for_each_row(add);
+    share_rows(add);
     smooth(first, is_backwards, b, x);
     smooth(second, is_backwards, b, x);
-    if (squares != nullptr) for_each_row(count_all);
+    if (squares != nullptr) share_rows(count_all);
   }
-  if (squares != nullptr) *squares = sum;
+  if (squares != nullptr) *squares = sum_of_counted();
 }
 
 double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& coarse) {
-  double squares = 0;
   if (!is_chequered_) {
+    double squares = 0;
     ascend(b, x, false, coarse, &squares);
     descend(b, x, false, coarse);
     return squares;
   }
-  coarse.lines_known_.fill(-1);
-  const auto smooth_red = [&](const Row& row) { smooth_row(row, red, b, x); };
-  const auto smooth_black = [&](const Row& row) { smooth_row(row, black, b, x); };
-  const auto smooth_counted = [&](const Row& row) {
-    squares += kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
+  coarse.forget_lines();
+  const auto smooth_red = [&](const Row& row, int) { smooth_row(row, red, b, x); };
+  const auto smooth_black = [&](const Row& row, int) { smooth_row(row, black, b, x); };
+  const auto smooth_counted = [&](const Row& row, int) {
+    counted_[static_cast<std::size_t>(row.number)] =
+        kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
     close_ring(x, row, half_of(row, red));
   };
-  in_turns([&](const Row& row) { add_correction(row, black, coarse, x); }, smooth_red, smooth_black, smooth_counted,
-           smooth_black, [&](const Row& row) { find_residual(row, b, x); });
-  coarse.for_each_row([&](const Row& row) { restrict_to(row, coarse); });
-  return squares;
+  in_turns([&](const Row& row, int thread) { add_correction(row, thread, black, coarse, x); }, smooth_red, smooth_black, smooth_counted,
+           smooth_black, [&](const Row& row, int) { find_residual(row, b, x); });
+  restrict_to(coarse);
+  return sum_of_counted();
 }
 
-double CycleLevel::squared_residual(const double* b, const double* x) const {
-  double sum = 0;
-  for_each_row([&](const Row& row) { sum += squares_of(row, 0, b, x) + squares_of(row, 1, b, x); });
-  return sum;
+double CycleLevel::squared_residual(const double* b, const double* x) {
+  return sum_of_rows([&](const Row& row) { return squares_of(row, 0, b, x) + squares_of(row, 1, b, x); });
 }
 
 void CycleLevel::multiply(const double* x, double* y) const {
-  for_each_row([&](const Row& row) {
+  share_rows([&](const Row& row, int) {
     for (const int half : {0, 1}) kernels_.multiply[axes_](level_, row, half, x, y);
   });
 }
 
 void CycleLevel::subtract(double value, double* vector) const {
-  for_each_row([&](const Row& row) {
+  share_rows([&](const Row& row, int) {
     for (const int which : {0, 1}) {
       double* const values = half(vector, row, which);
       for (std::int64_t i = 0; i < rows_.count(which); ++i) values[i] -= value;
@@ -290,9 +338,19 @@ void CycleLevel::gather(const Row& coarse, int which, RowSum& sum) const {
   });
 }
 
-void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
+/// By the threads of this level: the coarse one has fewer cells.
+void CycleLevel::restrict_to(CycleLevel& coarse) {
+  const std::int64_t rows = coarse.count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
+  team_.run(parts, [&](std::int64_t part, int thread) {
+    Row row = coarse.row_at(rows * part / parts);
+    for (const std::int64_t end = rows * (part + 1) / parts; row.number < end; coarse.go_on(row))
+      restrict_row(row, thread, coarse);
+  });
+}
+
+void CycleLevel::restrict_row(const Row& row_of_coarse, int thread, CycleLevel& coarse) {
   double* const to[] = {coarse.half(coarse.b.data(), row_of_coarse, 0), coarse.half(coarse.b.data(), row_of_coarse, 1)};
-  double* line = halves_.data();
+  double *const line = scratch(thread).halves.data(), *const made = coarse.scratch(thread).line();
   for (const int which : {0, 1}) {
     RowSum sum{.count = rows_.count(which)};
     gather(row_of_coarse, which, sum);
@@ -305,18 +363,18 @@ void CycleLevel::restrict_to(const Row& row_of_coarse, CycleLevel& coarse) {
       line + rows_.begin(0),
       line + rows_.begin(1),
       {restricting_[0].data(), restricting_[1].data(), restricting_[2].data(), restricting_[3].data()}};
-  kernels_.restrict_along(restricted, coarse.line());
-  coarse.rows_.pack(coarse.line(), 1, to[0], to[1]);
+  kernels_.restrict_along(restricted, made);
+  coarse.rows_.pack(made, 1, to[0], to[1]);
 }
 
 /// Of the level above: interpolated across the outer axis to plane z, in order along x where that is halved. Fine rows
 /// that follow one another take the same ones.
-const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse) const {
+const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse, Scratch& of_coarse) const {
   // around a ring the last one stands beside the first
   const std::size_t slot = y + 1 == coarse.cells_[1] ? 4 : y % 4;
-  double* const line = coarse.lines_.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + 8;
+  double* const line = of_coarse.lines.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + 8;
   const std::int64_t number = y + coarse.cells_[1] * z;
-  if (std::exchange(coarse.lines_known_[slot], number) == number) return line;
+  if (std::exchange(of_coarse.lines_known[slot], number) == number) return line;
   const HalfRows& from = coarse.rows_;
   const AxisInterpolation& across = from_[2];
   const auto k = static_cast<std::size_t>(z);
@@ -328,7 +386,7 @@ const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLeve
     };
     halves[which] = above(across.near[k]);
     if (is_halved && across.near_weight[k] == 1) continue;
-    double* to = (is_halved ? coarse.halves_.data() : line) + from.begin(which);
+    double* to = (is_halved ? of_coarse.halves.data() : line) + from.begin(which);
     kernels_.sum({.count = from.count(which),
                   .terms = across.far_weight[k] == 0 ? 1 : 2,
                   .values = {halves[which], above(across.far[k])},
@@ -344,10 +402,12 @@ const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLeve
 }
 
 /// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
-void CycleLevel::add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const {
+void CycleLevel::add_correction(const Row& row, int thread, int colour, CycleLevel& coarse, double* x) const {
+  Scratch& of_coarse = coarse.scratch(thread);
   const auto j = static_cast<std::size_t>(row.y);
   const AxisInterpolation& from = from_[1];
-  const double *near = coarse_line(from.near[j], row.z, coarse), *far = coarse_line(from.far[j], row.z, coarse);
+  const double *near = coarse_line(from.near[j], row.z, coarse, of_coarse),
+               *far = coarse_line(from.far[j], row.z, coarse, of_coarse);
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, colour)) continue;
     const auto h = static_cast<std::size_t>(which);

@@ -2,7 +2,8 @@
 // One level of multigrid as its cycles need it: vectors and coefficients in half rows, sweeps over one colour or over
 // all cells (solve/smoother.h). A cell is red where the sum of its places along the axes is even, and black elsewhere.
 // Vectors have the red cells of all rows before the black ones: what a sweep reads and writes lies one behind the
-// other.
+// other. Threads have slabs of rows; no cell depends on the order of its colour, and sums are made row by row, so that
+// results do not depend on the threads.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/team.h"
 #include "solve/coefficient_rows.h"
 #include "solve/half_rows.h"
 #include "solve/multigrid_level.h"
@@ -21,7 +23,7 @@ namespace dpde {
 
 class CycleLevel {
  public:
-  CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother);
+  CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother, const Team& team);
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }
@@ -39,7 +41,7 @@ class CycleLevel {
   /// One behind the other, in half as many passes over memory: where another cycle follows. |b - A*x|^2 between them.
   double ascend_and_descend(const double* b, double* x, CycleLevel& coarse);
   /// |b - A*x|^2
-  double squared_residual(const double* b, const double* x) const;
+  double squared_residual(const double* b, const double* x);
   void multiply(const double* x, double* y) const;
   /// Of all cells; the rooms stay as they are.
   void subtract(double value, double* vector) const;
@@ -64,19 +66,41 @@ class CycleLevel {
   void close_ring(double* x, const Row& row, int which) const {
     rows_.close_ring(half(x, row, 0), half(x, row, 1), which);
   }
-  double* line() { return line_.data() + 8; }  // one row in order, with room before and behind
+  /// What a thread needs for the rows it works at.
+  struct Scratch {
+    Numbers halves, line_values;
+    Numbers lines;  // what the finer level is interpolated of, and which rows of it these are for
+    std::array<std::int64_t, 5> lines_known{};
+    double* line() { return line_values.data() + 8; }  // one row in order, with room before and behind
+  };
+  Scratch& scratch(int thread) { return scratch_[static_cast<std::size_t>(thread)]; }
+  void forget_lines() {
+    for (Scratch& own : scratch_) own.lines_known.fill(-1);
+  }
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
   std::int64_t count_of_rows() const { return cells_[1] * cells_[2]; }
   LevelRows level_rows(const MultigridLevel& level) const;
+  /// f(row) one after the other; f(row, thread) by all threads.
   template <class F>
   void for_each_row(const F& f) const;
+  template <class F>
+  void share_rows(const F& f) const;
+  /// f(row, thread), summed.
+  template <class F>
+  double sum_of_rows(const F& f);
+  double sum_of_counted() const;
   /// Backwards matters where two of a colour are neighbours around an odd ring.
   void smooth(int colour, bool is_backwards, const double* b, double* x) const;
-  /// All rows, one stage behind the other by as much as their neighbours are away: a row is still in a near cache when
-  /// the next stage takes it. Not where two neighbours are of one colour.
+  /// All rows, one stage f(row, thread) behind the other by as much as their neighbours are away: a row is still in a
+  /// near cache when the next stage takes it. Not where two neighbours are of one colour.
   template <class... Stages>
   void in_turns(const Stages&... stages) const;
+  Row row_at(std::int64_t number) const { return {number, number % cells_[1], number / cells_[1]}; }
+  void go_on(Row& row) const {
+    ++row.number;
+    if (++row.y == cells_[1]) row.y = 0, ++row.z;
+  }
   void scale_row(const Row& row, const double* b, double* x) const;
   double squares_of(const Row& row, int half, const double* b, const double* x) const {
     return kernels_.squared_residual[axes_](level_, row, half, b, x);
@@ -86,11 +110,12 @@ class CycleLevel {
   /// The same for x = 0.
   void begin_row(const Row& row, double factor, const double* b, double* to) const;
   void find_residual(const Row& row, const double* b, const double* x);
-  void restrict_to(const Row& row_of_coarse, CycleLevel& coarse);
-  void add_correction(const Row& row, int colour, CycleLevel& coarse, double* x) const;
+  void restrict_to(CycleLevel& coarse);
+  void restrict_row(const Row& row_of_coarse, int thread, CycleLevel& coarse);
+  void add_correction(const Row& row, int thread, int colour, CycleLevel& coarse, double* x) const;
   /// The rows of the fine level that a coarse one takes of.
   void gather(const Row& coarse, int which, RowSum& sum) const;
-  const double* coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse) const;
+  const double* coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse, Scratch& of_coarse) const;
   std::int64_t line_stride() const { return rows_.stride() + 16; }  // room before and behind
 
   std::array<std::int64_t, 3> cells_;
@@ -108,9 +133,10 @@ class CycleLevel {
   std::array<double, 2> factors_{};    // of steps of relaxation, where it is not in colours
   std::array<Numbers, 2> near_, far_;  // weights along x, of each half
   std::array<Numbers, 4> restricting_;
-  Numbers lines_;  // what the finer level is interpolated of, and which rows of it these are for
-  std::array<std::int64_t, 5> lines_known_{};
-  Numbers residual_, halves_, line_;  // the residual; before it is known, x between two steps of relaxation
+  Numbers residual_;  // before it is known, x between two steps of relaxation
+  Team team_;
+  std::vector<Scratch> scratch_;  // one a thread
+  Numbers counted_;               // of each row
   const RowKernels& kernels_;
 };
 

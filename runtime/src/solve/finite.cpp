@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
 namespace {
 
@@ -32,37 +34,53 @@ double total(const Strands& parts) {
 
 }  // namespace
 
-bool are_finite(std::span<const double> values) {
-  Strands zeros{};
-  in_strands(values, [&](std::size_t k, double value) { zeros[k] += 0 * value; });
-  return total(zeros) == 0;
+bool are_finite(std::span<const double> values, const Team& team) {
+  return sum_of_parts(team, values.size(), [&](std::size_t begin, std::size_t end) {
+           Strands zeros{};
+           in_strands(values.subspan(begin, end - begin), [&](std::size_t k, double value) { zeros[k] += 0 * value; });
+           return total(zeros);
+         }) == 0;
 }
 
-double factor_into_range(std::span<const double> values) {
-  Strands zeros{}, most{};
-  in_strands(values, [&](std::size_t k, double value) {
-    const double size = std::abs(value);
-    zeros[k] += 0 * value;
-    most[k] = size > most[k] ? size : most[k];
+double factor_into_range(std::span<const double> values, const Team& team) {
+  std::array<double, VectorParts::most> largest_of_parts{};
+  std::array<double, VectorParts::most> zeros_of_parts{};
+  VectorParts(values.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t part) {
+    Strands zeros{}, most{};
+    in_strands(values.subspan(begin, end - begin), [&](std::size_t k, double value) {
+      const double size = std::abs(value);
+      zeros[k] += 0 * value;
+      most[k] = size > most[k] ? size : most[k];
+    });
+    zeros_of_parts[static_cast<std::size_t>(part)] = total(zeros);
+    largest_of_parts[static_cast<std::size_t>(part)] = *std::ranges::max_element(most);
   });
-  if (total(zeros) != 0) return 0;
-  const double largest = *std::ranges::max_element(most);
+  for (const double zero : zeros_of_parts) {
+    if (zero != 0) return 0;
+  }
+  const double largest = *std::ranges::max_element(largest_of_parts);
   const bool is_in_range = largest == 0 || (largest > 0x1p-400 && largest < 0x1p400);
   return is_in_range ? 1 : std::exp2(std::clamp(-std::ilogb(largest), -1020, 1020));
 }
 
-void multiply_all(std::span<double> values, double factor) {
+void multiply_all(std::span<double> values, double factor, const Team& team) {
   if (factor == 1) return;
-  for (double& value : values) value *= factor;
+  set_each(team, values, [factor](double value) { return factor * value; }, values);
 }
 
-Sums sums_of(std::span<const double> values) {
-  Strands sums{}, squares{};
-  in_strands(values, [&](std::size_t k, double value) {
-    sums[k] += value;
-    squares[k] += value * value;
+Sums sums_of(std::span<const double> values, const Team& team) {
+  std::array<Sums, VectorParts::most> made{};
+  VectorParts(values.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t part) {
+    Strands sums{}, squares{};
+    in_strands(values.subspan(begin, end - begin), [&](std::size_t k, double value) {
+      sums[k] += value;
+      squares[k] += value * value;
+    });
+    made[static_cast<std::size_t>(part)] = {total(sums), total(squares)};
   });
-  return {total(sums), total(squares)};
+  Sums all;
+  for (const Sums& part : made) all.sum += part.sum, all.squares += part.squares;
+  return all;
 }
 
 }  // namespace dpde

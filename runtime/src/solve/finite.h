@@ -5,20 +5,22 @@
 
 #include <span>
 
+#include "dpde/runtime/team.h"
+
 namespace dpde {
 
 /// No NaN, and no infinite one: 0 times that is NaN.
-bool are_finite(std::span<const double> values);
+bool are_finite(std::span<const double> values, const Team& team = 1);
 
 /// A power of two that brings the largest of the values near 1; 1 where products of two of them are in the range of
 /// numbers anyhow. 0 where one is not finite.
-double factor_into_range(std::span<const double> values);
+double factor_into_range(std::span<const double> values, const Team& team = 1);
 
-void multiply_all(std::span<double> values, double factor);
+void multiply_all(std::span<double> values, double factor, const Team& team = 1);
 
 struct Sums {
   double sum = 0, squares = 0;
 };
-Sums sums_of(std::span<const double> values);
+Sums sums_of(std::span<const double> values, const Team& team = 1);
 
 }  // namespace dpde

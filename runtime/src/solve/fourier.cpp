@@ -6,12 +6,16 @@
 #include <numbers>
 #include <utility>
 
+#include "solve/finite.h"
+#include "solve/vector_parts.h"
+
 namespace dpde {
 
-std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, double rounding, bool is_singular) {
+std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, double rounding, bool is_singular,
+                                               const Team& team) {
   std::optional<ConstantRows> rows = ConstantRows::of(matrix, rounding);
   if (!rows) return std::nullopt;
-  return FourierSolver(std::move(*rows), is_singular);
+  return FourierSolver(std::move(*rows), is_singular, team);
 }
 
 /// What the operator multiplies a wave by.
@@ -33,8 +37,8 @@ FourierSolver::Complex FourierSolver::symbol_of(const std::array<std::int64_t, 3
   return symbol;
 }
 
-FourierSolver::FourierSolver(ConstantRows rows, bool is_singular)
-    : rows_(std::move(rows)), waves_(rows_.cells(), rows_.sides()) {
+FourierSolver::FourierSolver(ConstantRows rows, bool is_singular, const Team& team)
+    : rows_(std::move(rows)), team_(team), waves_(rows_.cells(), rows_.sides(), team) {
   double size = 0;
   for (const double value : rows_.row()) size += std::abs(value);
   const double zero = 64 * 0x1p-52 * size;  // rows of singular operators are balanced: what is less is of this sum
@@ -71,12 +75,8 @@ bool FourierSolver::has_walls() const {
 /// Takes the waves that the operator makes 0 of out of b.
 double FourierSolver::drop_waves(std::span<double> b) {
   waves_.multiply(b, dropped_.data(), have_phases_, taken_);
-  double whole = 0, dropped = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    whole += b[i] * b[i];
-    dropped += taken_[i] * taken_[i];
-    b[i] -= taken_[i];
-  }
+  const double whole = sums_of(b, team_).squares, dropped = sums_of(taken_, team_).squares;
+  set_each(team_, b, [](double value, double taken) { return value - taken; }, b, taken_);
   return whole == 0 ? 0 : std::sqrt(dropped / whole);
 }
 

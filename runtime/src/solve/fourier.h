@@ -19,7 +19,8 @@ namespace dpde {
 class FourierSolver {
  public:
   /// Nothing where the rows are not constant. `is_singular`: of a constant it makes 0.
-  static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding, bool is_singular);
+  static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding, bool is_singular,
+                                         const Team& team = 1);
 
   /// Waves of the null space are taken out of `b` and are 0 in `x`; |what is taken|/|b|, without the mean. Nothing is
   /// allocated; both are aligned as `new` aligns them.
@@ -33,11 +34,12 @@ class FourierSolver {
 
  private:
   using Complex = std::complex<double>;
-  FourierSolver(ConstantRows rows, bool is_singular);
+  FourierSolver(ConstantRows rows, bool is_singular, const Team& team);
   Complex symbol_of(const std::array<std::int64_t, 3>& turns) const;
   double drop_waves(std::span<double> b);
 
   ConstantRows rows_;
+  Team team_;
   GridWaves waves_;
   bool have_phases_;
   std::vector<double> inverse_symbol_;  // factors of waves

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
 
 void Gmres::resize(std::size_t size) {
@@ -23,7 +25,7 @@ void Gmres::resize(std::size_t size) {
 double Gmres::find_residual(std::span<const double> b, std::span<const double> x) {
   Numbers& left = basis_.front();
   multiply_(x, left);
-  for (std::size_t i = 0; i < b.size(); ++i) left[i] = b[i] - left[i];
+  set_each(team_, left, [](double right, double image) { return right - image; }, b, left);
   return norm(left);
 }
 
@@ -38,7 +40,7 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
     report.unaided = unaided_;
     report.converged = report.residual <= tolerance_;
     if (report.converged || report.iterations >= most_) return report;
-    std::copy_n(x.data(), x.size(), before_.data());
+    copy_vector(x, before_, team_);
     const int count = make_basis(left, 0.5 * tolerance_ * size, most_ - report.iterations);
     report.iterations += count;
     correct(count, x);
@@ -46,7 +48,7 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
     const bool goes_on = now < 0.5 * left || (is_flexible_ && !is_plain_);
     is_plain_ = is_flexible_ && (is_plain_ || !(now < 0.5 * left));
     if (!(now < left)) {
-      std::copy_n(before_.data(), before_.size(), x.data());
+      copy_vector(before_, x, team_);
       if (!goes_on) return report;
       left = find_residual(b, x);
       continue;
@@ -61,7 +63,7 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
 
 /// From the residual in the first vector, of the length `left`; how many directions were found.
 int Gmres::make_basis(double left, double enough, int most) {
-  for (std::size_t i = 0; i < basis_.front().size(); ++i) basis_.front()[i] /= left;
+  set_each(team_, basis_.front(), [left](double value) { return value / left; }, basis_.front());
   std::ranges::fill(right_, 0.0);
   right_.front() = left;
   const int limit = std::min(most, restart_);
@@ -84,7 +86,7 @@ const Numbers& Gmres::search(std::size_t j) {
   if (is_found && project_) project_(made, made);
   const double rounding = std::sqrt(static_cast<double>(made.size())) * 0x1p-52, left = is_found ? norm(made) : 1;
   if (is_plain_ || !(left > rounding * size && std::isfinite(left))) {
-    std::copy_n(basis_[j].data(), made.size(), made.data());
+    copy_vector(basis_[j], made, team_);
     ++unaided_;
   }
   return made;
@@ -98,14 +100,12 @@ bool Gmres::add_direction(std::size_t j) {
   const double size = norm(next);
   for (std::size_t i = 0; i <= j; ++i) {
     upper(i, j) = dot(basis_[i], next);
-    add_multiple(-upper(i, j), basis_[i], next);
+    add_multiple(-upper(i, j), basis_[i], next, team_);
   }
   const double left = norm(next);
   const bool is_new = left > nothing_ * size;
   upper(j + 1, j) = is_new ? left : 0;
-  if (is_new) {
-    for (std::size_t i = 0; i < next.size(); ++i) next[i] /= left;
-  }
+  if (is_new) set_each(team_, next, [left](double value) { return value / left; }, next);
   return is_new;
 }
 
@@ -134,13 +134,13 @@ void Gmres::correct(int count, std::span<double> x) {
     for (std::size_t k = i + 1; k < n; ++k) right_[i] -= upper(i, k) * right_[k];
     right_[i] = std::abs(upper(i, i)) <= nothing_ * largest ? 0 : right_[i] / upper(i, i);
   }
-  for (std::size_t i = 0; is_flexible_ && i < n; ++i) add_multiple(right_[i], searched_[i], x);
+  for (std::size_t i = 0; is_flexible_ && i < n; ++i) add_multiple(right_[i], searched_[i], x, team_);
   if (is_flexible_) return;
   Numbers& sum = basis_[n];  // the last one is not read any more
-  std::ranges::fill(std::span<double>(sum), 0.0);
-  for (std::size_t i = 0; i < n; ++i) add_multiple(right_[i], basis_[i], sum);
+  set_each(team_, sum, [] { return 0.0; });
+  for (std::size_t i = 0; i < n; ++i) add_multiple(right_[i], basis_[i], sum, team_);
   precondition_(sum, work_);
-  add_multiple(1, work_, x);
+  add_multiple(1, work_, x, team_);
 }
 
 }  // namespace dpde

@@ -15,7 +15,7 @@ class Gmres {
   /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once. `rounding`: relative
   /// error of what is multiplied by: a direction of which less is left is none.
   Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart,
-        double rounding = 0x1p-52, bool is_flexible = false, VectorFunction project = {})
+        double rounding = 0x1p-52, bool is_flexible = false, VectorFunction project = {}, const Team& team = 1)
       : multiply_(std::move(multiply)),
         precondition_(std::move(precondition)),
         project_(std::move(project)),
@@ -23,7 +23,8 @@ class Gmres {
         most_(most),
         restart_(restart),
         is_flexible_(is_flexible),
-        nothing_(4 * rounding) {}
+        nothing_(4 * rounding),
+        team_(team) {}
 
   /// All the memory it needs.
   void resize(std::size_t size);
@@ -33,6 +34,8 @@ class Gmres {
   std::size_t vectors() const { return basis_.size(); }
 
  private:
+  double dot(std::span<const double> a, std::span<const double> b) const { return dpde::dot(a, b, team_); }
+  double norm(std::span<const double> a) const { return dpde::norm(a, team_); }
   double find_residual(std::span<const double> b, std::span<const double> x);
   int make_basis(double left, double enough, int most);
   const Numbers& search(std::size_t j);
@@ -46,6 +49,7 @@ class Gmres {
   int most_, restart_;
   bool is_flexible_, is_plain_ = false;  // plain: without its preconditioner
   double nothing_;
+  Team team_;
   int unaided_ = 0;                // directions of a flexible preconditioner that were of no use
   std::vector<Numbers> basis_;     // orthonormal; restart + 1
   std::vector<Numbers> searched_;  // what a flexible preconditioner makes of each

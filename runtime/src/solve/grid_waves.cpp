@@ -10,6 +10,7 @@ namespace {
 constexpr std::int64_t width = LineWaves::width;
 
 constexpr std::int64_t long_row = 2048;
+constexpr std::int64_t least_cells_of_team = 16 * 1024, cells_of_block = 4096;
 
 /// Whole blocks, and an odd number of them: the values of a column of so many cells then fall into all places of the
 /// first cache (512^2 cells: 1.10 times the bare transforms, with an even number 1.4). Columns of more do not fit it,
@@ -28,7 +29,9 @@ std::complex<double>* complex(double* values) { return reinterpret_cast<std::com
 
 }  // namespace
 
-GridWaves::GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides) : cells_(cells) {
+GridWaves::GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides, const Team& team)
+    : cells_(cells) {
+  if (cells[0] * cells[1] * cells[2] >= least_cells_of_team) team_ = team;
   std::vector<std::size_t> axes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (cells[axis] > 1) axes.push_back(axis);
@@ -51,12 +54,21 @@ void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
   first_ = aligned_values(plane_ * planes_);
   if (plane_ == row_ * lines_) lines_ *= std::exchange(planes_, 1);  // which also keeps lines of odd lengths aligned
   size_ = row_;
-  if (are_complex_) {
-    ring_.emplace(RealLines{cells, lines_, 1, cells, 1, row_ / 2});
-    scale_ *= static_cast<double>(cells);
-  } else {
-    images_.emplace(cells, sides, false, 1, width);
-    scale_ *= images_->scale();
+  first_block_ = std::min(lines_, width * std::max<std::int64_t>(1, cells_of_block / (width * cells)));
+  const std::int64_t fewer = lines_ % first_block_;
+  const auto ring = [&](std::int64_t lines) { return RealFft({cells, lines, 1, cells, 1, row_ / 2}); };
+  for (int i = 0; i < team_.threads(); ++i) {
+    FirstLines& own = firsts_.emplace_back();
+    if (!are_complex_) {
+      own.images.emplace(cells, sides, false, 1, width);
+      continue;
+    }
+    own.ring.emplace(ring(first_block_));
+    if (fewer != 0) own.fewer.emplace(ring(fewer));
+  }
+  scale_ *= are_complex_ ? static_cast<double>(cells) : firsts_.front().images->scale();
+  if (!are_complex_) {
+    first_block_ = std::min(lines_, width);
     if (lines_ == 1) size_ = cells * width;  // as a column
   }
 }
@@ -65,8 +77,10 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
   std::int64_t outer = 1;
   for (std::size_t later = axis + 1; later < 3; ++later) outer *= cells_[later];
   const std::int64_t inner = size_, in_place = !is_last ? inner : inner % (2 * width) == 0 ? 2 * width : width;
-  Stage stage{axis, LineWaves(cells, sides, are_complex_, inner, in_place), outer, inner};
-  const LineWaves& lines = stage.lines;
+  Stage stage{axis, {}, outer, inner};
+  for (int i = 0; i < team_.threads(); ++i)
+    stage.of_threads.emplace_back(cells, sides, are_complex_, inner, in_place);
+  const LineWaves& lines = stage.lines();
   stage.from = stage.to = second_ ? second_.get() : first_.get();
   stage.from_plane = plane_;
   scale_ *= lines.scale();
@@ -86,18 +100,18 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
 }
 
 std::int64_t GridWaves::period(std::size_t axis) const {
-  if (axis == first_axis_) return images_ ? images_->period() : cells_[axis];
+  if (axis == first_axis_) return has_images() ? firsts_.front().images->period() : cells_[axis];
   for (const Stage& stage : stages_) {
-    if (stage.axis == axis) return stage.lines.period();
+    if (stage.axis == axis) return stage.lines().period();
   }
   return 1;
 }
 
 /// In the order in which the blocks of the last axis are multiplied.
 std::size_t GridWaves::number_of(std::int64_t row, std::int64_t along) const {
-  if (stages_.empty()) return static_cast<std::size_t>(images_ ? along * width : along);
-  const LineWaves& last = stages_.back().lines;
-  const std::int64_t doubles = are_complex_ ? 2 : 1, rows = stages_.size() == 1 ? 1 : stages_.front().lines.modes();
+  if (stages_.empty()) return static_cast<std::size_t>(has_images() ? along * width : along);
+  const LineWaves& last = stages_.back().lines();
+  const std::int64_t doubles = are_complex_ ? 2 : 1, rows = stages_.size() == 1 ? 1 : stages_.front().lines().modes();
   const std::int64_t block = last.growth() * last.block() / doubles, column = row % rows * row_ / doubles + along;
   return static_cast<std::size_t>((column / block * last.modes() + row / rows) * block + column % block);
 }
@@ -108,106 +122,114 @@ void GridWaves::for_each(
   for (std::int64_t number = 0; number < modes_[0] * modes_[1] * modes_[2]; ++number) {
     const std::array<std::int64_t, 3> mode{number % modes_[0], number / modes_[0] % modes_[1],
                                            number / modes_[0] / modes_[1]};
-    turns[first_axis_] = images_ ? images_->turns(mode[first_axis_]) : mode[first_axis_];
-    for (const Stage& stage : stages_) turns[stage.axis] = stage.lines.turns(mode[stage.axis]);
+    turns[first_axis_] =
+        has_images() ? firsts_.front().images->turns(mode[first_axis_]) : mode[first_axis_];
+    for (const Stage& stage : stages_) turns[stage.axis] = stage.lines().turns(mode[stage.axis]);
     f(number_of(number / modes_[first_axis_], mode[first_axis_]), turns);
   }
 }
 
+/// f(transforms, first cell in a field, first wave, lines) of each block of lines along the first axis.
+template <class F>
+void GridWaves::for_each_block_of_first(const F& f) {
+  const std::int64_t blocks = (lines_ + first_block_ - 1) / first_block_;
+  team_.run(planes_ * blocks, [&](std::int64_t number, int thread) {
+    const std::int64_t plane = number / blocks, line = number % blocks * first_block_;
+    f(firsts_[static_cast<std::size_t>(thread)], (plane * lines_ + line) * cells_[first_axis_],
+      first_.get() + plane * plane_ + line * first_row_, std::min(first_block_, lines_ - line));
+  });
+}
+
 void GridWaves::first_forward(const double* field) {
-  double* to = first_.get();
-  for (std::int64_t plane = 0; plane < planes_; ++plane, to += plane_) {
-    if (ring_) ring_->forward(field, complex(to));
-    for (std::int64_t line = 0; images_ && line < lines_; line += width) {
-      const std::int64_t cells = images_->cells(), count = std::min(width, lines_ - line);
-      images_->read(field + line * cells, 1, cells, count);
-      images_->forward();
-      images_->write_waves(to + line * first_row_, 1, first_row_, count);
-    }
-    field += lines_ * cells_[first_axis_];
-  }
+  for_each_block_of_first([&](FirstLines& own, std::int64_t cell, double* to, std::int64_t lines) {
+    const double* const from = field + cell;
+    if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->forward(from, complex(to));
+    own.images->read(from, 1, own.images->cells(), lines);
+    own.images->forward();
+    own.images->write_waves(to, 1, first_row_, lines);
+  });
 }
 
 void GridWaves::first_backward(double* product) {
-  double* from = first_.get();
-  for (std::int64_t plane = 0; plane < planes_; ++plane, from += plane_) {
-    if (ring_) ring_->backward(complex(from), product);
-    for (std::int64_t line = 0; images_ && line < lines_; line += width) {
-      const std::int64_t cells = images_->cells(), count = std::min(width, lines_ - line);
-      images_->read_waves(from + line * first_row_, 1, first_row_, count);
-      images_->backward();
-      images_->write(product + line * cells, 1, cells, count);
+  for_each_block_of_first([&](FirstLines& own, std::int64_t cell, double* from, std::int64_t lines) {
+    double* const to = product + cell;
+    if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->backward(complex(from), to);
+    own.images->read_waves(from, 1, first_row_, lines);
+    own.images->backward();
+    own.images->write(to, 1, own.images->cells(), lines);
+  });
+}
+
+void GridWaves::read(const Stage& stage, LineWaves& lines, double* from) {
+  if (lines.are_in_place()) return lines.place(from);
+  lines.read(from, stage.inner, 1, width);
+}
+
+void GridWaves::write(const Stage& stage, const LineWaves& lines, double* to) {
+  if (!lines.are_in_place()) lines.write(to, stage.inner, 1, width);
+}
+
+/// f(lines, number of the block, its first double of `inner`, which of `outer`)
+template <class F>
+void GridWaves::for_each_block(Stage& stage, const F& f) const {
+  const std::int64_t block = stage.lines().block(), blocks = (stage.inner + block - 1) / block;
+  team_.run(stage.outer * blocks, [&](std::int64_t number, int thread) {
+    f(stage.of_threads[static_cast<std::size_t>(thread)], number % blocks, number % blocks * block, number / blocks);
+  });
+}
+
+void GridWaves::forward(Stage& stage) const {
+  for_each_block(stage, [&](LineWaves& lines, std::int64_t, std::int64_t first, std::int64_t outer) {
+    read(stage, lines, stage.from + outer * stage.from_plane + first);
+    lines.forward();
+    if (lines.are_in_place()) return;
+    lines.write_waves(stage.to + outer * stage.to_plane + lines.growth() * first, lines.growth() * stage.inner, 1,
+                      width);
+  });
+}
+
+void GridWaves::backward(Stage& stage) const {
+  for_each_block(stage, [&](LineWaves& lines, std::int64_t, std::int64_t first, std::int64_t outer) {
+    double* const from = stage.to + outer * stage.to_plane + lines.growth() * first;
+    if (lines.are_in_place()) {
+      lines.place(from);
+    } else {
+      lines.read_waves(from, lines.growth() * stage.inner, 1, width);
     }
-    product += lines_ * cells_[first_axis_];
-  }
-}
-
-void GridWaves::read(Stage& stage, double* from) {
-  if (stage.lines.are_in_place()) return stage.lines.place(from);
-  stage.lines.read(from, stage.inner, 1, width);
-}
-
-void GridWaves::write(const Stage& stage, double* to) {
-  if (!stage.lines.are_in_place()) stage.lines.write(to, stage.inner, 1, width);
-}
-
-void GridWaves::forward(Stage& stage) {
-  LineWaves& lines = stage.lines;
-  const std::int64_t inner = stage.inner, waves = lines.growth() * inner;
-  for (std::int64_t outer = 0; outer < stage.outer; ++outer) {
-    for (std::int64_t first = 0; first < inner; first += lines.block()) {
-      double* const to = stage.to + outer * stage.to_plane + lines.growth() * first;
-      read(stage, stage.from + outer * stage.from_plane + first);
-      lines.forward();
-      if (!lines.are_in_place()) lines.write_waves(to, waves, 1, width);
-    }
-  }
-}
-
-void GridWaves::backward(Stage& stage) {
-  LineWaves& lines = stage.lines;
-  const std::int64_t inner = stage.inner, waves = lines.growth() * inner;
-  for (std::int64_t outer = 0; outer < stage.outer; ++outer) {
-    for (std::int64_t first = 0; first < inner; first += lines.block()) {
-      double* const from = stage.to + outer * stage.to_plane + lines.growth() * first;
-      if (lines.are_in_place()) {
-        lines.place(from);
-      } else {
-        lines.read_waves(from, waves, 1, width);
-      }
-      lines.backward();
-      write(stage, stage.from + outer * stage.from_plane + first);
-    }
-  }
+    lines.backward();
+    write(stage, lines, stage.from + outer * stage.from_plane + first);
+  });
 }
 
 void GridWaves::multiply_last(Stage& stage, const double* factors, bool have_phases) const {
-  LineWaves& lines = stage.lines;
-  for (std::int64_t first = 0; first < stage.inner; first += lines.block()) {
-    read(stage, stage.from + first);
+  const LineWaves& shape = stage.lines();
+  const std::int64_t of_block =
+      shape.modes() * shape.growth() * shape.block() / (have_phases || !are_complex_ ? 1 : 2);
+  for_each_block(stage, [&](LineWaves& lines, std::int64_t block, std::int64_t first, std::int64_t) {
+    read(stage, lines, stage.from + first);
     lines.forward();
-    lines.multiply(factors, have_phases);
+    lines.multiply(factors + block * of_block, have_phases);
     lines.backward();
-    write(stage, stage.from + first);
-    factors += lines.modes() * lines.growth() * lines.block() / (have_phases || !are_complex_ ? 1 : 2);
-  }
+    write(stage, lines, stage.from + first);
+  });
 }
 
 /// On a grid of one axis.
 void GridWaves::multiply_line(const double* field, const double* factors, bool have_phases, double* product) {
-  if (images_) {
-    images_->read(field, 1, 1, 1);
-    images_->forward();
-    images_->multiply(factors, false);
-    images_->backward();
-    return images_->write(product, 1, 1, 1);
+  FirstLines& own = firsts_.front();
+  if (own.images) {
+    own.images->read(field, 1, 1, 1);
+    own.images->forward();
+    own.images->multiply(factors, false);
+    own.images->backward();
+    return own.images->write(product, 1, 1, 1);
   }
-  ring_->forward(field, complex(first_.get()));
+  own.ring->forward(field, complex(first_.get()));
   for (std::int64_t i = 0; i < modes_[first_axis_]; ++i) {
     complex(first_.get())[i] *=
         have_phases ? std::complex(factors[2 * i], factors[2 * i + 1]) : std::complex(factors[i], 0.0);
   }
-  ring_->backward(complex(first_.get()), product);
+  own.ring->backward(complex(first_.get()), product);
 }
 
 void GridWaves::multiply(std::span<const double> field, const double* factors, bool have_phases,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplies the waves of a field on a grid, in one thread: axis after axis there and back, the last one in blocks of
-// columns that stay in the cache between there and back.
+// Multiplies the waves of a field on a grid: axis after axis there and back, the last one in blocks of columns that stay
+// in the cache between there and back. Blocks are the same by any number of threads, and so are results.
 #pragma once
 
 #include <array>
@@ -10,13 +10,14 @@
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/team.h"
 #include "solve/line_waves.h"
 
 namespace dpde {
 
 class GridWaves {
  public:
-  GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides);
+  GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides, const Team& team = 1);
 
   /// How many factors there are, of which some are of no wave. Two waves of periodic axes are one, the other being its
   /// conjugate.
@@ -33,33 +34,45 @@ class GridWaves {
   void multiply(std::span<const double> field, const double* factors, bool have_phases, std::span<double> product);
 
  private:
+  /// Transforms of a block of lines along the first axis, and of fewer lines, the last ones. Of one thread.
+  struct FirstLines {
+    std::optional<RealFft> ring, fewer;  // it is periodic
+    std::optional<LineWaves> images;     // or bounded
+  };
   /// An axis behind the first, of arrays with rows of `inner` doubles side by side.
   struct Stage {
     std::size_t axis;
-    LineWaves lines;
+    std::vector<LineWaves> of_threads;
     std::int64_t outer, inner;
     double *from = nullptr, *to = nullptr;
     std::int64_t from_plane = 0, to_plane = 0;  // doubles from one of `outer` to the next
+    const LineWaves& lines() const { return of_threads.front(); }
   };
 
   std::size_t number_of(std::int64_t row, std::int64_t along) const;
   void make_first(std::size_t axis, std::int64_t cells, Sides sides);
   void make_stage(std::size_t axis, std::int64_t cells, Sides sides, bool is_last);
+  bool has_images() const { return firsts_.front().images.has_value(); }
+  template <class F>
+  void for_each_block_of_first(const F& f);
   void first_forward(const double* field);
   void first_backward(double* product);
-  static void read(Stage& stage, double* from);
-  static void write(const Stage& stage, double* to);
-  static void forward(Stage& stage);
-  static void backward(Stage& stage);
+  static void read(const Stage& stage, LineWaves& lines, double* from);
+  static void write(const Stage& stage, const LineWaves& lines, double* to);
+  template <class F>
+  void for_each_block(Stage& stage, const F& f) const;
+  void forward(Stage& stage) const;
+  void backward(Stage& stage) const;
   void multiply_last(Stage& stage, const double* factors, bool have_phases) const;
   void multiply_line(const double* field, const double* factors, bool have_phases, double* product);
 
+  Team team_;
   std::array<std::int64_t, 3> cells_, modes_{1, 1, 1};
   std::size_t first_axis_ = 0;
   std::int64_t lines_ = 1, planes_ = 1;     // along the first axis, in each of so many planes
   std::int64_t first_row_ = 0, plane_ = 0;  // doubles of a row and of a plane of its waves, with gaps
-  std::optional<RealFft> ring_;             // the first axis is periodic
-  std::optional<LineWaves> images_;         // or bounded
+  std::int64_t first_block_ = 1;            // lines
+  std::vector<FirstLines> firsts_;          // one a thread
   std::vector<Stage> stages_;
   std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
   bool are_complex_ = false;

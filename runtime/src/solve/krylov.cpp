@@ -4,22 +4,45 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
-double dot(std::span<const double> a, std::span<const double> b) {
-  double lanes[4] = {};
-  const std::size_t whole = a.size() / 4 * 4;
-  for (std::size_t i = 0; i < whole; i += 4) {
-    for (std::size_t l = 0; l < 4; ++l) lanes[l] += a[i + l] * b[i + l];
+namespace {
+
+/// Sums beside one another do not wait for each other.
+double dot_of_part(const double* a, const double* b, std::size_t size) {
+  constexpr std::size_t strands = 16;
+  double sums[strands] = {};
+  const std::size_t whole = size / strands * strands;
+  for (std::size_t i = 0; i < whole; i += strands) {
+#pragma omp simd
+    for (std::size_t k = 0; k < strands; ++k) sums[k] += a[i + k] * b[i + k];
   }
-  for (std::size_t i = whole; i < a.size(); ++i) lanes[0] += a[i] * b[i];
-  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+  for (std::size_t i = whole; i < size; ++i) sums[i - whole] += a[i] * b[i];
+  double sum = 0;
+  for (const double part : sums) sum += part;
+  return sum;
 }
 
-void add_multiple(double c, std::span<const double> x, std::span<double> y) {
-  for (std::size_t i = 0; i < x.size(); ++i) y[i] += c * x[i];
+}  // namespace
+
+double dot(std::span<const double> a, std::span<const double> b, const Team& team) {
+  return sum_of_parts(team, a.size(), [&](std::size_t begin, std::size_t end) {
+    return dot_of_part(a.data() + begin, b.data() + begin, end - begin);
+  });
 }
 
-double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
+void add_multiple(double c, std::span<const double> x, std::span<double> y, const Team& team) {
+  set_each(team, y, [c](double value, double along) { return value + c * along; }, y, x);
+}
+
+double norm(std::span<const double> a, const Team& team) { return std::sqrt(dot(a, a, team)); }
+
+void copy_vector(std::span<const double> from, std::span<double> to, const Team& team) {
+  VectorParts(from.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t) {
+    std::copy(from.data() + begin, from.data() + end, to.data() + begin);
+  });
+}
 
 void Iterations::resize(std::size_t size) {
   for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_, &best_}) *vector = Numbers(size);
@@ -27,7 +50,7 @@ void Iterations::resize(std::size_t size) {
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {
   multiply_(x, r_);
-  for (std::size_t i = 0; i < b.size(); ++i) r_[i] = b[i] - r_[i];
+  set_each(team_, r_, [](double right, double image) { return right - image; }, b, r_);
 }
 
 IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
@@ -42,14 +65,14 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     precondition_(r_, z_);
     const double next = dot(r_, z_), weight = product == 0 ? 0 : next / product;
     product = next;
-    for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = z_[i] + weight * p_[i];
+    set_each(team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
     multiply_(p_, q_);
     const double curvature = dot(p_, q_);
     if (sign == 0) sign = curvature < 0 ? -1 : 1;
     report.is_indefinite = !(curvature * sign > 0) || !std::isfinite(product / curvature);
     if (report.is_indefinite) return report;
-    add_multiple(product / curvature, p_, x);
-    add_multiple(-product / curvature, q_, r_);
+    add_multiple(product / curvature, p_, x, team_);
+    add_multiple(-product / curvature, q_, r_, team_);
   }
 }
 
@@ -60,7 +83,7 @@ bool Iterations::search() {
   const double rounding = std::sqrt(static_cast<double>(r_.size())) * 0x1p-52, made = norm(z_);
   if (project_) project_(z_, z_);
   if (std::abs(dot(r_, z_)) > rounding * norm(r_) * made) return true;
-  std::copy_n(r_.data(), r_.size(), z_.data());
+  copy_vector(r_, z_, team_);
   return false;
 }
 
@@ -72,7 +95,11 @@ bool Iterations::has_come(std::span<const double> b, std::span<const double> x) 
 
 /// p = z + weight*p, q = A*p; returns (p, q).
 double Iterations::look_along(double weight) {
-  for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = z_[i] + (weight == 0 ? 0 : weight * p_[i]);
+  if (weight == 0) {
+    copy_vector(z_, p_, team_);
+  } else {
+    set_each(team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
+  }
   multiply_(p_, q_);
   return dot(p_, q_);
 }
@@ -97,7 +124,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
     if (gives_up) curvature = 0;  // conjugate gradients from here
     is_searched = is_searched && !gives_up;
     const bool is_useful = is_searched && search();
-    if (!is_searched) std::copy_n(r_.data(), r_.size(), z_.data());
+    if (!is_searched) copy_vector(r_, z_, team_);
     report.unaided += is_useful ? 0 : 1;
     const double weight = curvature == 0 ? 0 : -dot(z_, q_) / curvature;
     curvature = look_along(weight);
@@ -105,7 +132,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
     const auto is_lost = [&] { return !(curvature * (sign == 0 ? curvature : sign) > 0) || !std::isfinite(length); };
     const bool is_turned = is_useful || weight != 0;
     if (is_lost() && is_turned) {  // what is new in z may be no more than rounding, or what is old in p
-      std::copy_n(r_.data(), r_.size(), z_.data());
+      copy_vector(r_, z_, team_);
       report.unaided += is_useful ? 1 : 0;
       curvature = look_along(0);
       length = dot(r_, p_) / curvature;
@@ -113,8 +140,8 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
     report.is_indefinite = is_lost();
     if (report.is_indefinite) return report;
     sign = curvature;
-    add_multiple(length, p_, x);
-    add_multiple(-length, q_, r_);
+    add_multiple(length, p_, x, team_);
+    add_multiple(-length, q_, r_, team_);
   }
 }
 
@@ -123,20 +150,21 @@ bool Iterations::bicgstab_step(std::span<double> x) {
   const double next = dot(first_, r_), beta = next / rho_ * (alpha_ / omega_);
   if (next == 0 || !std::isfinite(beta)) return false;
   rho_ = next;
-  for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = r_[i] + beta * (p_[i] - omega_ * v_[i]);
+  const auto along = [beta, omega = omega_](double r, double p, double v) { return r + beta * (p - omega * v); };
+  set_each(team_, p_, along, r_, p_, v_);
   precondition_(p_, z_);
   multiply_(z_, v_);
   alpha_ = rho_ / dot(first_, v_);
   if (!std::isfinite(alpha_)) return false;
-  for (std::size_t i = 0; i < s_.size(); ++i) s_[i] = r_[i] - alpha_ * v_[i];
-  add_multiple(alpha_, z_, x);
+  set_each(team_, s_, [alpha = alpha_](double r, double v) { return r - alpha * v; }, r_, v_);
+  add_multiple(alpha_, z_, x, team_);
   precondition_(s_, z_);
   multiply_(z_, t_);
   const double length = dot(t_, t_), product = dot(t_, s_);
   omega_ = length == 0 ? 0 : product / length;
   if (!std::isfinite(omega_)) return false;
-  add_multiple(omega_, z_, x);
-  for (std::size_t i = 0; i < r_.size(); ++i) r_[i] = s_[i] - omega_ * t_[i];
+  add_multiple(omega_, z_, x, team_);
+  set_each(team_, r_, [omega = omega_](double s, double t) { return s - omega * t; }, s_, t_);
   return std::isfinite(norm(r_));
 }
 
@@ -144,10 +172,10 @@ bool Iterations::bicgstab_step(std::span<double> x) {
 /// the way: residuals rise before a breakdown, and where rounding of a singular operator is all that is left. Given up
 /// where as many iterations as came before come no nearer.
 void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationReport& report) {
-  std::copy_n(r_.data(), r_.size(), first_.data());
-  std::copy_n(x.data(), x.size(), best_.data());
+  copy_vector(r_, first_, team_);
+  copy_vector(x, best_, team_);
   rho_ = alpha_ = omega_ = 1;
-  for (std::size_t i = 0; i < p_.size(); ++i) p_[i] = v_[i] = 0;
+  for (Numbers* zero : {&p_, &v_}) set_each(team_, *zero, [] { return 0.0; });
   double least = norm(r_);
   for (int made = 0, best = 0; report.iterations < most_ && made - best < std::max(least_patience, best);) {
     if (!bicgstab_step(x)) break;
@@ -157,10 +185,10 @@ void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationR
     if (residual >= least) continue;
     least = residual;
     best = made;
-    std::copy_n(x.data(), x.size(), best_.data());
+    copy_vector(x, best_, team_);
     if (residual <= 0.5 * tolerance_ * size) break;
   }
-  std::copy_n(best_.data(), best_.size(), x.data());
+  copy_vector(best_, x, team_);
 }
 
 IterationReport Iterations::bicgstab(std::span<const double> b, std::span<double> x) {
@@ -171,12 +199,12 @@ IterationReport Iterations::bicgstab(std::span<const double> b, std::span<double
   for (;;) {
     report.converged = report.residual <= tolerance_;
     if (report.converged || report.iterations >= most_) return report;
-    std::copy_n(x.data(), x.size(), q_.data());
+    copy_vector(x, q_, team_);
     const double before = report.residual;
     bicgstab_from_here(size, x, report);
     find_residual(b, x);
     const double now = size == 0 ? norm(r_) : norm(r_) / size;
-    if (!(now < before)) std::copy_n(q_.data(), q_.size(), x.data());
+    if (!(now < before)) copy_vector(q_, x, team_);
     if (!(now < before)) return report;
     report.residual = now;
     if (!(now < 0.5 * before)) {

@@ -6,6 +6,7 @@
 
 #include <span>
 
+#include "dpde/runtime/team.h"
 #include "solve/numbers.h"
 #include "solve/vector_function.h"
 
@@ -21,24 +22,27 @@ struct IterationReport {
 /// Iterations that come no nearer before something is given up: as many as GMRES has vectors.
 inline constexpr int least_patience = 40;
 
-double dot(std::span<const double> a, std::span<const double> b);
-double norm(std::span<const double> a);
+/// Of the same bits by any number of threads, as all that is done with vectors here (solve/vector_parts.h).
+double dot(std::span<const double> a, std::span<const double> b, const Team& team = 1);
+double norm(std::span<const double> a, const Team& team = 1);
 /// y += c*x
-void add_multiple(double c, std::span<const double> x, std::span<double> y);
+void add_multiple(double c, std::span<const double> x, std::span<double> y, const Team& team = 1);
+void copy_vector(std::span<const double> from, std::span<double> to, const Team& team = 1);
 
 /// Memory for the vectors of one size. What is found is never further from a solution than what they begin with, and
 /// never a number that is none.
 class Iterations {
  public:
   /// `project` takes from directions of a flexible preconditioner what no image shows; of a regular operator there is
-  /// none.
+  /// none. `team`: of what is done with vectors.
   Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most,
-             VectorFunction project = {})
+             VectorFunction project = {}, const Team& team = 1)
       : multiply_(std::move(multiply)),
         precondition_(std::move(precondition)),
         project_(std::move(project)),
         tolerance_(tolerance),
-        most_(most) {}
+        most_(most),
+        team_(team) {}
 
   void resize(std::size_t size);
   IterationReport cg(std::span<const double> b, std::span<double> x);
@@ -48,6 +52,8 @@ class Iterations {
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
 
  private:
+  double dot(std::span<const double> a, std::span<const double> b) const { return dpde::dot(a, b, team_); }
+  double norm(std::span<const double> a) const { return dpde::norm(a, team_); }
   void find_residual(std::span<const double> b, std::span<const double> x);
   bool search();
   bool has_come(std::span<const double> b, std::span<const double> x);
@@ -58,6 +64,7 @@ class Iterations {
   VectorFunction multiply_, precondition_, project_;
   double tolerance_;
   int most_;
+  Team team_;
   Numbers r_, z_, p_, q_, s_, t_, v_, first_, best_;
   double rho_ = 1, alpha_ = 1, omega_ = 1;  // of BiCGStab
 };

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/team.h"
 #include "fft.h"
 #include "solve/stencil_matrix.h"
 
@@ -17,17 +18,26 @@ namespace dpde {
 class LineSeries {
  public:
   /// Nothing where the operator is none of these, makes 0 of a wave, or the axis lies between two others.
-  static std::optional<LineSeries> of(const StencilMatrix& matrix, double rounding);
+  static std::optional<LineSeries> of(const StencilMatrix& matrix, double rounding, const Team& team = 1);
 
   /// Nothing is allocated; both are aligned as `new` aligns them.
   void divide(std::span<const double> b, std::span<double> x);
 
  private:
-  LineSeries(const RealLines& lines, std::vector<std::complex<double>> factors)
-      : transform_(lines), factors_(std::move(factors)), waves_(factors_.size()) {}
+  /// Of one thread: a block of lines goes there, is divided and goes back while it is in the cache.
+  struct Lines {
+    RealFft block;
+    std::optional<RealFft> fewer;  // of the lines behind whole blocks
+    std::vector<std::complex<double>> waves;
+  };
 
-  RealFft transform_;
-  std::vector<std::complex<double>> factors_, waves_;
+  LineSeries(const RealLines& lines, std::vector<std::complex<double>> factors, const Team& team);
+
+  Team team_;
+  RealLines shape_;
+  std::int64_t block_;  // lines
+  std::vector<std::complex<double>> factors_;
+  std::vector<Lines> of_threads_;
 };
 
 }  // namespace dpde

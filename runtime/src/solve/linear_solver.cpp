@@ -21,7 +21,9 @@
 #include "solve/line_series.h"
 #include "solve/multigrid.h"
 #include "solve/null_space.h"
+#include "solve/sparse_product.h"
 #include "solve/tridiagonal.h"
+#include "solve/vector_parts.h"
 
 namespace dpde {
 
@@ -92,7 +94,8 @@ std::string_view name_of(SolverMethod method) {
 }
 
 struct LinearSolver::Impl {
-  Impl(const StencilMatrix& given, SolveOptions wanted) : options(wanted), null_space(given, wanted.rounding) {
+  Impl(const StencilMatrix& given, SolveOptions wanted, const Team& of)
+      : options(wanted), team(of), null_space(given, wanted.rounding) {
     if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
     const StencilMatrix matrix = null_space.balanced(given);
     rows = rows_of(matrix);
@@ -127,7 +130,9 @@ struct LinearSolver::Impl {
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
   /// What rounding of the entries makes of A*x, over |x|.
   double rounding_of_x() const { return 8 * options.rounding * largest_row; }
-  MultigridOptions cycles(bool are_symmetric) const { return {options.rounding, are_symmetric, options.smoother}; }
+  MultigridOptions cycles(bool are_symmetric) const {
+    return {options.rounding, are_symmetric, options.smoother, team};
+  }
   bool has_steps() const { return iterations || gmres || is_packed; }
   bool is_symmetric() const {
     const Rows difference = rows - Rows(rows.transpose());
@@ -135,6 +140,7 @@ struct LinearSolver::Impl {
   }
 
   SolveOptions options;
+  Team team;
   NullSpace null_space;
   Rows rows;
   Eigen::VectorXd diagonal, image;
@@ -167,8 +173,8 @@ bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
 }
 
 bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
-  fourier = FourierSolver::of(matrix, options.rounding, !null_space.is_empty());
-  if (!fourier && null_space.is_empty()) line_series = LineSeries::of(matrix, options.rounding);
+  fourier = FourierSolver::of(matrix, options.rounding, !null_space.is_empty(), team);
+  if (!fourier && null_space.is_empty()) line_series = LineSeries::of(matrix, options.rounding, team);
   if (!fourier && !line_series) return false;
   method = SolverMethod::fourier;
   if (line_series) {
@@ -189,26 +195,26 @@ void LinearSolver::Impl::make_direct(const StencilMatrix& matrix, const char* wh
 
 void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
-    vector_of(y).noalias() = rows * vector_of(x);
-    if (!null_space.is_empty()) null_space.remove(y);  // what rounding leaves, as in Multigrid::multiply
+    dpde::multiply(rows, x, y, team);
+    if (!null_space.is_empty()) null_space.remove(y, team);  // what rounding leaves, as in Multigrid::multiply
   };
   // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
   VectorFunction project;
   if (!null_space.is_empty() && is_flexible()) {
-    project = [this](std::span<const double>, std::span<double> z) { null_space.remove(z); };
+    project = [this](std::span<const double>, std::span<double> z) { null_space.remove(z, team); };
   } else if (!null_space.is_empty()) {
     precondition = [this, inner = std::move(precondition)](std::span<const double> r, std::span<double> z) {
       inner(r, z);
-      null_space.remove(z);
+      null_space.remove(z, team);
     };
   }
   if (method == SolverMethod::gmres) {
     gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres,
-                  options.rounding, is_flexible(), std::move(project));
+                  options.rounding, is_flexible(), std::move(project), team);
     gmres->resize(right.size());
   } else {
     iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations,
-                       std::move(project));
+                       std::move(project), team);
     iterations->resize(right.size());
   }
 }
@@ -225,7 +231,7 @@ bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod
   reason += ", as the preconditioner of conjugate gradients";
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
                      [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
-                     options.tolerance, options.most_iterations);
+                     options.tolerance, options.most_iterations, VectorFunction(), team);
   iterations->resize(multigrid->size());
   return true;
 }
@@ -267,25 +273,23 @@ bool LinearSolver::Impl::has_incomplete_factors() const {
 }
 
 void LinearSolver::Impl::divide_by_diagonal(std::span<const double> r, std::span<double> z) const {
-  for (std::size_t i = 0; i < r.size(); ++i) {
-    const double d = diagonal[static_cast<Eigen::Index>(i)];
-    z[i] = d == 0 ? r[i] : r[i] / d;
-  }
+  const std::span<const double> divisors(diagonal.data(), r.size());
+  set_each(team, z, [](double value, double d) { return d == 0 ? value : value / d; }, r, divisors);
 }
 
 void LinearSolver::Impl::make_unpreconditioned() {
   reason += ", without a preconditioner, as the scheme says";
-  make_iterations([](std::span<const double> r, std::span<double> z) { std::ranges::copy(r, z.begin()); });
+  make_iterations([this](std::span<const double> r, std::span<double> z) { copy_vector(r, z, team); });
 }
 
 /// Of what the root of its mean square is 1, and times that: so it knows nothing of units.
 void LinearSolver::Impl::search_along(std::span<const double> r, std::span<double> z) const {
-  const double size = norm(r) / std::sqrt(static_cast<double>(r.size()));
-  std::ranges::copy(r, z.begin());
+  const double size = norm(r, team) / std::sqrt(static_cast<double>(r.size()));
+  copy_vector(r, z, team);
   if (search == nullptr || size == 0) return;
-  for (double& value : z) value /= size;
+  set_each(team, z, [size](double value) { return value / size; }, z);
   (*search)(z, z);
-  for (double& value : z) value *= size;
+  multiply_all(z, size, team);
 }
 
 void LinearSolver::Impl::precondition_by_network() {
@@ -359,19 +363,19 @@ void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
   }
 }
 
-LinearSolver::LinearSolver(const StencilMatrix& matrix, SolveOptions options)
-    : impl_(std::make_unique<Impl>(matrix, options)) {}
+LinearSolver::LinearSolver(const StencilMatrix& matrix, SolveOptions options, const Team& team)
+    : impl_(std::make_unique<Impl>(matrix, options, team)) {}
 LinearSolver::~LinearSolver() = default;
 
 /// Of a large residual what A^T makes is small where the residual is what a singular A cannot reach.
 void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, bool has_come,
                                SolveReport& report) {
-  const double size = vector_of(b).norm();
+  const double size = norm(b, team);
   double left = fourier ? fourier->residual(b, x) : is_packed ? multigrid->residual(packed_right, packed_x) : INFINITY;
   if (!(left <= 1e-6 * size)) {
-    image.noalias() = rows * vector_of(x);
-    vector_of(std::span(residual)) = vector_of(b) - image;
-    left = vector_of(std::span<const double>(residual)).norm();
+    dpde::multiply(rows, x, residual, team);
+    set_each(team, residual, [](double right, double made) { return right - made; }, b, residual);
+    left = norm(residual, team);
   }
   report.residual = size == 0 ? left : left / size;
   if (!has_come || left > 1e-6 * size)
@@ -382,7 +386,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
     report.incompatible = report.residual;
     report.residual = size == 0 || left <= 1e-6 * size ? 0 : image.norm() / (largest_row * size);
   }
-  const double by_rounding = size == 0 ? 0 : rounding_of_x() * vector_of(x).norm() / size;
+  const double by_rounding = size == 0 ? 0 : rounding_of_x() * norm(x, team) / size;
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
   report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
@@ -395,8 +399,8 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   fourier ? fourier->divide(b, x) : line_series->divide(b, x);
   SolveReport report{.method = method,
                      .residual = *fourier_residual,
-                     .incompatible = null_space.share_of_mean(b),
-                     .converged = are_finite(x)};
+                     .incompatible = null_space.share_of_mean(b, team),
+                     .converged = are_finite(x, team)};
   if (!report.converged) report.residual = NAN;
   return report;
 }
@@ -411,8 +415,9 @@ void LinearSolver::begin(std::span<const double> b, std::span<const double> gues
   factor.setZero(count, count + 1);  // behind R: Q'*b
   Eigen::MatrixXd& columns = impl_->columns = Eigen::Map<const Eigen::MatrixXd>(guesses.data(), cells, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    impl_->null_space.remove({columns.col(i).data(), x.size()});  // which has no image but by rounding
-    images.col(i).noalias() = impl_->rows * columns.col(i);
+    const std::span<double> column(columns.col(i).data(), x.size()), of_column(images.col(i).data(), x.size());
+    impl_->null_space.remove(column, impl_->team);  // which has no image but by rounding
+    dpde::multiply(impl_->rows, column, of_column, impl_->team);
     const double size = images.col(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
     for (Eigen::Index k = 0; k < i; ++k) {
       factor(k, i) = images.col(k).dot(images.col(i));
@@ -438,15 +443,15 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   Impl& own = *impl_;
   own.search = search;
   if (own.fourier_residual && !(own.fourier && own.fourier->drops_waves())) return own.solve_by_known_waves(b, x);
-  std::ranges::copy(b, own.right.begin());
-  SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right)};
+  copy_vector(b, own.right, own.team);
+  SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right, own.team)};
   IterationReport way{.converged = true};
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
   if (own.line_series) own.line_series->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.has_steps()) way = own.iterate(x);
-  if (!own.fourier) own.null_space.remove(x);  // whose waves have none of it
+  if (!own.fourier) own.null_space.remove(x, own.team);  // whose waves have none of it
   report.iterations = way.iterations;
   report.unaided = way.unaided;
   own.judge(own.right, x, way.converged, report);

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "dpde/runtime/team.h"
 #include "solve/smoother.h"
 #include "solve/stencil_matrix.h"
 #include "solve/vector_function.h"
@@ -47,8 +48,9 @@ struct SolveReport {
 
 class LinearSolver {
  public:
+  /// Results have the same bits by any number of threads.
   /// \throws dpde::Error where the method does not fit the operator: why.
-  LinearSolver(const StencilMatrix& matrix, SolveOptions options);
+  LinearSolver(const StencilMatrix& matrix, SolveOptions options, const Team& team = 1);
   ~LinearSolver();
 
   /// Nothing is allocated. `x`: the first guess of methods that have one. `search`: where a network preconditions, what

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solve/finite.h"
+#include "solve/vector_parts.h"
 
 namespace dpde {
 namespace {
@@ -38,15 +39,10 @@ void Multigrid::descend(std::size_t level, const double* b, double* x) {
 void Multigrid::multiply(std::span<const double> x, std::span<double> y) const {
   levels_.front().multiply(x.data(), y.data());
   if (singular_cells_ > 0) {
-    const double sum = sums_of(y).sum;  // the rooms of images are 0
+    const double sum = sums_of(y, team_).sum;  // the rooms of images are 0
     levels_.front().subtract(sum / static_cast<double>(singular_cells_), y.data());
   }
-  for (const std::vector<std::uint32_t>& part : singular_parts_) {
-    double sum = 0;
-    for (const std::uint32_t place : part) sum += y[place];
-    const double mean = sum / static_cast<double>(part.size());
-    for (const std::uint32_t place : part) y[place] -= mean;
-  }
+  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, y, part);
 }
 
 void Multigrid::know_null_space(const NullSpace& null_space) {
@@ -58,7 +54,7 @@ void Multigrid::know_null_space(const NullSpace& null_space) {
   }
 }
 
-double Multigrid::residual(std::span<const double> b, std::span<const double> x) const {
+double Multigrid::residual(std::span<const double> b, std::span<const double> x) {
   return std::sqrt(levels_.front().squared_residual(b.data(), x.data()));
 }
 
@@ -66,14 +62,14 @@ double Multigrid::residual(std::span<const double> b, std::span<const double> x)
 IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding,
                                    int most) {
   CycleLevel& finest = levels_.front();
-  const double size = norm(b);
+  const double size = norm(b, team_);
   IterationReport report;
   double squares = finest.squared_residual(b.data(), x.data()), rate = usual_rate;
   for (bool has_descended = false;; ++report.iterations) {
     const double left = std::sqrt(squares);
     report.residual = size == 0 ? left : left / size;
     const bool is_near = report.residual <= 1e-7;  // before, |x| need not be known
-    report.converged = report.residual <= tolerance || (is_near && left <= rounding * norm(x));
+    report.converged = report.residual <= tolerance || (is_near && left <= rounding * norm(x, team_));
     if (report.converged || report.iterations == most || !std::isfinite(report.residual)) return report;
     if (levels_.size() == 1) {
       descend(0, b.data(), x.data());

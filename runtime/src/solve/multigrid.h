@@ -30,6 +30,7 @@ struct MultigridOptions {
   double rounding = 0x1p-52;  // as in SolveOptions
   bool is_symmetric = false;  // to precondition CG
   SmootherKind smoother = SmootherKind::automatic;
+  Team team = 1;
 };
 
 class Multigrid {
@@ -53,7 +54,7 @@ class Multigrid {
   /// Without what rounding leaves of the null space in the image: residuals that are carried along would keep it, as no
   /// correction takes it away, until it hides the rest.
   void multiply(std::span<const double> x, std::span<double> y) const;
-  double residual(std::span<const double> b, std::span<const double> x) const;  // |b - A*x|
+  double residual(std::span<const double> b, std::span<const double> x);  // |b - A*x|
   SmootherKind smoother() const { return smoother_; }
   int levels() const { return static_cast<int>(levels_.size()); }
 
@@ -63,6 +64,7 @@ class Multigrid {
   void know_null_space(const NullSpace& null_space);
   void descend(std::size_t level, const double* b, double* x);
 
+  Team team_;
   std::vector<CycleLevel> levels_;
   std::optional<SymmetricFactors> coarsest_;
   std::vector<double> coarsest_b_, coarsest_x_;

@@ -153,6 +153,7 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, con
     for (double& share : levels.front().share) share *= over_correction;
   }
   Multigrid result;
+  result.team_ = options.team;
   result.sign_ = sign;
   result.is_symmetric_ = options.is_symmetric;
   result.smoother_ = options.smoother;
@@ -164,7 +165,7 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, con
   result.coarsest_b_.assign(levels.back().size(), 0.0);
   result.coarsest_x_ = result.coarsest_b_;
   for (const MultigridLevel& level : levels) {
-    CycleLevel& packed = result.levels_.emplace_back(level, options.is_symmetric, result.smoother_);
+    CycleLevel& packed = result.levels_.emplace_back(level, options.is_symmetric, result.smoother_, options.team);
     if (result.levels_.size() == 1) continue;
     packed.b = Numbers(packed.size());
     packed.x = Numbers(packed.size());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/null_space.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "solve/finite.h"
+#include "solve/vector_parts.h"
 
 namespace dpde {
 namespace {
@@ -87,27 +87,24 @@ StencilMatrix NullSpace::balanced(StencilMatrix matrix) const {
   return matrix;
 }
 
-double NullSpace::share_of_mean(std::span<const double> values) const {
+double NullSpace::share_of_mean(std::span<const double> values, const Team& team) const {
   if (parts_.empty()) return 0;
-  const auto [sum, squares] = sums_of(values);
+  const auto [sum, squares] = sums_of(values, team);
   return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * static_cast<double>(values.size()));
 }
 
-double NullSpace::remove(std::span<double> values) const {
+double NullSpace::remove(std::span<double> values, const Team& team) const {
   if (parts_.empty()) return 0;
   if (parts_.front().size() == values.size()) {
-    Eigen::Map<Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
-    const double share = share_of_mean(values);
-    all -= all.mean();
-    return share;
+    const auto [sum, squares] = sums_of(values, team);
+    const double count = static_cast<double>(values.size()), mean = sum / count;
+    set_each(team, values, [mean](double value) { return value - mean; }, values);
+    return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * count);
   }
-  double whole = 0, removed = 0;
-  for (const double value : values) whole += value * value;
+  const double whole = sums_of(values, team).squares;
+  double removed = 0;
   for (const std::vector<std::uint32_t>& part : parts_) {
-    double sum = 0;
-    for (const std::uint32_t cell : part) sum += values[cell];
-    const double mean = sum / static_cast<double>(part.size());
-    for (const std::uint32_t cell : part) values[cell] -= mean;
+    const double mean = remove_mean(team, values, part);
     removed += mean * mean * static_cast<double>(part.size());
   }
   return whole == 0 ? 0 : std::sqrt(removed / whole);

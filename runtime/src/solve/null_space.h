@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/team.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -18,9 +19,9 @@ class NullSpace {
   NullSpace(const StencilMatrix& matrix, double rounding);
 
   /// Takes the mean over each singular part away; |what is taken|/|values|.
-  double remove(std::span<double> values) const;
+  double remove(std::span<double> values, const Team& team = 1) const;
   /// That |what is taken|/|values|, where it is a mean over all cells; they stay.
-  double share_of_mean(std::span<const double> values) const;
+  double share_of_mean(std::span<const double> values, const Team& team = 1) const;
 
   /// The matrix without what rounding left of the sums of rows in the singular parts.
   StencilMatrix balanced(StencilMatrix matrix) const;

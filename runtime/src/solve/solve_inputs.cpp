@@ -6,8 +6,24 @@
 #include <utility>
 
 #include "real.h"
+#include "solve/vector_parts.h"
 
 namespace dpde {
+namespace {
+
+/// f(element of a field, number of the cell) of the first cell of each row.
+template <class F>
+void for_each_row(const dpde_layout& layout, const Team& team, const F& f) {
+  const std::int64_t rows = layout.cells[1] * layout.cells[2], parts = std::min(rows, VectorParts::most);
+  const auto some = [&](std::int64_t part, int = 0) {
+    for (std::int64_t row = rows * part / parts; row < rows * (part + 1) / parts; ++row)
+      f(row % layout.cells[1] * layout.stride[1] + row / layout.cells[1] * layout.stride[2], row * layout.cells[0]);
+  };
+  if (cells_of(layout) >= VectorParts::least_shared) return team.run(parts, some);
+  for (std::int64_t part = 0; part < parts; ++part) some(part);
+}
+
+}  // namespace
 
 dpde_layout with_three_axes(dpde_layout layout) {
   for (int axis = layout.rank; axis < 3; ++axis) layout.cells[axis] = 1;
@@ -34,35 +50,27 @@ std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& la
   return periodic;
 }
 
-void read_cells(const dpde_layout& layout, const void* base, std::span<double> values) {
+void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team) {
   with_real(layout.real, [&](auto real) {
-    const auto* cells = static_cast<const decltype(real)*>(base);
-    auto to = values.begin();
-    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
-        const auto* row = cells + y * layout.stride[1] + z * layout.stride[2];
-        to = std::copy_n(row, layout.cells[0], to);
-      }
-    }
+    const auto* const cells = static_cast<const decltype(real)*>(base);
+    for_each_row(layout, team, [&](std::int64_t at, std::int64_t first) {
+      std::copy_n(cells + at, layout.cells[0], values.begin() + first);
+    });
   });
 }
 
-void write_cells(const dpde_layout& layout, void* base, std::span<const double> values) {
+void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team) {
   with_real(layout.real, [&](auto real) {
     using Real = decltype(real);
-    auto* cells = static_cast<Real*>(base);
-    const double* from = values.data();
-    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
-        Real* row = cells + y * layout.stride[1] + z * layout.stride[2];
-        if constexpr (std::is_same_v<Real, double>) {
-          std::copy_n(from, layout.cells[0], row);
-        } else {
-          for (std::int64_t x = 0; x < layout.cells[0]; ++x) row[x] = static_cast<Real>(from[x]);
-        }
-        from += layout.cells[0];
+    auto* const cells = static_cast<Real*>(base);
+    for_each_row(layout, team, [&](std::int64_t at, std::int64_t first) {
+      const double* const from = values.data() + first;
+      if constexpr (std::is_same_v<Real, double>) {
+        std::copy_n(from, layout.cells[0], cells + at);
+      } else {
+        for (std::int64_t x = 0; x < layout.cells[0]; ++x) cells[at + x] = static_cast<Real>(from[x]);
       }
-    }
+    });
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
@@ -21,9 +22,9 @@ double rounding_of(const dpde_layout& layout);
 /// Periodic where a fill of the operator says so: that of an unknown, or any other.
 std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout);
 
-/// The interior, x fastest. `base` points at the cell (0,0,0).
-void read_cells(const dpde_layout& layout, const void* base, std::span<double> values);
-void write_cells(const dpde_layout& layout, void* base, std::span<const double> values);
+/// The interior, x fastest, by a team where it is large. `base` points at the cell (0,0,0).
+void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team = 1);
+void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team = 1);
 
 /// Coefficients and parameters that an operator was seen with.
 class SolveInputs {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dpde/runtime/solve_note.h"
+#include "dpde/runtime/team.h"
 #include "solve/linear_solver.h"
 
 namespace dpde {
@@ -18,7 +19,7 @@ class SolverStore {
  public:
   /// It stays as long as somebody holds it.
   /// \throws dpde::Error as LinearSolver does.
-  std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options);
+  std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options, const Team& team);
 
  private:
   struct Kept {
@@ -32,17 +33,21 @@ class SolverStore {
 /// Of one program.
 class SolverShelf {
  public:
-  explicit SolverShelf(std::shared_ptr<SolverStore> store = std::make_shared<SolverStore>())
-      : store_(std::move(store)) {}
+  /// `team`: of the program, which solves share their work among.
+  explicit SolverShelf(const Team& team = 1, std::shared_ptr<SolverStore> store = std::make_shared<SolverStore>())
+      : team_(team), store_(std::move(store)) {}
+
+  const Team& team() const { return team_; }
 
   std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options) {
-    return store_->solver_of(matrix, options);
+    return store_->solver_of(matrix, options, team_);
   }
   /// Of a solve of the program: it stays where it is.
   SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }
   std::deque<SolveNote>& notes() { return notes_; }
 
  private:
+  Team team_;
   std::shared_ptr<SolverStore> store_;
   std::deque<SolveNote> notes_;
 };

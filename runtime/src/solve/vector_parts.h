@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops over vectors in parts, by the threads of a team where there are enough numbers. Where a part ends depends on
+// the length alone, and sums add what parts make in their order: results have the same bits by any number of threads.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "dpde/runtime/team.h"
+
+namespace dpde {
+
+class VectorParts {
+ public:
+  /// Fewer numbers are done sooner by one thread (10 us) than shared.
+  static constexpr std::size_t least_shared = 32 * 1024;
+  static constexpr std::int64_t most = 64;
+
+  explicit VectorParts(std::size_t size) : size_(size) {
+    const std::size_t length = (size + most - 1) / most;
+    length_ = std::max<std::size_t>(4096, (length + 15) / 16 * 16);  // whole lines of the cache
+  }
+  std::int64_t count() const { return static_cast<std::int64_t>((size_ + length_ - 1) / length_); }
+
+  /// f(first number, the one behind the last, part) of each part.
+  template <class F>
+  void for_each(const Team& team, const F& f) const {
+    const auto one = [&](std::int64_t part, int = 0) {
+      const std::size_t begin = static_cast<std::size_t>(part) * length_;
+      f(begin, std::min(begin + length_, size_), part);
+    };
+    if (size_ >= least_shared) return team.run(count(), one);
+    for (std::int64_t part = 0; part < count(); ++part) one(part);
+  }
+
+ private:
+  std::size_t size_, length_;
+};
+
+/// to_i = f(the numbers i of `from`), which may be `to`.
+template <class F, class... From>
+void set_each(const Team& team, std::span<double> to, const F& f, const From&... from) {
+  const auto one = [&](std::size_t begin, std::size_t end, double* result, const auto*... values) {
+#pragma omp simd
+    for (std::size_t i = begin; i < end; ++i) result[i] = f(values[i]...);
+  };
+  VectorParts(to.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t) {
+    one(begin, end, to.data(), std::span<const double>(from).data()...);
+  });
+}
+
+/// The sum of f(first number, the one behind the last) over the parts.
+template <class F>
+double sum_of_parts(const Team& team, std::size_t size, const F& f) {
+  std::array<double, VectorParts::most> made;
+  const VectorParts parts(size);
+  parts.for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t part) {
+    made[static_cast<std::size_t>(part)] = f(begin, end);
+  });
+  double sum = 0;
+  for (std::int64_t part = 0; part < parts.count(); ++part) sum += made[static_cast<std::size_t>(part)];
+  return sum;
+}
+
+/// Takes the mean of some of the numbers away from these, and returns it.
+inline double remove_mean(const Team& team, std::span<double> values, std::span<const std::uint32_t> numbers) {
+  const double sum = sum_of_parts(team, numbers.size(), [&](std::size_t begin, std::size_t end) {
+    double of_part = 0;
+    for (const std::uint32_t number : numbers.subspan(begin, end - begin)) of_part += values[number];
+    return of_part;
+  });
+  const double mean = sum / static_cast<double>(numbers.size());
+  VectorParts(numbers.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t) {
+    for (const std::uint32_t number : numbers.subspan(begin, end - begin)) values[number] -= mean;
+  });
+  return mean;
+}
+
+}  // namespace dpde

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves by several threads have the bits of one: each method on grids of one to three axes, with rings and walls.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "allocations.h"
+#include "dpde/runtime/error.h"
+#include "solve/finite.h"
+#include "solve/krylov.h"
+#include "solve/linear_solver.h"
+#include "solve/multigrid.h"
+#include "solve_operators.h"
+
+
+namespace dpde {
+
+using namespace test;
+
+namespace {
+
+constexpr auto ring = std::pair(Wall::periodic, Wall::periodic), value = std::pair(Wall::value, Wall::value),
+               slope = std::pair(Wall::slope, Wall::slope), mixed = std::pair(Wall::value, Wall::slope);
+
+struct Case {
+  GridCells cells;
+  std::array<std::pair<Wall, Wall>, 3> walls;
+  Coefficient k;
+  double shift;
+};
+
+/// Of more cells than one thread does alone; around odd rings two neighbours are of one colour, and 5 planes are fewer
+/// than a slab of them has at least.
+std::vector<Case> large_cases() {
+  return {{{40000, 1, 1}, {ring, ring, ring}, uneven, 1},
+          {{200, 176, 1}, {ring, ring, ring}, constant_one, 0},
+          {{200, 176, 1}, {value, slope, ring}, uneven, 0.5},
+          {{183, 181, 1}, {ring, ring, ring}, uneven, 0.5},
+          {{183, 181, 1}, {mixed, slope, ring}, constant_one, 0},
+          {{32, 33, 34}, {ring, slope, ring}, constant_one, 0},
+          {{34, 32, 40}, {value, ring, slope}, uneven, 0},
+          {{90, 80, 5}, {ring, ring, slope}, uneven, 1}};
+}
+
+std::string words_on(const Case& given) {
+  return fmt::format("{} x {} x {}", given.cells[0], given.cells[1], given.cells[2]);
+}
+
+/// Nothing where the method does not fit.
+std::optional<std::vector<double>> solved(const StencilMatrix& matrix, const SolveOptions& options, int threads) {
+  std::optional<LinearSolver> solver;
+  try {
+    solver.emplace(matrix, options, Team(threads));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  const std::vector<double> b = arbitrary_values(matrix.size(), 3);
+  std::vector<double> x(b.size(), 0.0);
+  for (int i = 0; i < 2; ++i) solver->solve(b, x);  // Fourier series are looked at the first time
+  const SolveReport report = solver->solve(b, x);
+  x.insert(x.end(), {report.residual, report.incompatible, static_cast<double>(report.iterations)});
+  return x;
+}
+
+TEST(SolvesByTeams, HaveTheBitsOfOneThread) {
+  int compared = 0;
+  for (const Case& given : large_cases()) {
+    const StencilMatrix matrix = diffusion(given.cells, given.walls, given.shift, given.k);
+    for (const SolverMethod method : {SolverMethod::tridiagonal, SolverMethod::fourier, SolverMethod::multigrid,
+                                      SolverMethod::cg, SolverMethod::bicgstab, SolverMethod::gmres}) {
+      for (const Preconditioning preconditioning : {Preconditioning::automatic, Preconditioning::none}) {
+        const bool has_one = method >= SolverMethod::cg;
+        if (!has_one && preconditioning == Preconditioning::none) continue;
+        const SolveOptions options{
+            .method = method, .tolerance = 1e-4, .most_iterations = 8, .preconditioning = preconditioning};
+        const auto alone = solved(matrix, options, 1);
+        if (!alone) continue;
+        for (const int threads : {2, 3})
+          EXPECT_EQ(solved(matrix, options, threads), alone) << words_on(given) << " " << name_of(method);
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GE(compared, 48);
+}
+
+TEST(SolvesByTeams, CyclesHaveTheBitsOfOneThread) {
+  for (const Case& given : large_cases()) {
+    const StencilMatrix matrix = diffusion(given.cells, given.walls, given.shift, given.k);
+    for (const SmootherKind smoother : {SmootherKind::red_black, SmootherKind::jacobi, SmootherKind::chebyshev}) {
+      for (const bool is_symmetric : {false, true}) {
+        const auto made = [&](int threads) {
+          std::string why;
+          auto multigrid = Multigrid::of(matrix, NullSpace(matrix, 0x1p-52),
+                                         {.is_symmetric = is_symmetric, .smoother = smoother, .team = threads}, why);
+          std::vector<double> b = arbitrary_values(matrix.size(), 5);
+          Numbers right(multigrid->size()), x(multigrid->size());
+          multigrid->pack_right(b, right);
+          if (is_symmetric) {
+            multigrid->cycle(right, x);
+          } else {
+            multigrid->iterate(right, x, 1e-12, 0, 3);
+          }
+          multigrid->unpack(x, b);
+          return b;
+        };
+        const std::vector<double> alone = made(1);
+        for (const int threads : {2, 3, 5}) EXPECT_EQ(made(threads), alone) << words_on(given);
+      }
+    }
+  }
+}
+
+/// Lines that differ from one another, along each axis.
+TEST(SolvesByTeams, LinesHaveTheBitsOfOneThread) {
+  for (const auto& [cells, axis] :
+       {std::pair<GridCells, std::size_t>{{255, 170, 1}, 0}, {{171, 256, 1}, 1}, {{40, 33, 31}, 2}}) {
+    StencilMatrix matrix;
+    matrix.cells = cells;
+    matrix.periodic[axis] = true;
+    const std::int64_t step = axis == 0 ? 1 : axis == 1 ? cells[0] : cells[0] * cells[1];
+    for (const int along : {0, 1, -1}) {
+      matrix.offsets.emplace_back()[axis] = along;
+      std::vector<double>& values = matrix.values.emplace_back();
+      for (std::int64_t cell = 0; cell < matrix.size(); ++cell) {
+        const auto line = static_cast<double>(axis == 0 ? cell / cells[0] : cell % step);
+        values.push_back(along == 0 ? 2 + line : 0.3 * along);
+      }
+    }
+    const auto alone = solved(matrix, {.method = SolverMethod::fourier}, 1);
+    ASSERT_TRUE(alone);
+    for (const int threads : {2, 3}) EXPECT_EQ(solved(matrix, {.method = SolverMethod::fourier}, threads), alone);
+  }
+}
+
+/// Lengths around those of parts.
+TEST(SolvesByTeams, SumsHaveTheBitsOfOneThread) {
+  for (const std::int64_t size : {0, 1, 15, 4095, 4096, 4097, 32767, 32768, 50001, 300001}) {
+    const std::vector<double> a = arbitrary_values(size, 1), b = arbitrary_values(size, 2);
+    for (const int threads : {2, 3}) {
+      const Team team(threads);
+      EXPECT_EQ(dot(a, b, team), dot(a, b)) << size;
+      EXPECT_EQ(sums_of(a, team).sum, sums_of(a).sum) << size;
+      EXPECT_EQ(factor_into_range(a, team), 1) << size;
+      std::vector<double> sum = b;
+      add_multiple(0.5, a, sum, team);
+      for (std::size_t i = 0; i < sum.size(); ++i) ASSERT_EQ(sum[i], b[i] + 0.5 * a[i]) << size;
+      EXPECT_TRUE(are_finite(a, team)) << size;
+      if (size == 0) continue;
+      std::vector<double> broken = a;
+      broken.back() = NAN;
+      EXPECT_FALSE(are_finite(broken, team)) << size;
+      EXPECT_EQ(factor_into_range(broken, team), 0) << size;
+    }
+  }
+}
+
+TEST(SolvesByTeams, NothingIsAllocatedInASolve) {
+  const StencilMatrix matrix = diffusion({200, 176, 1}, {ring, ring, ring}, 0.5, constant_one);
+  const std::vector<double> b = arbitrary_values(matrix.size(), 7);
+  for (const SolverMethod method : {SolverMethod::fourier, SolverMethod::cg, SolverMethod::multigrid}) {
+    LinearSolver solver(matrix, {.method = method, .tolerance = 1e-8}, Team(2));
+    std::vector<double> x(b.size(), 0.0);
+    solver.solve(b, x);  // threads begin
+    const long before = allocations();
+    EXPECT_TRUE(solver.solve(b, x).converged);
+    EXPECT_EQ(allocations(), before) << name_of(method);
+  }
+}
+
+}  // namespace
+}  // namespace dpde
