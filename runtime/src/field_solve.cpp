@@ -249,8 +249,7 @@ SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
 void FieldSolve::read_guesses(void* const* fields) {
   const std::size_t cells = right_.size();
   for (std::size_t i = 0; i * cells < guesses_.size(); ++i)
-    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells),
-               shelf_->team());
+    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells), shelf_->team());
 }
 
 void FieldSolve::begin() {

@@ -8,11 +8,12 @@
 #include "dpde/runtime/layout.h"
 #include "fft.h"
 #include "real.h"
+#include "solve/vector_parts.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t least_cells_of_team = 16 * 1024, lines_at_once = 8;
+constexpr int64_t lines_at_once = 8;
 
 std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
   return {1, lengths[0], lengths[0] * lengths[1]};

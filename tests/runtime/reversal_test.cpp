@@ -9,7 +9,7 @@ namespace dpde {
 namespace {
 
 /// States that are their own numbers.
-struct Numbers {
+struct NumberedStates {
   std::deque<int> values;
   std::deque<StateBuffer> buffers;
 
@@ -27,21 +27,21 @@ TEST(Reversal, ComesToEachLegWithTheStateItBeginsWith) {
     for (int slots = 1; slots <= 8; ++slots) {
       SCOPED_TRACE(testing::Message() << legs << " legs, " << slots << " slots");
       Reversal reversal(legs, slots);
-      Numbers spare;
+      NumberedStates spare;
       const auto buffer = [&](int i) -> const StateBuffer& { return spare(i); };
       for (int turn = 0; turn < 2; ++turn) {
         int first = 0, advanced = 0, left = legs;
         const auto advance = [&](int leg, const StateBuffer& from, const StateBuffer& to) {
           EXPECT_NE(&from, &to);
-          EXPECT_EQ(Numbers::of(from), leg);
-          Numbers::of(to) = leg + 1;
+          EXPECT_EQ(NumberedStates::of(from), leg);
+          NumberedStates::of(to) = leg + 1;
           ++advanced;
           return true;
         };
         const auto reverse = [&](int leg, const StateBuffer& state) {
           EXPECT_EQ(leg, --left);
-          Numbers::of(reversal.unused(buffer)) = -1;
-          EXPECT_EQ(Numbers::of(state), leg);
+          NumberedStates::of(reversal.unused(buffer)) = -1;
+          EXPECT_EQ(NumberedStates::of(state), leg);
           return true;
         };
         EXPECT_TRUE(reversal.run({&first}, buffer, advance, reverse));
@@ -56,7 +56,7 @@ TEST(Reversal, ComesToEachLegWithTheStateItBeginsWith) {
 
 TEST(Reversal, StopsWhereItIsTold) {
   Reversal reversal(9, 3);
-  Numbers spare;
+  NumberedStates spare;
   int first = 0, calls = 0;
   const auto buffer = [&](int i) -> const StateBuffer& { return spare(i); };
   const auto advance = [&](int, const StateBuffer&, const StateBuffer&) { return true; };

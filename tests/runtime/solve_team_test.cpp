@@ -15,7 +15,6 @@
 #include "solve/multigrid.h"
 #include "solve_operators.h"
 
-
 namespace dpde {
 
 using namespace test;
@@ -25,7 +24,7 @@ namespace {
 constexpr auto ring = std::pair(Wall::periodic, Wall::periodic), value = std::pair(Wall::value, Wall::value),
                slope = std::pair(Wall::slope, Wall::slope), mixed = std::pair(Wall::value, Wall::slope);
 
-struct Case {
+struct SharedCase {
   GridCells cells;
   std::array<std::pair<Wall, Wall>, 3> walls;
   Coefficient k;
@@ -34,18 +33,14 @@ struct Case {
 
 /// Of more cells than one thread does alone; around odd rings two neighbours are of one colour, and 5 planes are fewer
 /// than a slab of them has at least.
-std::vector<Case> large_cases() {
-  return {{{40000, 1, 1}, {ring, ring, ring}, uneven, 1},
-          {{200, 176, 1}, {ring, ring, ring}, constant_one, 0},
-          {{200, 176, 1}, {value, slope, ring}, uneven, 0.5},
-          {{183, 181, 1}, {ring, ring, ring}, uneven, 0.5},
-          {{183, 181, 1}, {mixed, slope, ring}, constant_one, 0},
-          {{32, 33, 34}, {ring, slope, ring}, constant_one, 0},
-          {{34, 32, 40}, {value, ring, slope}, uneven, 0},
-          {{90, 80, 5}, {ring, ring, slope}, uneven, 1}};
+std::vector<SharedCase> large_cases() {
+  return {{{40000, 1, 1}, {ring, ring, ring}, uneven, 1},         {{200, 176, 1}, {ring, ring, ring}, constant_one, 0},
+          {{200, 176, 1}, {value, slope, ring}, uneven, 0.5},     {{183, 181, 1}, {ring, ring, ring}, uneven, 0.5},
+          {{183, 181, 1}, {mixed, slope, ring}, constant_one, 0}, {{32, 33, 34}, {ring, slope, ring}, constant_one, 0},
+          {{34, 32, 40}, {value, ring, slope}, uneven, 0},        {{90, 80, 5}, {ring, ring, slope}, uneven, 1}};
 }
 
-std::string words_on(const Case& given) {
+std::string words_on(const SharedCase& given) {
   return fmt::format("{} x {} x {}", given.cells[0], given.cells[1], given.cells[2]);
 }
 
@@ -67,7 +62,7 @@ std::optional<std::vector<double>> solved(const StencilMatrix& matrix, const Sol
 
 TEST(SolvesByTeams, HaveTheBitsOfOneThread) {
   int compared = 0;
-  for (const Case& given : large_cases()) {
+  for (const SharedCase& given : large_cases()) {
     const StencilMatrix matrix = diffusion(given.cells, given.walls, given.shift, given.k);
     for (const SolverMethod method : {SolverMethod::tridiagonal, SolverMethod::fourier, SolverMethod::multigrid,
                                       SolverMethod::cg, SolverMethod::bicgstab, SolverMethod::gmres}) {
@@ -88,7 +83,7 @@ TEST(SolvesByTeams, HaveTheBitsOfOneThread) {
 }
 
 TEST(SolvesByTeams, CyclesHaveTheBitsOfOneThread) {
-  for (const Case& given : large_cases()) {
+  for (const SharedCase& given : large_cases()) {
     const StencilMatrix matrix = diffusion(given.cells, given.walls, given.shift, given.k);
     for (const SmootherKind smoother : {SmootherKind::red_black, SmootherKind::jacobi, SmootherKind::chebyshev}) {
       for (const bool is_symmetric : {false, true}) {

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
 namespace {
-
-constexpr std::size_t least_cells_of_team = 16 * 1024;
 
 Numbers copy_of(std::span<const double> values) {
   Numbers result(values.size());
@@ -73,7 +73,7 @@ CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherK
   is_outer_ring_ = level.periodic[axes_];
   level_ = level_rows(level);
   residual_ = Numbers(size());
-  if (cell_count() >= least_cells_of_team) team_ = team;
+  if (static_cast<std::int64_t>(cell_count()) >= least_cells_of_team) team_ = team;
   for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
     Scratch& own = scratch_.emplace_back();
     own.halves = Numbers(static_cast<std::size_t>(rows_.stride()));
@@ -170,7 +170,8 @@ void CycleLevel::smooth(int colour, bool is_backwards, const double* b, double* 
 template <class... Stages>
 void CycleLevel::in_turns(const Stages&... stages) const {
   constexpr std::int64_t count = sizeof...(Stages);
-  const std::int64_t outer = cells_[axes_], away = count_of_rows() / outer;  // rows beside one another along that axis
+  const std::int64_t outer = axes_ == 0 ? 1 : cells_[axes_];
+  const std::int64_t away = count_of_rows() / outer;  // from a row to the next one along the last axis
   const std::int64_t slabs = std::clamp<std::int64_t>(outer / (2 * count + 2), 1, team_.threads());
   const auto is_seam = [&](std::int64_t slab) { return is_outer_ring_ || (slab != 0 && slab != slabs); };
   const auto begin_of = [&](std::int64_t slab) { return outer * slab / slabs * away; };
@@ -282,8 +283,8 @@ double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& co
         kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
     close_ring(x, row, half_of(row, red));
   };
-  in_turns([&](const Row& row, int thread) { add_correction(row, thread, black, coarse, x); }, smooth_red, smooth_black, smooth_counted,
-           smooth_black, [&](const Row& row, int) { find_residual(row, b, x); });
+  in_turns([&](const Row& row, int thread) { add_correction(row, thread, black, coarse, x); }, smooth_red, smooth_black,
+           smooth_counted, smooth_black, [&](const Row& row, int) { find_residual(row, b, x); });
   restrict_to(coarse);
   return sum_of_counted();
 }

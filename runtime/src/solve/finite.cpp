@@ -65,7 +65,8 @@ double factor_into_range(std::span<const double> values, const Team& team) {
 
 void multiply_all(std::span<double> values, double factor, const Team& team) {
   if (factor == 1) return;
-  set_each(team, values, [factor](double value) { return factor * value; }, values);
+  set_each(
+      team, values, [factor](double value) { return factor * value; }, values);
 }
 
 Sums sums_of(std::span<const double> values, const Team& team) {

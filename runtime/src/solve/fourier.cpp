@@ -76,7 +76,8 @@ bool FourierSolver::has_walls() const {
 double FourierSolver::drop_waves(std::span<double> b) {
   waves_.multiply(b, dropped_.data(), have_phases_, taken_);
   const double whole = sums_of(b, team_).squares, dropped = sums_of(taken_, team_).squares;
-  set_each(team_, b, [](double value, double taken) { return value - taken; }, b, taken_);
+  set_each(
+      team_, b, [](double value, double taken) { return value - taken; }, b, taken_);
   return whole == 0 ? 0 : std::sqrt(dropped / whole);
 }
 

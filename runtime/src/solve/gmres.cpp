@@ -25,7 +25,8 @@ void Gmres::resize(std::size_t size) {
 double Gmres::find_residual(std::span<const double> b, std::span<const double> x) {
   Numbers& left = basis_.front();
   multiply_(x, left);
-  set_each(team_, left, [](double right, double image) { return right - image; }, b, left);
+  set_each(
+      team_, left, [](double right, double image) { return right - image; }, b, left);
   return norm(left);
 }
 
@@ -63,7 +64,8 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
 
 /// From the residual in the first vector, of the length `left`; how many directions were found.
 int Gmres::make_basis(double left, double enough, int most) {
-  set_each(team_, basis_.front(), [left](double value) { return value / left; }, basis_.front());
+  set_each(
+      team_, basis_.front(), [left](double value) { return value / left; }, basis_.front());
   std::ranges::fill(right_, 0.0);
   right_.front() = left;
   const int limit = std::min(most, restart_);
@@ -105,7 +107,9 @@ bool Gmres::add_direction(std::size_t j) {
   const double left = norm(next);
   const bool is_new = left > nothing_ * size;
   upper(j + 1, j) = is_new ? left : 0;
-  if (is_new) set_each(team_, next, [left](double value) { return value / left; }, next);
+  if (is_new)
+    set_each(
+        team_, next, [left](double value) { return value / left; }, next);
   return is_new;
 }
 

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
 namespace {
 
 constexpr std::int64_t width = LineWaves::width;
 
 constexpr std::int64_t long_row = 2048;
-constexpr std::int64_t least_cells_of_team = 16 * 1024, cells_of_block = 4096;
+constexpr std::int64_t cells_of_block = 4096;
 
 /// Whole blocks, and an odd number of them: the values of a column of so many cells then fall into all places of the
 /// first cache (512^2 cells: 1.10 times the bare transforms, with an even number 1.4). Columns of more do not fit it,
@@ -78,8 +80,7 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
   for (std::size_t later = axis + 1; later < 3; ++later) outer *= cells_[later];
   const std::int64_t inner = size_, in_place = !is_last ? inner : inner % (2 * width) == 0 ? 2 * width : width;
   Stage stage{axis, {}, outer, inner};
-  for (int i = 0; i < team_.threads(); ++i)
-    stage.of_threads.emplace_back(cells, sides, are_complex_, inner, in_place);
+  for (int i = 0; i < team_.threads(); ++i) stage.of_threads.emplace_back(cells, sides, are_complex_, inner, in_place);
   const LineWaves& lines = stage.lines();
   stage.from = stage.to = second_ ? second_.get() : first_.get();
   stage.from_plane = plane_;
@@ -122,8 +123,7 @@ void GridWaves::for_each(
   for (std::int64_t number = 0; number < modes_[0] * modes_[1] * modes_[2]; ++number) {
     const std::array<std::int64_t, 3> mode{number % modes_[0], number / modes_[0] % modes_[1],
                                            number / modes_[0] / modes_[1]};
-    turns[first_axis_] =
-        has_images() ? firsts_.front().images->turns(mode[first_axis_]) : mode[first_axis_];
+    turns[first_axis_] = has_images() ? firsts_.front().images->turns(mode[first_axis_]) : mode[first_axis_];
     for (const Stage& stage : stages_) turns[stage.axis] = stage.lines().turns(mode[stage.axis]);
     f(number_of(number / modes_[first_axis_], mode[first_axis_]), turns);
   }
@@ -203,8 +203,7 @@ void GridWaves::backward(Stage& stage) const {
 
 void GridWaves::multiply_last(Stage& stage, const double* factors, bool have_phases) const {
   const LineWaves& shape = stage.lines();
-  const std::int64_t of_block =
-      shape.modes() * shape.growth() * shape.block() / (have_phases || !are_complex_ ? 1 : 2);
+  const std::int64_t of_block = shape.modes() * shape.growth() * shape.block() / (have_phases || !are_complex_ ? 1 : 2);
   for_each_block(stage, [&](LineWaves& lines, std::int64_t block, std::int64_t first, std::int64_t) {
     read(stage, lines, stage.from + first);
     lines.forward();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplies the waves of a field on a grid: axis after axis there and back, the last one in blocks of columns that stay
-// in the cache between there and back. Blocks are the same by any number of threads, and so are results.
+// Multiplies the waves of a field on a grid: axis after axis there and back, the last one in blocks of columns that
+// stay in the cache between there and back. Blocks are the same by any number of threads, and so are results.
 #pragma once
 
 #include <array>

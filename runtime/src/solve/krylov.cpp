@@ -33,7 +33,8 @@ double dot(std::span<const double> a, std::span<const double> b, const Team& tea
 }
 
 void add_multiple(double c, std::span<const double> x, std::span<double> y, const Team& team) {
-  set_each(team, y, [c](double value, double along) { return value + c * along; }, y, x);
+  set_each(
+      team, y, [c](double value, double along) { return value + c * along; }, y, x);
 }
 
 double norm(std::span<const double> a, const Team& team) { return std::sqrt(dot(a, a, team)); }
@@ -50,7 +51,8 @@ void Iterations::resize(std::size_t size) {
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {
   multiply_(x, r_);
-  set_each(team_, r_, [](double right, double image) { return right - image; }, b, r_);
+  set_each(
+      team_, r_, [](double right, double image) { return right - image; }, b, r_);
 }
 
 IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
@@ -65,7 +67,8 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     precondition_(r_, z_);
     const double next = dot(r_, z_), weight = product == 0 ? 0 : next / product;
     product = next;
-    set_each(team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
+    set_each(
+        team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
     multiply_(p_, q_);
     const double curvature = dot(p_, q_);
     if (sign == 0) sign = curvature < 0 ? -1 : 1;
@@ -98,7 +101,8 @@ double Iterations::look_along(double weight) {
   if (weight == 0) {
     copy_vector(z_, p_, team_);
   } else {
-    set_each(team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
+    set_each(
+        team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
   }
   multiply_(p_, q_);
   return dot(p_, q_);
@@ -156,7 +160,8 @@ bool Iterations::bicgstab_step(std::span<double> x) {
   multiply_(z_, v_);
   alpha_ = rho_ / dot(first_, v_);
   if (!std::isfinite(alpha_)) return false;
-  set_each(team_, s_, [alpha = alpha_](double r, double v) { return r - alpha * v; }, r_, v_);
+  set_each(
+      team_, s_, [alpha = alpha_](double r, double v) { return r - alpha * v; }, r_, v_);
   add_multiple(alpha_, z_, x, team_);
   precondition_(s_, z_);
   multiply_(z_, t_);
@@ -164,7 +169,8 @@ bool Iterations::bicgstab_step(std::span<double> x) {
   omega_ = length == 0 ? 0 : product / length;
   if (!std::isfinite(omega_)) return false;
   add_multiple(omega_, z_, x, team_);
-  set_each(team_, r_, [omega = omega_](double s, double t) { return s - omega * t; }, s_, t_);
+  set_each(
+      team_, r_, [omega = omega_](double s, double t) { return s - omega * t; }, s_, t_);
   return std::isfinite(norm(r_));
 }
 

@@ -6,14 +6,17 @@
 #include <numbers>
 #include <utility>
 
+#include "solve/vector_parts.h"
+
 namespace dpde {
 namespace {
 
 using Complex = std::complex<double>;
 
-constexpr std::int64_t least_cells_of_team = 16 * 1024, lines_at_once = 8;
+constexpr std::int64_t lines_at_once = 8;
 
-/// The lines along `axis`: where cells lie; waves of a line are one behind the other. Nothing where they are no lines of one distance.
+/// The lines along `axis`: where cells lie; waves of a line are one behind the other. Nothing where they are no lines
+/// of one distance.
 std::optional<RealLines> lines_along(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
   std::int64_t before = 1, behind = 1;
   for (std::size_t other = 0; other < 3; ++other) (other < axis ? before : behind) *= other == axis ? 1 : cells[other];

@@ -274,7 +274,8 @@ bool LinearSolver::Impl::has_incomplete_factors() const {
 
 void LinearSolver::Impl::divide_by_diagonal(std::span<const double> r, std::span<double> z) const {
   const std::span<const double> divisors(diagonal.data(), r.size());
-  set_each(team, z, [](double value, double d) { return d == 0 ? value : value / d; }, r, divisors);
+  set_each(
+      team, z, [](double value, double d) { return d == 0 ? value : value / d; }, r, divisors);
 }
 
 void LinearSolver::Impl::make_unpreconditioned() {
@@ -287,7 +288,8 @@ void LinearSolver::Impl::search_along(std::span<const double> r, std::span<doubl
   const double size = norm(r, team) / std::sqrt(static_cast<double>(r.size()));
   copy_vector(r, z, team);
   if (search == nullptr || size == 0) return;
-  set_each(team, z, [size](double value) { return value / size; }, z);
+  set_each(
+      team, z, [size](double value) { return value / size; }, z);
   (*search)(z, z);
   multiply_all(z, size, team);
 }
@@ -374,7 +376,8 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   double left = fourier ? fourier->residual(b, x) : is_packed ? multigrid->residual(packed_right, packed_x) : INFINITY;
   if (!(left <= 1e-6 * size)) {
     dpde::multiply(rows, x, residual, team);
-    set_each(team, residual, [](double right, double made) { return right - made; }, b, residual);
+    set_each(
+        team, residual, [](double right, double made) { return right - made; }, b, residual);
     left = norm(residual, team);
   }
   report.residual = size == 0 ? left : left / size;

@@ -98,7 +98,8 @@ double NullSpace::remove(std::span<double> values, const Team& team) const {
   if (parts_.front().size() == values.size()) {
     const auto [sum, squares] = sums_of(values, team);
     const double count = static_cast<double>(values.size()), mean = sum / count;
-    set_each(team, values, [mean](double value) { return value - mean; }, values);
+    set_each(
+        team, values, [mean](double value) { return value - mean; }, values);
     return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * count);
   }
   const double whole = sums_of(values, team).squares;
