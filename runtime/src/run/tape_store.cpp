@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What networks and linear solves computed in the steps and losses of a gradient is kept for their adjoints, as far as
-// memory goes: of the last runs, which the way back needs first. Steps that are made again fill tapes that are free by
-// then.
+#include "run/tape_store.h"
+
 #include <algorithm>
 #include <functional>
 
 #include "field_solve.h"
 #include "inference.h"
-#include "rollout_impl.h"
 
 namespace dpde {
 namespace {
@@ -17,7 +15,7 @@ namespace {
 // of extent 5, 200 (0.75).
 constexpr int64_t most_bytes = int64_t{256} << 20, most_bytes_in_cache = int64_t{8} << 20, least_products_per_byte = 64;
 
-/// What a program computes and its adjoint would compute again, and how often the gradient runs it.
+/// A network of a pair, or its solves.
 struct Pair {
   int64_t runs, bytes;
   bool pays_in_memory;
@@ -61,46 +59,33 @@ void add_solves(Executor& program, Executor& adjoint, int64_t runs, std::vector<
   pairs.push_back({runs * std::ssize(writers), bytes, true, connect});
 }
 
-void add_pairs(Executor& program, Executor& adjoint, int64_t runs, std::vector<Pair>& pairs) {
-  add_networks(program, adjoint, runs, pairs);
-  add_solves(program, adjoint, runs, pairs);
-}
-
 }  // namespace
 
-/// States come first, since steps cost more than networks and solves: `left` bytes of the budget are there. All pairs
-/// get the same share of their runs.
-void Rollout::Impl::plan_tapes(int64_t left) {
-  if (!setup.checkpoint_folder.empty()) return;         // whose budget is that of a file
-  if (setup.trial != nullptr || setup.follows) return;  // how many runs there will be nobody knows
+void TapeStore::plan(std::span<const ProgramPair> programs, int64_t left, double most_share, bool is_plan) {
   std::vector<Pair> pairs;
-  add_pairs(forward->program.executor, backward->program.executor, last_loss, pairs);
-  for (BoundTerm& term : terms) {
-    if (term.adjoint)
-      add_pairs(term.loss.program.executor, term.adjoint->program.executor,
-                std::ssize(setup.losses[static_cast<size_t>(&term - &terms.front())].at_steps), pairs);
+  for (const ProgramPair& of : programs) {
+    add_networks(of.program, of.adjoint, of.runs, pairs);
+    add_solves(of.program, of.adjoint, of.runs, pairs);
   }
   double wanted = 0;
   for (const Pair& pair : pairs) wanted += static_cast<double>(pair.runs) * static_cast<double>(pair.bytes);
   const bool pays = std::ranges::all_of(pairs, &Pair::pays_in_memory);
-  double share =
-      std::min(1.0, static_cast<double>(std::clamp<int64_t>(left, 0, pays ? most_bytes : most_bytes_in_cache)) /
-                        std::max(wanted, 1.0));
-  if (setup.slots > 0) share = std::min(share, static_cast<double>(setup.slots) / std::max(last_loss, 1));
+  const int64_t room = std::clamp<int64_t>(left, 0, pays ? most_bytes : most_bytes_in_cache);
+  const double share = std::min(std::min(1.0, static_cast<double>(room) / std::max(wanted, 1.0)), most_share);
   for (const Pair& pair : pairs) {
     const auto count = static_cast<int64_t>(share * static_cast<double>(pair.runs));
     if (count == 0) continue;
-    result.tape_bytes += pair.bytes * count;
-    if (purpose == Purpose::plan) continue;
-    pair.connect(tapes.emplace_back(std::make_shared<Tapes>(pair.bytes, count)));
+    bytes_ += pair.bytes * count;
+    if (is_plan) continue;
+    pair.connect(tapes_.emplace_back(std::make_shared<Tapes>(pair.bytes, count)));
   }
 }
 
-void Rollout::Impl::record_tapes(bool on) {
-  result.tapes_used = 0;
-  for (const std::shared_ptr<Tapes>& of_pair : tapes) {
+void TapeStore::record(bool on) {
+  used_ = 0;
+  for (const std::shared_ptr<Tapes>& of_pair : tapes_) {
     of_pair->record(on);
-    result.tapes_used += of_pair->found();
+    used_ += of_pair->found();
   }
 }
 

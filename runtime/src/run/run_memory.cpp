@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/run_memory.h"
+
+#include "aligned_memory.h"
+#include "dpde/runtime/allocation.h"
+#include "dpde/runtime/layout.h"
+
+namespace dpde {
+
+FieldPool RunMemory::pool(const dpde_layout& layout, int64_t count, const std::string& folder) {
+  if (folder.empty()) bytes_ += allocated_bytes(count * FieldPool::stride_of(layout));
+  return is_plan() ? FieldPool() : FieldPool(layout, count, folder);
+}
+
+void RunMemory::add_initial(const dpde_layout& layout, int number) {
+  bytes_ += allocated_bytes(field_bytes(layout) + stagger_of(layout, number));
+}
+
+}  // namespace dpde

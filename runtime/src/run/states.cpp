@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/states.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "dpde/runtime/communicator.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
+
+namespace dpde {
+
+int64_t BufferPlan::fields() const { return std::accumulate(of_state.begin(), of_state.end(), int64_t{0}); }
+
+States::States(const RolloutSetup& setup, RunMemory& memory) : layout_(setup.layout), ranks_(setup.ranks) {
+  if (setup.step == nullptr) throw Error(ErrorKind::run, "a rollout needs a step program");
+  const dpde_program& program = setup.trial != nullptr ? *setup.trial : *setup.step;
+  if (setup.trial != nullptr && (program.sum_count != 1 || !(setup.first_part > 0) || setup.error_order < 1))
+    throw Error(ErrorKind::run, fmt::format("program {} does not estimate the error of its step", program.name));
+  for (int s = 0; s < program.swap_count; ++s) {
+    names_.now.emplace_back(program.fields[program.swaps[s].state]);
+    names_.next.emplace_back(setup.step->fields[setup.step->swaps[s].next]);  // as the adjoint knows them
+    memory.add_initial(layout_, s);
+    if (!memory.is_plan()) initial_.emplace_back(layout_, s);
+  }
+}
+
+void States::allocate(const BufferPlan& plan, RunMemory& memory, const std::string& folder) {
+  pool_ = memory.pool(layout_, plan.fields(), folder);
+  if (memory.is_plan()) return;
+  buffers_.emplace_back();
+  for (Field& field : initial_) buffers_.front().push_back(field.base());
+  int64_t next = 0;
+  for (int64_t b = 0; b < plan.count; ++b) {
+    StateBuffer buffer;
+    for (size_t s = 0; s < count(); ++s)
+      buffer.push_back(b < plan.of_state[s] ? pool_.base(next++) : buffers_[static_cast<size_t>(b - 2)][s]);
+    buffers_.push_back(std::move(buffer));
+  }
+}
+
+int States::index_of(std::string_view name) const {
+  const auto found = std::ranges::find(names_.now, name);
+  return found == names_.now.end() ? -1 : static_cast<int>(found - names_.now.begin());
+}
+
+int States::free_buffer(int kept) const {
+  int number = 1;
+  while (number == current_ || number == kept) ++number;
+  return number;
+}
+
+void States::copy_first() {
+  current_ = 1;
+  for (size_t s = 0; s < count(); ++s) copy_all(layout_, now()[s], first()[s]);
+}
+
+/// Of ranks it is the one whose cell has the smallest number in the whole grid.
+std::optional<Cell> States::find_bad_cell(const void* state, double& value) const {
+  const std::optional<Cell> own = find_not_finite(layout_, state);
+  if (own) value = value_at(layout_, state, *own);
+  if (ranks_ == nullptr) return own;
+  const Cell there = own.value_or(Cell{});
+  const auto [x, y, z] = std::array{there.x + layout_.first[0], there.y + layout_.first[1], there.z + layout_.first[2]};
+  const double number = own ? static_cast<double>((z * layout_.global[1] + y) * layout_.global[0] + x) : INFINITY;
+  const double first = -largest_of(ranks_, -number);
+  if (std::isinf(first)) return std::nullopt;
+  value = first == number ? value : 0;
+  ranks_->sum({&value, 1});
+  const auto cell = static_cast<int64_t>(first), row = cell / layout_.global[0];
+  return Cell{cell % layout_.global[0], row % layout_.global[1], row / layout_.global[1]};
+}
+
+std::optional<BlowUp> States::find_blow_up(int step, double t, const StateBuffer& state) const {
+  for (size_t i = 0; i < state.size(); ++i) {
+    double value = 0;
+    if (const std::optional<Cell> cell = find_bad_cell(state[i], value))
+      return BlowUp{step, t, static_cast<int>(i), *cell, value};
+  }
+  return std::nullopt;
+}
+
+const StateBuffer& PartStates::operator[](int number) {
+  while (buffers_.size() <= static_cast<size_t>(number)) {
+    pools_.emplace_back(layout_, static_cast<int64_t>(states_));
+    StateBuffer& buffer = buffers_.emplace_back();
+    for (size_t s = 0; s < states_; ++s) buffer.push_back(pools_.back().base(static_cast<int64_t>(s)));
+  }
+  return buffers_[static_cast<size_t>(number)];
+}
+
+}  // namespace dpde

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs until steady, and the gradient there by the implicit function theorem: where x = S(x, p) for the step S,
+//
+//   (I - S_x^T)*lambda = x_bar,   p_bar += S_p^T*lambda
+//
+// with x_bar of the losses. The adjoint of one step gives S_x^T*lambda and S_p^T*lambda; the linear system is solved by
+// GMRES, so that no trajectory is stored or gone back. Rates are what the tangent step leaves as they are,
+// v = S_x*v + S_p*p_dot, by the same method. Inside the runtime only.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "run/run_watch.h"
+#include "run/states.h"
+#include "run/step_inputs.h"
+#include "run/stepper.h"
+#include "run/way_back.h"
+#include "solve/krylov.h"
+
+namespace dpde {
+
+class SteadyRun {
+ public:
+  SteadyRun(const RolloutSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, RunWatch& watch);
+
+  /// Of all states but rates, a unit of time.
+  double largest_change(const StateBuffer& from, const StateBuffer& to) const;
+  /// Reads no further than to the first row that is not.
+  bool is_still(const StateBuffer& from, const StateBuffer& to) const;
+  /// The step whose adjoint is that of the steady state.
+  int last_step() const { return std::max(setup_.steps - 1, 0); }
+
+  /// From the initial state; the current one is then where it ends. Nothing when stopped, or where values are not
+  /// finite.
+  /// @throws Unsolved where the steps are not enough.
+  std::optional<Steady> run();
+  /// Whether somebody wanted no more, in the last of these calls.
+  bool was_stopped() const { return was_stopped_; }
+  /// S(x) - x of the current state, all states one behind the other.
+  std::vector<double> unrest();
+  /// The seeds become lambda, unless stopped. To first order the state comes to rest at x + (I - S_x)^-1*(S(x) - x),
+  /// where the loss is larger by lambda*(S(x) - x).
+  SteadyAdjoint solve_adjoint(WayBack& back, std::span<const double> unrest);
+
+ private:
+  bool goes_on(int state, bool is_back);
+  std::optional<Steady> find_rates();
+  bool solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x, bool is_back,
+                         SteadyAdjoint& report);
+
+  const RolloutSetup& setup_;
+  const StepInputs& inputs_;
+  States& states_;
+  Stepper& stepper_;
+  RunWatch& watch_;
+  std::vector<char> is_rate_;  // of each state: see RolloutSetup::rates
+  bool was_stopped_ = false;
+};
+
+}  // namespace dpde
