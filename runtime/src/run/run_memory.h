@@ -2,10 +2,9 @@
 // What a rollout allocates, counted where it is allocated. Inside the runtime only.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dpde/runtime/executor.h"
@@ -25,18 +24,26 @@ class RunMemory {
   /// State `number`, which the caller sets.
   void add_initial(const dpde_layout& layout, int number);
   /// What it holds beside its fields.
-  void add_program(const Executor& executor) { std::ranges::move(executor.memory(), std::back_inserter(owned_)); }
-  void give_back(int64_t bytes) { bytes_ -= bytes; }
+  void add_program(const Executor& executor) { programs_.emplace_back(&executor.program(), executor.memory()); }
+  /// Of a program that is dropped, with so many bytes of pools.
+  void give_back(const dpde_program& program, int64_t bytes) {
+    bytes_ -= bytes;
+    std::erase_if(programs_, [&](const auto& one) { return one.first == &program; });
+  }
 
   /// Of all pools in memory and the initial states.
   int64_t bytes() const { return bytes_; }
   /// Of programs.
-  const std::vector<OwnedMemory>& owned() const { return owned_; }
+  std::vector<OwnedMemory> owned() const {
+    std::vector<OwnedMemory> all;
+    for (const auto& [program, owned] : programs_) all.insert(all.end(), owned.begin(), owned.end());
+    return all;
+  }
 
  private:
   const Purpose purpose_;
   int64_t bytes_ = 0;
-  std::vector<OwnedMemory> owned_;
+  std::vector<std::pair<const dpde_program*, std::vector<OwnedMemory>>> programs_;
 };
 
 }  // namespace dpde

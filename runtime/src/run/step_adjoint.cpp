@@ -41,7 +41,7 @@ StepAdjoint::StepAdjoint(const RolloutSetup& setup, const StepInputs& inputs, St
       bound_(binder.bind_adjoint(*setup.adjoint)) {}
 
 void StepAdjoint::replace(const dpde_program& program, Binder& binder, RunMemory& memory) {
-  memory.give_back(bound_->bytes);
+  memory.give_back(bound_->program.executor.program(), bound_->bytes);
   bound_.reset();
   bound_.emplace(binder.bind_adjoint(program, kept_ ? kept_->names() : std::vector<std::string>()));
 }
