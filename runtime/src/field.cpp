@@ -3,8 +3,6 @@
 #include "dpde/runtime/field.h"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +17,6 @@
 
 namespace dpde {
 namespace {
-
-constexpr int64_t huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_bytes;
 
 void check_length(const dpde_layout& layout, size_t length) {
   if (static_cast<int64_t>(length) == cell_count(layout)) return;
@@ -78,39 +74,15 @@ void copy_row(const From* from, int64_t count, To* to) {
   }
 }
 
-int64_t physical_bytes() { return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE); }
-
 int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 
 }  // namespace
 
-int64_t allocated_bytes(int64_t wanted) {
-  const int64_t whole = wanted >= least_huge_bytes ? huge_page_bytes : page_bytes;
-  return (wanted + whole - 1) / whole * whole;
-}
-
 int64_t bytes_of_field(const dpde_layout& layout) {
   const int64_t own = field_bytes(layout);
-  if (own <= page_bytes || own >= least_huge_bytes) return allocated_bytes(own);
+  if (own <= page_bytes || allocated_bytes(own) - own >= page_bytes) return allocated_bytes(own);
   return own +
          3 * page_bytes / 2;  // the shift, the rest of the last page and what lies before the first: half a page each
-}
-
-char* allocate_bytes(int64_t wanted) {
-  const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes
-                            : wanted > page_bytes      ? page_bytes
-                                                       : line_bytes;
-  const int64_t bytes = allocated_bytes(wanted);
-  // Linux may promise more than there is and kill the process later: refuse what can never fit.
-  void* memory = bytes > physical_bytes()
-                     ? nullptr
-                     : std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
-  if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
-  // Fewer entries of the page table to look up: 1.1 x for sweeps over 4096^2, 1.2 x for RK4 at 1024^2. A wish: it may
-  // fail.
-  if (alignment == huge_page_bytes) madvise(memory, static_cast<size_t>(bytes), MADV_HUGEPAGE);
-  std::memset(memory, 0, static_cast<size_t>(bytes));
-  return static_cast<char*>(memory);
 }
 
 int64_t stagger_of(const dpde_layout& layout, int number) {
@@ -120,9 +92,8 @@ int64_t stagger_of(const dpde_layout& layout, int number) {
 
 Field::Field(const dpde_layout& layout, int number) : layout_(layout) {
   const int64_t stagger = stagger_of(layout, number);
-  char* memory = allocate_bytes(field_bytes(layout) + stagger);
-  memory_.reset(memory);
-  base_ = moved(memory + stagger, layout.origin, real_bytes(layout));
+  memory_ = Buffer(field_bytes(layout) + stagger);
+  base_ = moved(memory_.data() + stagger, layout.origin, real_bytes(layout));
 }
 
 double Field::at(int64_t x, int64_t y, int64_t z) const { return value_at(layout_, base_, {x, y, z}); }

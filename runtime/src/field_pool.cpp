@@ -3,22 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 #include "aligned_memory.h"
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
 
 namespace dpde {
-
-void FieldPool::Free::operator()(char* memory) const {
-  if (mapped > 0) {
-    unmap_file(memory, mapped);
-  } else {
-    std::free(memory);
-  }
-}
 
 int64_t FieldPool::stride_of(const dpde_layout& layout) {
   const int64_t bytes = field_bytes(layout);
@@ -35,8 +25,7 @@ FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string
                 fmt::format("there is no memory for {} fields of {} bytes", count, field_bytes(layout)));
   }
   if (count == 0) return;
-  memory_ = std::unique_ptr<char, Free>(folder.empty() ? allocate_bytes(bytes) : map_file(folder, bytes),
-                                        Free(folder.empty() ? 0 : bytes));
+  memory_ = folder.empty() ? Buffer(bytes) : Buffer(folder, bytes);
 }
 
 int64_t bytes_of_stack(const dpde_layout& layout, int64_t fields, int64_t passes) {

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/buffer.h"
 
 namespace dpde {
 
@@ -16,18 +16,12 @@ class FieldPool {
  public:
   FieldPool() = default;
   FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
-  void* base(int64_t number) const { return memory_.get() + number * stride_ + origin_; }
+  void* base(int64_t number) const { return memory_.data() + number * stride_ + origin_; }
   /// Bytes from one array to the next: shared by all pools of the layout.
   static int64_t stride_of(const dpde_layout& layout);
 
  private:
-  struct Free {
-    Free() : mapped(0) {}
-    explicit Free(int64_t bytes) : mapped(bytes) {}
-    int64_t mapped;  // bytes of a file; 0: of memory
-    void operator()(char* memory) const;
-  };
-  std::unique_ptr<char, Free> memory_;
+  Buffer memory_;
   int64_t stride_ = 0, origin_ = 0;  // bytes
 };
 

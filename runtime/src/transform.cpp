@@ -92,14 +92,14 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
   choose_axes(layout);
   if (waves_.cells[0] * waves_.cells[1] * waves_.cells[2] >= least_cells_of_team) team_ = team;
   make_operands();
-  const auto size = static_cast<std::size_t>(waves_.count() * waves_.length());
+  const int64_t size = 2 * waves_.count() * waves_.length();
   if (before != nullptr && shares_waves_of(*before)) {
-    if (!before->kept_) before->kept_ = std::make_shared<std::vector<Complex>>(size);
+    if (!before->kept_) before->kept_ = std::make_shared<AlignedValues>(size);
     kept_ = before->kept_;
     are_made_before_ = true;
   }
-  if (!is_along_one_axis()) half_way_.assign(size, 0.0);
-  if (operands_.size() > 1) sum_.assign(size, 0.0);
+  if (!is_along_one_axis()) half_way_ = AlignedValues(size);
+  if (operands_.size() > 1) sum_ = AlignedValues(size);
   for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
 }
 
@@ -144,12 +144,11 @@ bool FieldTransform::shares_waves_of(const FieldTransform& before) const {
 }
 
 std::int64_t FieldTransform::bytes() const {
-  std::size_t values = half_way_.size() + sum_.size();
-  if (kept_ && !are_made_before_) values += kept_->size();
-  for (const Lines& lines : lines_) values += lines.waves.size() + lines.real.size() / 2;
-  std::int64_t bytes = static_cast<std::int64_t>(values * sizeof(Complex));
-  for (const Operand& operand : operands_) bytes += operand.multipliers.bytes();
-  return bytes;
+  std::int64_t values = half_way_.count() + sum_.count();
+  if (kept_ && !are_made_before_) values += kept_->count();
+  for (const Lines& lines : lines_) values += static_cast<std::int64_t>(2 * lines.waves.size() + lines.real.size());
+  for (const Operand& operand : operands_) values += operand.multipliers.count();
+  return values * static_cast<std::int64_t>(sizeof(double));
 }
 
 /// Where values are doubles side by side they are transformed from where they are.
@@ -184,7 +183,7 @@ void FieldTransform::first_forward(const Real* from) {
   const LineBegins source(waves_.cells, stride_, first_), target(waves_.modes, dense_strides(waves_.modes), first_);
   team_.run(source.count(), [&](int64_t line, int thread) {
     read_line(from + source.begin(line), lines_[static_cast<std::size_t>(thread)],
-              half_way_.data() + target.begin(line));
+              half_way_.complex() + target.begin(line));
   });
 }
 
@@ -192,7 +191,7 @@ template <class Real>
 void FieldTransform::first_backward(Real* to) {
   const LineBegins source(waves_.modes, dense_strides(waves_.modes), first_), target(waves_.cells, stride_, first_);
   team_.run(source.count(), [&](int64_t line, int thread) {
-    write_line(half_way_.data() + source.begin(line), lines_[static_cast<std::size_t>(thread)],
+    write_line(half_way_.complex() + source.begin(line), lines_[static_cast<std::size_t>(thread)],
                to + target.begin(line));
   });
 }
@@ -203,7 +202,7 @@ void FieldTransform::between(std::size_t axis, bool is_forward) {
   team_.run(Block::count_in(lines.counts[0]) * lines.counts[1], [&](int64_t number, int thread) {
     const Block block(number, lines.counts[0]);
     ComplexFft& fft = lines_[static_cast<std::size_t>(thread)].along(axis, block.lines);
-    Complex* const begin = half_way_.data() + lines.begin(block.line);
+    Complex* const begin = half_way_.complex() + lines.begin(block.line);
     if (is_forward) {
       fft.forward(begin);
     } else {
@@ -216,7 +215,7 @@ template <class Real>
 void FieldTransform::last_forward(const Block& block, const Real* from, Lines& own, Complex* waves) {
   if (!is_along_one_axis()) {
     const LineBegins lines(waves_.modes, dense_strides(waves_.modes), waves_.along);
-    return own.along(waves_.along, block.lines).forward(half_way_.data() + lines.begin(block.line), waves);
+    return own.along(waves_.along, block.lines).forward(half_way_.complex() + lines.begin(block.line), waves);
   }
   const LineBegins lines(waves_.cells, stride_, first_);
   for (int64_t i = 0; i < block.lines; ++i)
@@ -227,7 +226,7 @@ template <class Real>
 void FieldTransform::last_backward(const Block& block, Complex* waves, Lines& own, Real* to) {
   if (!is_along_one_axis()) {
     const LineBegins lines(waves_.modes, dense_strides(waves_.modes), waves_.along);
-    return own.along(waves_.along, block.lines).backward(waves, half_way_.data() + lines.begin(block.line));
+    return own.along(waves_.along, block.lines).backward(waves, half_way_.complex() + lines.begin(block.line));
   }
   const LineBegins lines(waves_.cells, stride_, first_);
   for (int64_t i = 0; i < block.lines; ++i)
@@ -241,9 +240,9 @@ void FieldTransform::multiply_waves(std::size_t number, const Real* from, Real* 
     const Block block(part, side_by_side);
     Lines& own = lines_[static_cast<std::size_t>(thread)];
     const int64_t begin = block.line * waves_.length();
-    Complex* const waves = kept_ ? kept_->data() + begin : own.waves.data();
+    Complex* const waves = kept_ ? kept_->complex() + begin : own.waves.data();
     if (!are_made_before_) last_forward(block, from, own, waves);
-    Complex* const sum = sum_.empty() ? own.waves.data() : sum_.data() + begin;
+    Complex* const sum = !sum_ ? own.waves.data() : sum_.complex() + begin;
     operands_[number].multipliers.multiply(block.line, block.lines, waves, sum, number > 0);
     if (number + 1 == operands_.size()) last_backward(block, sum, own, to);
   });

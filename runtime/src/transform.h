@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "aligned_values.h"
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
 #include "wave_multipliers.h"
@@ -75,10 +76,10 @@ class FieldTransform {
   WaveLines waves_;
   std::array<int64_t, 3> stride_{};
   std::vector<Operand> operands_;
-  std::vector<Complex> half_way_;               // waves along all axes but the last one
-  std::shared_ptr<std::vector<Complex>> kept_;  // all waves, where what runs next shares them
+  AlignedValues half_way_;               // waves along all axes but the last one
+  std::shared_ptr<AlignedValues> kept_;  // all waves, where what runs next shares them
   bool are_made_before_ = false;
-  std::vector<Complex> sum_;  // where there are several operands
+  AlignedValues sum_;         // where there are several operands
   std::vector<Lines> lines_;  // one a thread
 };
 

@@ -54,7 +54,7 @@ WaveMultipliers::WaveMultipliers(const WaveLines& lines, std::vector<const dpde_
     note(term->factor);
   }
   values_.assign(uniforms_.size(), 0.0);
-  multipliers_.assign(static_cast<std::size_t>(lines_.count() * lines_.length() * (are_real_ ? 1 : 2)), 0.0);
+  multipliers_ = AlignedValues(lines_.count() * lines_.length() * (are_real_ ? 1 : 2));
 }
 
 void WaveMultipliers::note(const dpde_symbol& symbol) {
@@ -82,7 +82,7 @@ void WaveMultipliers::update(const double* uniforms, const Team& team) {
   double cells = 1;  // transforms there and back multiply by their number
   for (std::size_t axis = 0; axis < 3; ++axis) cells *= lines_.axes[axis] ? static_cast<double>(lines_.cells[axis]) : 1;
   team.run(lines_.count(), [&](int64_t line, int) {
-    double* to = multipliers_.data() + line * lines_.length() * (are_real_ ? 1 : 2);
+    double* to = multipliers_.get() + line * lines_.length() * (are_real_ ? 1 : 2);
     for (int64_t i = 0; i < lines_.length(); ++i) {
       const Complex multiplier = at(lines_.mode(line, i), uniforms) / cells;
       *to++ = multiplier.real();
@@ -147,7 +147,7 @@ WaveMultipliers::Complex WaveMultipliers::at(const std::array<int64_t, 3>& mode,
 void WaveMultipliers::multiply(int64_t line, int64_t lines, const Complex* waves, Complex* product,
                                bool is_added) const {
   const int64_t first = line * lines_.length(), count = lines * lines_.length();
-  const double* const factors = multipliers_.data() + first * (are_real_ ? 1 : 2);
+  const double* const factors = multipliers_.get() + first * (are_real_ ? 1 : 2);
   const auto* const from = reinterpret_cast<const double*>(waves);
   auto* const to = reinterpret_cast<double*>(product);
   if (are_real_) return (is_added ? multiply_waves<true, true> : multiply_waves<true, false>)(factors, from, count, to);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "aligned_values.h"
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
 
@@ -35,8 +36,8 @@ class WaveMultipliers {
 
   /// They are computed again where their uniforms have changed; nothing is allocated.
   void update(const double* uniforms, const Team& team);
-  /// Of memory.
-  std::int64_t bytes() const { return static_cast<std::int64_t>(multipliers_.size() * sizeof(double)); }
+  /// Of doubles.
+  std::int64_t count() const { return multipliers_.count(); }
   /// The waves of the lines from `line` on, which `waves` and `product` begin with; `is_added` to what is there.
   void multiply(std::int64_t line, std::int64_t lines, const Complex* waves, Complex* product, bool is_added) const;
 
@@ -58,8 +59,8 @@ class WaveMultipliers {
   std::vector<std::int32_t> uniforms_;  // that multipliers depend on
   std::vector<double> values_;          // theirs, of the multipliers that are there
   bool are_made_ = false;
-  bool are_real_ = true;             // sums of even powers: half of the memory
-  std::vector<double> multipliers_;  // pairs of doubles where they are complex
+  bool are_real_ = true;       // sums of even powers: half of the memory
+  AlignedValues multipliers_;  // pairs of doubles where they are complex
 };
 
 }  // namespace dpde

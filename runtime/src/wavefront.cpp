@@ -106,9 +106,9 @@ void Wavefront::Impl::allocate(Rings& rings) const {
   int64_t count = slots();
   for (const WavefrontCopy& copy : plan.copies) count += splits_x ? copy.slots : 0;
   const int64_t apart = 5 * line;  // rings start at distinct places modulo 4 KiB
-  rings.memory.reset(allocate_bytes(
-      (count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart) * width));
-  char* next = rings.memory.get();
+  rings.memory =
+      Buffer((count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart) * width);
+  char* next = rings.memory.data();
   const auto place = [&](int64_t ring_slots) {
     rings.base.push_back(next);
     next += (ring_slots * slot_size + apart) * width;

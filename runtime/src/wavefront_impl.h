@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "dpde/runtime/buffer.h"
 #include "fill.h"
 #include "real.h"
 #include "wavefront.h"
@@ -42,7 +42,7 @@ struct Access {
 
 /// Rings and pointers of one thread.
 struct Rings {
-  std::unique_ptr<char, decltype(&std::free)> memory{nullptr, &std::free};
+  Buffer memory;
   std::vector<char*> base;                    // of each ring, then of each copy: the first element of slot 0
   std::vector<void*> pointers;                // of the streams of a level: at the row
   std::vector<void*> pieces;                  // at a piece of it

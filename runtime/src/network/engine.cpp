@@ -44,9 +44,9 @@ Engine<Real>::Engine(const Plan& plan, const Team& team) : plan_(plan), team_(te
   }
   lay_out(false);
   bytes_ = used_;
-  memory_.reset(allocate_bytes(bytes_));
+  memory_ = Buffer(bytes_);
   lay_out(true);
-  now_ = memory_.get();
+  now_ = memory_.data();
 }
 
 /// Of a forward run.
@@ -72,7 +72,7 @@ Real* Engine<Real>::take(char* memory, int64_t count) {
 /// Twice: to know how much, then to give it out.
 template <class Real>
 void Engine<Real>::lay_out(bool place) {
-  char* const memory = place ? memory_.get() : nullptr;
+  char* const memory = place ? memory_.data() : nullptr;
   used_ = 0;
   const auto is_live = [&](size_t v) { return v == 0 || plan_.steps[v - 1].live; };
   for (size_t v = 0; v < plan_.values.size(); ++v) {
@@ -183,7 +183,7 @@ void Engine<Real>::finish(size_t value, const View<Real>& view) {
 template <class Real>
 void Engine<Real>::value(const Ports& ports, void* const* inputs, void* const* outputs) {
   const bool keeps = written_to_ != nullptr && written_to_->is_recording();
-  now_ = keeps ? written_to_->take() : memory_.get();
+  now_ = keeps ? written_to_->take() : memory_.data();
   load(ports, inputs, value_view(0));
   if (!find_tape()) run(keeps);
   store(ports, value_view(plan_.values.size() - 1), outputs);

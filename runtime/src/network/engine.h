@@ -2,11 +2,11 @@
 // A plan with the memory it works in.
 #pragma once
 
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
 #include "convolve.h"
+#include "dpde/runtime/buffer.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/tapes.h"
 #include "plan.h"
@@ -48,9 +48,6 @@ class Engine {
   struct Packed {
     Real *forward = nullptr, *rates = nullptr, *bias = nullptr, *bias_rates = nullptr;
     std::vector<Real*> reverse;
-  };
-  struct Free {
-    void operator()(char* memory) const { std::free(memory); }
   };
 
   // Memory: engine.cpp
@@ -124,7 +121,7 @@ class Engine {
   std::vector<double> weights_;
   bool reverse_packed_ = false;
   Real *phases_ = nullptr, *phases_bar_ = nullptr;
-  std::unique_ptr<char, Free> memory_, second_memory_;
+  Buffer memory_, second_memory_;
   int64_t bytes_ = 0, second_bytes_ = 0, used_ = 0, value_bytes_ = 0;
   char* now_ = nullptr;  // values of the present run: at the beginning of memory_, or a tape
   Tapes *written_to_ = nullptr, *read_from_ = nullptr;

@@ -5,7 +5,6 @@
 // between. The parts lie in two banks of memory.
 #include <algorithm>
 
-#include "aligned_memory.h"
 #include "engine.h"
 #include "engine_rows.h"
 #include "layers.h"
@@ -21,14 +20,14 @@ void Engine<Real>::prepare_second() {
   reverse_rates_.resize(plan_.steps.size());
   lay_out_second(false);
   second_bytes_ = used_;
-  second_memory_.reset(allocate_bytes(second_bytes_));
+  second_memory_ = Buffer(second_bytes_);
   lay_out_second(true);
 }
 
 /// Twice, as lay_out().
 template <class Real>
 void Engine<Real>::lay_out_second(bool place) {
-  char* const memory = place ? second_memory_.get() : nullptr;
+  char* const memory = place ? second_memory_.data() : nullptr;
   used_ = 0;
   for (size_t v = 0; v < plan_.values.size(); ++v) {
     const Value& value = plan_.values[v];
@@ -66,7 +65,7 @@ void Engine<Real>::find_rates(const Ports& ports, const NetworkSecond& call) {
 
 template <class Real>
 void Engine<Real>::second(const Ports& ports, const NetworkSecond& call) {
-  now_ = memory_.get();
+  now_ = memory_.data();
   load(ports, call.inputs, value_view(0));
   run(true);
   has_own_rates_ = true;

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <iterator>
 
-#include "aligned_memory.h"
-
 namespace dpde {
 
-Tapes::Tapes(int64_t tape_bytes, int64_t count) : bytes_(tape_bytes * count), memory_(allocate_bytes(bytes_)) {
+Tapes::Tapes(int64_t tape_bytes, int64_t count) : bytes_(tape_bytes * count), memory_(bytes_) {
   const auto places = static_cast<size_t>(count);
   free_.reserve(places);
   taken_.reserve(places);
-  for (int64_t i = count; i-- > 0;) free_.push_back(memory_.get() + i * tape_bytes);
+  for (int64_t i = count; i-- > 0;) free_.push_back(memory_.data() + i * tape_bytes);
 }
 
 char* Tapes::take() {

@@ -53,7 +53,7 @@ void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
   modes_[axis] = are_complex_ ? cells / 2 + 1 : cells;
   first_row_ = row_ = with_gap(are_complex_ ? 2 * modes_[axis] : cells);
   plane_ = plane_with_gap(row_ * lines_);
-  first_ = aligned_values(plane_ * planes_);
+  first_ = AlignedValues(plane_ * planes_);
   if (plane_ == row_ * lines_) lines_ *= std::exchange(planes_, 1);  // which also keeps lines of odd lengths aligned
   size_ = row_;
   first_block_ = std::min(lines_, width * std::max<std::int64_t>(1, cells_of_block / (width * cells)));
@@ -92,7 +92,7 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
   if (lines.growth() == 2) {
     are_complex_ = true;
     if (!is_last) {
-      second_ = aligned_values(outer * stage.to_plane);
+      second_ = AlignedValues(outer * stage.to_plane);
       stage.to = second_.get();
     }
   }

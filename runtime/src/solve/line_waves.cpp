@@ -78,12 +78,6 @@ void copy_out(const double* row, double sign, double* to, std::int64_t apart, st
 
 }  // namespace
 
-void FreeMemory::operator()(double* memory) const { std::free(memory); }
-
-AlignedValues aligned_values(std::int64_t count) {
-  return AlignedValues(reinterpret_cast<double*>(allocate_bytes(count * static_cast<std::int64_t>(sizeof(double)))));
-}
-
 LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int64_t step, std::int64_t block)
     : cells_(cells), modes_(cells), sides_(sides), have_complex_waves_(are_complex || sides == Sides::periodic) {
   if (sides == Sides::periodic && are_complex) {
@@ -92,18 +86,18 @@ LineWaves::LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int
     complex_.emplace(lines_in_place(cells, block / 2, step / 2, 1));
     return;
   }
-  values_ = aligned_values(cells * width);
+  values_ = AlignedValues(cells * width);
   begin_ = values_.get();
   make_sources();
   make_turns();
   if (sides == Sides::periodic) {
     modes_ = cells / 2 + 1;
-    other_ = aligned_values(2 * modes_ * width);
+    other_ = AlignedValues(2 * modes_ * width);
     real_.emplace(RealLines{cells, width, width, 1, width, 1});
     return;
   }
   const bool has_halves = is_mixed() && cells % 2 == 0;
-  if (is_mixed() && !has_halves) other_ = aligned_values(2 * cells * width);
+  if (is_mixed() && !has_halves) other_ = AlignedValues(2 * cells * width);
   complex_.emplace(lines_in_place(has_halves ? cells / 2 : cells, width / 2, width / 2, 1));
 }
 

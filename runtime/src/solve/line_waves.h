@@ -12,19 +12,13 @@
 #include <optional>
 #include <vector>
 
+#include "aligned_values.h"
 #include "fft.h"
 
 namespace dpde {
 
 /// What both sides of an axis do; the low one first.
 enum class Sides { periodic, even_even, odd_odd, even_odd, odd_even };
-
-struct FreeMemory {
-  void operator()(double* memory) const;
-};
-using AlignedValues = std::unique_ptr<double[], FreeMemory>;
-/// All zero.
-AlignedValues aligned_values(std::int64_t count);
 
 class LineWaves {
  public:
@@ -46,7 +40,7 @@ class LineWaves {
 
   /// Doubles side by side of cells.
   std::int64_t block() const { return block_; }
-  bool are_in_place() const { return values_ == nullptr; }
+  bool are_in_place() const { return !values_; }
   void place(double* begin) { begin_ = begin; }
   /// Of lines that are not in place. `step` from cell to cell, `apart` from double to double side by side; what is
   /// beyond `count` of these is 0.

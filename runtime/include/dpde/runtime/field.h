@@ -6,11 +6,10 @@
 #pragma once
 
 #include <array>
-#include <cstdlib>
-#include <memory>
 #include <optional>
 #include <span>
 
+#include "dpde/runtime/buffer.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/team.h"
 
@@ -45,11 +44,8 @@ class Field {
   void copy_out(std::span<double> dense) const;
 
  private:
-  struct Free {
-    void operator()(void* memory) const { std::free(memory); }
-  };
   dpde_layout layout_;
-  std::unique_ptr<void, Free> memory_;
+  Buffer memory_;
   void* base_;
 };
 

@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <vector>
+
+#include "dpde/runtime/buffer.h"
 
 namespace dpde {
 
@@ -46,16 +47,13 @@ class Tapes {
   int64_t found() const { return found_; }
 
  private:
-  struct Free {
-    void operator()(char* memory) const { std::free(memory); }
-  };
   static constexpr int64_t most_looked_at = 64, patience = 64;
   // Where many were looked for and none has ever been there readers compute their inputs another way than writers: no
   // use in keeping them.
   bool was_useful_ = false, is_useless_ = false;
   int64_t bytes_, found_ = 0, missed_ = 0;
   bool records_ = false;
-  std::unique_ptr<char, Free> memory_;
+  Buffer memory_;
   std::vector<char*> free_, taken_;  // taken_: the first one first
 };
 
