@@ -281,4 +281,5 @@ def main():
         print(f"{tool:12} {cells:5} {steps:6} {error:.3e} {seconds:.4f} {of_gradient:.4f}", flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -48,6 +48,27 @@ TEST(Projections, SayWhatTheyCannotMakeTrue) {
             "sold is no mask: a field is held inside of one: E0569 did you mean solid?");
 }
 
+TEST(Projections, OfEachStepSayWhatTheyCannotTake) {
+  const std::string each_step = "  0 = div(u) gives p each step\n", each_stage = "  0 = div(u) gives p each stage\n";
+  for (const char* time : {"euler", "rk2", "rk4", "ssp_rk3", "bs32", "dopri5", "ab2", "imex_euler", "ars443"})
+    EXPECT_EQ(refusal_of(flow(each_step + held), {{"time", time}}), "") << time;
+  for (const char* advect : {"semi_lagrangian", "maccormack"}) {
+    EXPECT_EQ(refusal_of(flow(each_step), {{"advect", advect}}), "") << advect;
+    EXPECT_EQ(refusal_of(flow(each_stage), {{"advect", advect}}),
+              "the constraint that gives p: with advection along the flow a step has one projection, at its end: E0568 "
+              "write each step, or leave it out");
+  }
+  EXPECT_EQ(refusal_of(flow(each_step), {{"time", "dopri5"}, {"tolerance", "1e-6"}})
+                .find("time = dopri5 does not go "
+                      "with a tolerance for a constraint each step"),
+            0u);
+  EXPECT_EQ(refusal_of(flow(each_stage), {{"time", "dopri5"}, {"tolerance", "1e-6"}}), "");
+  EXPECT_EQ(refusal_of(flow("  0 = div(u) gives p each step from T\n")),
+            "time = rk4 does not go with from T: E0555 each step solves for what it adds to p: leave it out, or write "
+            "each stage");
+  EXPECT_EQ(refusal_of(flow("  0 = div(u) gives p each stage from T\n"), {{"solve", "cg"}}), "");
+}
+
 TEST(Projections, OfStartsSayWhatTheyCannotTake) {
   const auto with = [](const std::string& u, const std::string& t) {
     std::string text = flow(constraint);

@@ -246,6 +246,27 @@ TEST(Verdict, OfConstraintsIsThatOfWhatFulfilsThem) {
   EXPECT_NEAR(swelling.step, 2.7853 / (0.5 * 8), 1e-3);
 }
 
+/// Where stages have the p of the step before, an error e of it is e*(1 - (R(z) - 1)/z) behind a step, R the stability
+/// function: of RK4 that stays below 1 up to 2.120 on the imaginary axis, of SSP-RK3 up to its own limit.
+TEST(Verdict, OfConstraintsEachStepIsThatOfThePressureToo) {
+  const auto limit_of = [](const std::string& time, const std::string& rate, const std::string& wind) {
+    return verdict_on("model m { vector u on faces; field p; dt(u) = " + rate +
+                      " - grad(p); 0 = div(u) gives p each step }\nscheme c { time = " + time +
+                      " }\nscene s : m with c {\n"
+                      "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 16, periodic\n"
+                      "  initial u = " +
+                      wind + "\n" + run + "\n}\n")
+        .limit;
+  };
+  const StepLimit wind = limit_of("rk4", "-advect(u, u)", "(2, 0)"),
+                  third = limit_of("ssp_rk3", "-advect(u, u)", "(2, 0)"),
+                  viscous = limit_of("rk4", "0.5*lap(u)", "(0, 0)");
+  for (const StepLimit* limit : {&wind, &third, &viscous}) ASSERT_EQ(limit->kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(wind.step, 2.120 / 2, 2e-3);
+  EXPECT_NEAR(third.step, 1.732 / 2, 2e-3);
+  EXPECT_NEAR(viscous.step, 2.7853 / (0.5 * 8), 1e-3);
+}
+
 /// A way that ends on a wall is no instability of the points beside it.
 TEST(Verdict, IsNoLimitOfWaysThatEndOnWalls) {
   for (const char* advect : {"semi_lagrangian", "semi_lagrangian(cubic)", "maccormack"}) {

@@ -95,6 +95,8 @@ TEST(Errors, OfEquations) {
       "3:3 E0209 an equation begins with dt(field), not with 'dx'\n"
       "4:14 E0201 expected 'gives' but found 'give' | 0 = div(u) gives p; an equation without dt is solved: solve "
       "lap(u) = -f for u\n");
+  EXPECT_EQ(problems_of("model m {\n  0 = div(u) gives p each time\n}"),
+            "2:27 E0201 expected step or stage but found 'time' | 0 = div(u) gives p each step\n");
 }
 
 TEST(Errors, OfRatesAndProductsAsOthersWriteThem) {

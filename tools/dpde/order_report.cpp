@@ -50,6 +50,7 @@ int order_with_parts(const model::Problem& problem, int order) {
 }
 
 constexpr int order_of_walls = 2;
+constexpr int order_of_pressure_before = 2;  // of steps whose stages have the p of the step before
 
 /// What of an expression is taken beyond walls by a difference along the axis: all but what stands in another
 /// difference.
@@ -210,6 +211,8 @@ Order order_inside(const model::Problem& problem) {
   order.is_spectral = space.empty() && uses_waves;
   order.time = order_with_parts(problem, time_order(scheme.time));
   if (scheme.is_split() || (scheme.follows_flow() && transports)) order.time = order_of_parts(problem, split);
+  if (std::ranges::any_of(problem.projections, &model::Projection::is_each_step))
+    order.time = std::min(order.time, order_of_pressure_before);
   return order;
 }
 

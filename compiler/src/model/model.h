@@ -222,16 +222,21 @@ struct Event {
   std::vector<Update> updates;
   Origin origin;
 };
-/// What is done behind each stage of a step: fields are held inside masks, and a constraint is made true. `potential`,
+/// What is done behind stages of a step: fields are held inside masks, and a constraint is made true. `potential`,
 /// a solve, is what `multiplier` has to be, a state that stands in the rates of those that are changed, times the time
-/// over which that stage took the rates.
+/// over which that stage took the rates; of increments what it changes by, and the rates have that of the step before.
 struct Projection {
+  enum class Kind : unsigned char { each_stage, increment_each_stage, increment_each_step, between };
   std::string multiplier;  // "", and no potential: there is no constraint
   Expr constraint = 0.0;   // what has to be 0
   std::optional<Expr> potential;
-  bool is_increment = false;           // what `potential` is added to: the rates have the multiplier of the step before
+  Kind kind = Kind::each_stage;        // between: behind all stages but the last, where others come once a step
   std::vector<Event::Update> updates;  // from the states as the stage leaves them
   Origin origin;
+
+  bool is_increment() const { return kind == Kind::increment_each_stage || is_each_step(); }
+  bool is_each_step() const { return kind == Kind::increment_each_step; }
+  bool follows(bool is_last_stage) const { return is_last_stage ? kind != Kind::between : !is_each_step(); }
 };
 struct Loss {
   Expr value;  // as of a Quantity

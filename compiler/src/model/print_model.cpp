@@ -239,6 +239,16 @@ void add_results(const Problem& p, std::vector<std::string>& lines) {
   for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
 }
 
+const char* stages_before(Projection::Kind kind) {
+  switch (kind) {
+    case Projection::Kind::each_stage:
+    case Projection::Kind::increment_each_stage: return "each stage";
+    case Projection::Kind::increment_each_step: return "each step";
+    case Projection::Kind::between: return "all stages but the last";
+  }
+  unreachable("kind of projection");
+}
+
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
@@ -259,7 +269,8 @@ std::vector<std::string> scene_lines(const Problem& p) {
   }
   for (const Projection& projection : p.projections) {
     for (const Event::Update& update : projection.updates)
-      lines.push_back(fmt::format("behind each stage: {} = {}", update.state, print(update.value)));
+      lines.push_back(
+          fmt::format("behind {}: {} = {}", stages_before(projection.kind), update.state, print(update.value)));
   }
   const int axes = static_cast<int>(p.axes.size());
   for (const State& state : p.states) {

@@ -87,6 +87,7 @@ std::string print(const Scheme& s) {
   if (s.solve.preconditioner != Preconditioner::automatic)
     others += fmt::format("; preconditioner = {}", name_of(s.solve.preconditioner));
   if (s.guess != Guess::automatic) others += fmt::format("; guess = {}", name_of(s.guess));
+  if (s.project != Project::automatic) others += fmt::format("; project = {}", name_of(s.project));
   std::string advect = print(s.transport);
   for (const auto& [state, own] : s.transports) advect += fmt::format("; advect {} = {}", state, print(own));
   return fmt::format("scheme {} {{ advect = {}; dx = {}; lap = {}{}; time = {}{} }}\n", s.name, advect,

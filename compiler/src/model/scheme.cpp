@@ -24,6 +24,15 @@ const char* name_of(Guess guess) {
   unreachable("a guess");
 }
 
+const char* name_of(Project project) {
+  switch (project) {
+    case Project::automatic: return "automatic";
+    case Project::stage: return "stage";
+    case Project::step: return "step";
+  }
+  unreachable("kind of projection");
+}
+
 Scheme with_differences(Scheme scheme) {
   const auto make_central = [](Transport& transport) {
     if (follows_flow(transport.advect)) transport = {};

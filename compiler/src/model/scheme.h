@@ -62,11 +62,36 @@ constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || 
 constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
 /// It treats the linear part exactly, as multipliers of waves.
 constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
+/// Several stages, each of which a projection can follow; a step of the others has one.
+constexpr bool has_several_stages(TimeScheme time) {
+  switch (time) {
+    case TimeScheme::rk2:
+    case TimeScheme::rk4:
+    case TimeScheme::ssp_rk3:
+    case TimeScheme::bs32:
+    case TimeScheme::dopri5:
+    case TimeScheme::ars222:
+    case TimeScheme::ars443: return true;
+    case TimeScheme::euler:
+    case TimeScheme::verlet:
+    case TimeScheme::ab2:
+    case TimeScheme::ab3:
+    case TimeScheme::leapfrog:
+    case TimeScheme::etdrk2:
+    case TimeScheme::etdrk4:
+    case TimeScheme::backward_euler:
+    case TimeScheme::crank_nicolson:
+    case TimeScheme::imex_euler: return false;
+  }
+  return false;
+}
 /// It solves for the terms of model/implicit_part.h.
 constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
 /// What solves by steps begin with; automatic: with what is known from before where the method is one by steps.
 enum class Guess { automatic, none, last, extrapolate };
 inline bool is_asked_for(Guess guess) { return guess == Guess::last || guess == Guess::extrapolate; }
+/// How often a step makes constraints true; automatic: as they say, else behind each stage.
+enum class Project : unsigned char { automatic, stage, step };
 /// Which terms those solve for; all but the linear ones by Newton's method.
 enum class Implicit { linear, all_but_advect, all };
 /// A step as several, one behind the other, each of a part of the right sides. strang: halves of all but the last, that
@@ -97,6 +122,7 @@ struct Scheme {
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer
+  Project project = Project::automatic;
   Split split = {};
   SolveBy solve = {};
   Guess guess = Guess::automatic;
@@ -138,6 +164,7 @@ struct Scheme {
 /// The words for them.
 const char* name_of(Split::Terms terms);
 const char* name_of(Guess guess);
+const char* name_of(Project project);
 /// The scheme with central differences in the place of what follows the flow.
 Scheme with_differences(Scheme scheme);
 

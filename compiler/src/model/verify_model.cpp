@@ -144,6 +144,7 @@ class Verifier {
                fmt::format("a constraint gives {}", projection.multiplier));
         demand(std::holds_alternative<Solve>((*potential)->kind), "a constraint without a solve");
       }
+      demand(projection.potential || !projection.is_increment(), "an increment of nothing");
       for (const Event::Update& update : projection.updates) {
         demand(problem_.find_state(update.state) != nullptr, fmt::format("a constraint changes {}", update.state));
       }

@@ -201,7 +201,7 @@ void add_initial(Module& module, Lowering& lowering, const std::string& name) {
     if (before.contains(formula.field)) formula.field = before.at(formula.field);
   }
   std::vector<Stage> stages = formula_stages(lowering, name, formulas);
-  std::ranges::move(projection_stages(lowering, {name, before, into, problem.t_begin, 1.0}),
+  std::ranges::move(projection_stages(lowering, {name, before, into, problem.t_begin, 1.0, 1.0}),
                     std::back_inserter(stages));
   Program& program = lowering.add_program(module, name, stages, problem.t_begin);
   for (const Formula& formula : initial_formulas(problem)) program.keeps.push_back(formula.field);

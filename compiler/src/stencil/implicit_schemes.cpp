@@ -200,7 +200,8 @@ class ImplicitScheme {
     if (!is_last) {
       for (const model::Projection& projection : lowering_.problem().projections) into_.erase(projection.multiplier);
     }
-    const FieldsOfStates left = is_projected_ ? before_projection(lowering_, into_) : into_;
+    is_last_ = is_last;
+    const FieldsOfStates left = is_projected_ ? before_projection(lowering_, into_, is_last) : into_;
     for (Equation& equation : equations_) {
       const auto found = left.find(equation.advance.state);
       equation.left.push_back(found == left.end() ? equation.advance.state : found->second);
@@ -215,7 +216,7 @@ class ImplicitScheme {
     FieldsOfStates left;
     for (const Equation& equation : equations_) left[equation.advance.state] = equation.left.back();
     std::ranges::move(projection_stages(lowering_, {kernel_name("stage"), left, into_, time_after(time),
-                                                    weighted(time, param("dt"))}),
+                                                    weighted(time, param("dt")), param("dt"), is_last_}),
                       std::back_inserter(stages));
   }
 
@@ -231,7 +232,7 @@ class ImplicitScheme {
     }
     stages.push_back({std::move(kernel), time_after(1), {}});
     if (!is_projected_) return;
-    std::ranges::move(projection_stages(lowering_, {name, left, into, time_after(1), param("dt")}),
+    std::ranges::move(projection_stages(lowering_, {name, left, into, time_after(1), param("dt"), param("dt")}),
                       std::back_inserter(stages));
   }
 
@@ -372,6 +373,7 @@ class ImplicitScheme {
   bool is_projected_;
   std::vector<Equation> equations_;
   FieldsOfStates into_;  // of the stage under way
+  bool is_last_ = true;
 };
 
 }  // namespace

@@ -144,7 +144,7 @@ std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advanc
     free.push_back(std::move(advance));
   }
   std::vector<Stage> stages = Multistep(lowering, free).stages(lowering.kernel(name));
-  std::ranges::move(projection_stages(lowering, {name, left, into, param("t") + dt(), dt()}),
+  std::ranges::move(projection_stages(lowering, {name, left, into, param("t") + dt(), dt(), dt()}),
                     std::back_inserter(stages));
   return stages;
 }

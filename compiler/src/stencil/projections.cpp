@@ -7,9 +7,10 @@
 
 namespace dpde::stencil {
 
-FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into) {
+FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into, bool is_last) {
   FieldsOfStates fields = into;
   for (const model::Projection& projection : lowering.problem().projections) {
+    if (!projection.follows(is_last)) continue;
     fields.erase(projection.multiplier);
     for (const model::Event::Update& update : projection.updates)
       fields[update.state] = lowering.field_beside(update.state, "star");
@@ -20,8 +21,8 @@ FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into)
 std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage) {
   std::vector<Stage> stages;
   for (const model::Projection& projection : lowering.problem().projections) {
-    if (!std::ranges::all_of(projection.updates, [&](const auto& update) { return stage.into.contains(update.state); }))
-      continue;
+    const auto is_stored = [&](const auto& update) { return stage.into.contains(update.state); };
+    if (!projection.follows(stage.is_last) || !std::ranges::all_of(projection.updates, is_stored)) continue;
     Reading reading;
     reading.fields = stage.from;
     reading.time = stage.time;
@@ -34,8 +35,8 @@ std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& s
     }
     const auto kept = stage.into.find(projection.multiplier);
     if (projection.potential && kept != stage.into.end()) {
-      const Expr found = at_point(*projection.potential) / stage.length;
-      const Expr value = projection.is_increment ? access(projection.multiplier) + found : found;
+      const Expr found = at_point(*projection.potential) / (projection.is_each_step() ? stage.step : stage.length);
+      const Expr value = projection.is_increment() ? access(projection.multiplier) + found : found;
       kernel.stores.push_back({kept->second, false, value, projection.origin});
     }
     stages.push_back(Lowering::stage(std::move(kernel), at_point, stage.time));

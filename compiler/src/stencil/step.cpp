@@ -109,7 +109,7 @@ std::vector<Stage> projected_once(Lowering& lowering, const std::vector<Advance>
   }
   std::vector<Stage> stages =
       lowering.problem().scheme.is_split() ? split_stages(lowering, free) : semi_lagrangian_stages(lowering, free);
-  std::ranges::move(projection_stages(lowering, {name, left, into, param("t") + param("dt"), param("dt")}),
+  std::ranges::move(projection_stages(lowering, {name, left, into, param("t") + param("dt"), param("dt"), param("dt")}),
                     std::back_inserter(stages));
   return stages;
 }

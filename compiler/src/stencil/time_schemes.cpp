@@ -211,17 +211,24 @@ Update update_of(const StageRow& row, const Stages& stages, const FieldsOfStages
   };
 }
 
-/// The stage of a row, and the projection behind it where there is one. `end`: the time of what it makes, in parts.
+struct EndOfRow {
+  double time;  // of what it makes, in parts
+  bool is_projected;
+  bool is_last = true;
+};
+
+/// The stage of a row, and the projection behind it where there is one.
 std::vector<Stage> stages_of_row(Lowering& lowering, const StageRow& row, const Stages& stages,
                                  const FieldsOfStages& fields, const std::string& name, const FieldsOfStates& into,
-                                 double end, bool is_projected) {
-  const FieldsOfStates left = is_projected ? before_projection(lowering, into) : into;
+                                 const EndOfRow& end) {
+  const FieldsOfStates left = end.is_projected ? before_projection(lowering, into, end.is_last) : into;
   const FieldsOfStates& from = fields[static_cast<std::size_t>(row.from)];
   std::vector<Stage> result{stages.stage(name, from, row.time, left, update_of(row, stages, fields))};
-  if (!is_projected) return result;
+  if (!end.is_projected) return result;
   const Expr length = stages.length(row.weight, row.over);
-  std::ranges::move(projection_stages(lowering, {name, left, into, stages.time(end), length}),
-                    std::back_inserter(result));
+  std::ranges::move(
+      projection_stages(lowering, {name, left, into, stages.time(end.time), length, stages.dt(), end.is_last}),
+      std::back_inserter(result));
   return result;
 }
 
@@ -236,7 +243,7 @@ std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, const Stages& 
     const std::string stage_name = tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1);
     std::ranges::move(
         stages_of_row(lowering, tableau[i], stages, fields, stage_name, is_last ? stages.results() : fields[i + 1],
-                      is_last ? 1 : tableau[i + 1].time, part.is_projected),
+                      {is_last ? 1 : tableau[i + 1].time, part.is_projected, is_last}),
         std::back_inserter(result));
   }
   return result;
@@ -371,7 +378,7 @@ std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Ad
     result = stages_of(lowering, tableau_of(time), stages, name, part, fields);
     fields.push_back(stages.results());
     std::ranges::move(
-        stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, 1, part.is_projected),
+        stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, {1, part.is_projected}),
         std::back_inserter(result));
   }
   result.push_back({kernel_of_error(lowering, prefix + "_error", stages.results(), embedded), stages.end(), {}});

@@ -35,6 +35,14 @@ std::optional<Expr> parse_preconditioner(Cursor& cursor) {
   return cursor.accept_word("preconditioner") ? std::optional(parse_expression(cursor)) : std::nullopt;
 }
 
+/// each step, each stage
+std::optional<Identifier> parse_each(Cursor& cursor) {
+  if (!cursor.accept_word("each")) return std::nullopt;
+  if (cursor.at_word("step") || cursor.at_word("stage")) return cursor.expect_name("step or stage");
+  cursor.fail_expected("step or stage", "0 = div(u) gives p each step");
+  return std::nullopt;
+}
+
 }  // namespace
 
 ItemKind parse_solved(Cursor& cursor) {
@@ -50,7 +58,9 @@ ItemKind parse_solved(Cursor& cursor) {
 ItemKind parse_constraint(Cursor& cursor) {
   Related related = parse_related(cursor, "gives", "the field that the constraint gives",
                                   "0 = div(u) gives p; an equation without dt is solved: solve lap(u) = -f for u");
-  ConstraintItem item{related.left, related.right, related.name, parse_starts(cursor)};
+  ConstraintItem item{related.left, related.right, related.name};
+  item.each = parse_each(cursor);
+  item.starts = parse_starts(cursor);
   item.preconditioner = parse_preconditioner(cursor);
   return item;
 }

@@ -64,6 +64,7 @@ struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is
   Identifier multiplier;
   std::vector<Expr> starts = {};  // as of solve
   std::optional<Expr> preconditioner = {};
+  std::optional<Identifier> each = {};  // ... gives p each step, or each stage; before `from`
 };
 struct HeldItem {  // u = 0 inside solid
   Identifier field;

@@ -115,7 +115,8 @@ std::string print_solved(const SolvedItem& i) {
 }
 
 std::string print_constraint(const ConstraintItem& i) {
-  return fmt::format("{} = {} gives {}{}{}", print(i.zero), print(i.value), i.multiplier.name, print_starts(i.starts),
+  return fmt::format("{} = {} gives {}{}{}{}", print(i.zero), print(i.value), i.multiplier.name,
+                     i.each ? " each " + i.each->name : "", print_starts(i.starts),
                      print_preconditioner(i.preconditioner));
 }
 

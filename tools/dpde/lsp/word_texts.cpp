@@ -88,6 +88,7 @@ constexpr WordText keys[] = {
     {"smoother", "smoother = jacobi", "what cycles of multigrid smooth by"},
     {"preconditioner", "preconditioner = none", "what iterations of cg, bicgstab and gmres are preconditioned by"},
     {"guess", "guess = last", "what solves begin with"},
+    {"project", "project = step", "how often a step makes constraints true"},
     {"time", "time = rk4", "how steps in time are made"},
     {"real", "real = f32", "the precision of fields"},
     {"networks", "networks = f64", "the precision of networks"},

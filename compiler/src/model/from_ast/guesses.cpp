@@ -85,10 +85,13 @@ std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::
 
 void refuse_starts(Draft& draft, const Solve& solved) {
   if (solved.starts.empty()) return;
-  draft.sink.report("schemes-do-not-fit", solved.starts.front()->origin.range,
-                    {print(draft.problem.scheme.time), "from " + print(solved.starts.front())},
-                    "implicit stages solve for what a step adds to " + solved.name +
-                        ": leave it out, or take an explicit scheme as time = rk2");
+  draft.sink.report(
+      "schemes-do-not-fit", solved.starts.front()->origin.range,
+      {print(draft.problem.scheme.time), "from " + print(solved.starts.front())},
+      is_implicit(draft.problem.scheme.time)
+          ? "implicit stages solve for what a step adds to " + solved.name +
+                ": leave it out, or take an explicit scheme as time = rk2"
+          : "each step solves for what it adds to " + solved.name + ": leave it out, or write each stage");
 }
 
 /// Whether the solve begins with what the model says; that it has no steps that could is told.
@@ -157,6 +160,10 @@ void check_guess(Draft& draft) {
   if (!subcycles.empty() && !solves.empty()) {
     draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with " + guess},
                       "make all steps shorter, or take guess = none");
+  } else if (std::ranges::any_of(problem.projections, &Projection::is_each_step)) {
+    draft.sink.report("guess-not-used", place_of(draft, "guess"),
+                      {guess, "a constraint each step solves for what the step adds to it"},
+                      "leave it out: what is known of the last step is in the stages, or write each stage");
   } else if (is_implicit(problem.scheme.time)) {
     draft.sink.report("schemes-do-not-fit", place_of(draft, "guess"), {print(problem.scheme.time), guess},
                       "implicit stages solve for what a step adds, which is not like that of the step before: take "

@@ -6,6 +6,11 @@
 // time over which the rates were taken (Chorin 1968; of the order of the Runge-Kutta method where each stage does it,
 // Sanderse and Koren 2012).
 //
+// 0 = div(u) gives p each step: stages take the rates with the p of the step before, p', and only the last one takes
+// u + G(phi), where phi is (p - p') times the step. p - p' is of order dt, so that a stage U_i is in error by
+// dt*sum_j a_ij*G(p - p') = O(dt^2), and a step by O(dt^3): order 2, at most that of the method (Karam, Sutherland and
+// Saad 2021; De Michele, Capuano and Coppola 2020). Without p' stages would be in error by O(dt), and the order be 1.
+//
 // u = v inside solid: points on faces are inside where one of their cells is. What a stage finds there is replaced by
 // v, and the constraint changes nothing there: G is 0 and u is v in it.
 #include <fmt/format.h>
@@ -99,11 +104,21 @@ class Binder {
       refuse(range_,
              fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
              "take dx = central(2)");
+    } else if (is_each_stage_asked_for() && ends_with_projection(scheme)) {
+      const char* what = scheme.is_split() ? "steps in parts" : "advection along the flow";
+      refuse(place_of_each(), fmt::format("with {} a step has one projection, at its end", what),
+             "write each step, or leave it out");
     } else {
       return has_stages(draft_, range_, "a constraint");
     }
     return false;
   }
+
+  bool is_each_stage_asked_for() const {
+    const Project project = draft_.problem.scheme.project;
+    return project == Project::automatic ? item_.each && item_.each->name == "stage" : project == Project::stage;
+  }
+  SourceRange place_of_each() const { return item_.each ? item_.each->range : range_; }
 
   /// Wide differences of what is changed and of the multiplier look at different images there.
   bool has_sides() const {
@@ -111,13 +126,26 @@ class Binder {
            std::ranges::any_of(draft_.problem.states, [](const State& state) { return state.held.has_value(); });
   }
 
+  /// What is written; the scheme's key takes its place.
+  bool is_each_step_asked_for() const {
+    const Project project = draft_.problem.scheme.project;
+    return project == Project::automatic ? item_.each && item_.each->name == "step" : project == Project::step;
+  }
+  /// Stages follow the first of them without a projection. Steps with one projection anyway are what they are.
+  bool is_each_step() const {
+    const Scheme& scheme = draft_.problem.scheme;
+    return is_each_step_asked_for() && has_several_stages(scheme.time) && !ends_with_projection(scheme);
+  }
+  static bool ends_with_projection(const Scheme& scheme) { return scheme.is_split() || scheme.follows_flow(); }
+
   bool keeps_multiplier() const {
     const Scheme& scheme = draft_.problem.scheme;
-    return is_implicit(scheme.time) && !scheme.is_split();
+    return (is_implicit(scheme.time) && !scheme.is_split()) || is_each_step();
   }
 
   /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
   /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
+  /// Stages without a projection keep it, too.
   bool split_rates() {
     for (State& state : draft_.problem.states) {
       if (!state.rhs || state.name == name_ || !reads(*state.rhs, name_)) continue;
@@ -166,14 +194,30 @@ class Binder {
     if (!add_preconditioner(draft_, item_.preconditioner, potential)) return;
     if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
     if (keeps_multiplier()) refuse_starts(draft_, potential);
-    Projection made{name_, value, solve(potential, {range_}), keeps_multiplier(), {}, {range_}};
+    using enum Projection::Kind;
+    const Projection::Kind kind = is_each_step()       ? increment_each_step
+                                  : keeps_multiplier() ? increment_each_stage
+                                                       : each_stage;
+    Projection made{name_, value, solve(potential, {range_}), kind, {}, {range_}};
     for (const Changed& changed : changed_) {
       Origin none;
       const std::string& state = changed.state->name;
       const Expr push = linear_part(changed.push, name_, none, *made.potential)->part;
       made.updates.push_back({state, with_held(*changed.state, binary(BinaryOp::add, field(state), push))});
     }
+    if (made.is_each_step()) hold_between();
     draft_.problem.projections.push_back(std::move(made));
+  }
+
+  /// Masks hold in all stages.
+  void hold_between() {
+    Projection between;
+    between.kind = Projection::Kind::between;
+    for (const Changed& changed : changed_) {
+      const State& state = *changed.state;
+      if (state.held) between.updates.push_back({state.name, with_held(state, field(state.name))});
+    }
+    if (!between.updates.empty()) draft_.problem.projections.push_back(std::move(between));
   }
 
   /// Where what lies on a wall has a value there, the multiplier does not change it; where it flows out, that is 0.

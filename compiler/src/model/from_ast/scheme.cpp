@@ -72,6 +72,11 @@ void set_guess(Scheme& scheme) {
   scheme.guess = guess;
 }
 
+template <Project project>
+void set_project(Scheme& scheme) {
+  scheme.project = project;
+}
+
 template <Implicit implicit>
 void set_implicit(Scheme& scheme) {
   scheme.implicit = implicit;
@@ -143,6 +148,9 @@ constexpr Choice choices[] = {
     {"guess", "last", {}, set_guess<Guess::last>},
     {"guess", "extrapolate", {}, set_guess<Guess::extrapolate>},
     {"guess", "none", {}, set_guess<Guess::none>},
+    {"project", "automatic", {}, set_project<Project::automatic>},
+    {"project", "stage", {}, set_project<Project::stage>},
+    {"project", "step", {}, set_project<Project::step>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
@@ -205,9 +213,9 @@ void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect",   "dx",    "lap",      "dealias",
-                                             "implicit", "solve", "smoother", "preconditioner",
-                                             "guess",    "time",  "real",     "networks"};
+  static const std::vector<std::string> keys{
+      "advect",         "dx",    "lap",     "dealias", "implicit", "solve",   "smoother",
+      "preconditioner", "guess", "project", "time",    "real",     "networks"};
   return keys;
 }
 

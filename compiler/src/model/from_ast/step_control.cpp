@@ -2,6 +2,8 @@
 // time 0 .. 1, step 1/32, tolerance 1e-6: the parts of steps by the error that their scheme estimates.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/implicit_part.h"
@@ -53,6 +55,9 @@ bool can_control(Draft& draft, SourceRange range) {
   if (is_implicit(scheme.time) && holds_at_states(draft.problem))
     return refuse("a tolerance where a mask holds a field at what another one is: stages see that as the step begins",
                   "hold it at a formula of place and t, or take dopri5");
+  if (std::ranges::any_of(draft.problem.projections, &Projection::is_each_step))
+    return refuse("a tolerance for a constraint each step: its estimate knows nothing of the error in the stages",
+                  "write each stage, or project = stage in the scheme");
   if (draft.problem.courant > 0)
     return refuse("a tolerance and a Courant number", "leave courant out: the tolerance keeps steps short enough");
   return true;

@@ -12,7 +12,7 @@ syntax keyword dpdeOperator and or not
 syntax keyword dpdeConstant pi t x y z
 syntax match dpdeLine /\v(^|[{};])@1<=\s*<(accuracy|adjoint|after|apply|at|axes|boundary|cells|coarsen|coefficient|control|coordinates|correlation|data|error|every|exact|field|file|fill|fold|frames|gradient|grid|growth|host|initial|keep|learn|let|load|mask|minimise|newton|observe|output|padding|param|real|reduce|reference|repeat|residual|run|runs|save|second|seed|skip|solve|spectrum|statistic|step|subcycle|swap|symmetric|tangent|test|time|tolerance|transform|unknown|using|vary|vector)>(\s*(\=|\())@!/
 syntax match dpdeFunction /\v<(dx|dy|dz|d|lap|grad|div|advect|bracket|dot|curl|norm|if|mean|sum|integral|inject|sample|interpolate|random_field|random_signal|noise|force_on|torque_on|cross|outer|inner|sym|transpose|trace|average|band_pass|sin|cos|tan|asin|acos|atan|sinh|cosh|tanh|exp|log|sqrt|abs|sign|floor|fraction|min|max|dt)>(\s*\()@=/
-syntax match dpdeKey /\v<(advect|dx|lap|dealias|implicit|solve|smoother|preconditioner|guess|time|real|networks|split)>((\s+[A-Za-z_.0-9]+)?\s*\=)@=/
+syntax match dpdeKey /\v<(advect|dx|lap|dealias|implicit|solve|smoother|preconditioner|guess|project|time|real|networks|split)>((\s+[A-Za-z_.0-9]+)?\s*\=)@=/
 syntax match dpdeDeclaration /\v(^|[};])@1<=\s*<(model|scene|scheme|task|kernel|program|loop|function|operator|network|dataset|import|chart)>(\s+[A-Za-z_"])@=/
 syntax match dpdeUnit /\v(<in\s+)@<=(1\ze\/|\(?((da|[TGMkhdcmunpf])?(m|g|s|A|K|mol|cd|rad|Hz|N|Pa|J|W|V|C|F|ohm|S|Wb|T|H|L|bar|eV)|min|h|day|year|deg|sr)>)[A-Za-z0-9^*\/()-]*/
 syntax match dpdeNumber /\v<\d+(\.\.@!\d*)?([eE][+-]?\d+)?/
