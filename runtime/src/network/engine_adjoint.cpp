@@ -12,7 +12,7 @@ namespace dpde::nn {
 template <class Real>
 void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars,
                            double* weight_bars) {
-  now_ = memory_.get();
+  now_ = memory_.data();
   load(ports, inputs, value_view(0));
   if (find_tape()) {
     read_from_->release(now_);  // its values stay until the next run is kept

@@ -11,7 +11,7 @@ namespace dpde::nn {
 template <class Real>
 void Engine<Real>::tangent(const Ports& ports, void* const* inputs, void* const* input_rates,
                            const double* weight_rates, void* const* output_rates) {
-  now_ = memory_.get();
+  now_ = memory_.data();
   load(ports, inputs, value_view(0));
   run(true);
   load(ports, input_rates, rate_view(0));
