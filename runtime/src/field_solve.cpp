@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
 #include "processor_watch.h"
 #include "solve/finite.h"
-#include "solve/operator_probe.h"
 #include "solve/solve_advice.h"
 
 namespace dpde {
@@ -69,11 +69,10 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       network_(solve.network == nullptr ? "" : program.networks[solve.network->network]->name),
       periodic_(periodic_axes(solve, layout)),
       inputs_(solve, layout),
+      probe_({layout_.cells[0], layout_.cells[1], layout_.cells[2]}, periodic_,
+             {solve_.reach[0], solve_.reach[1], solve_.reach[2]}, rounding_of(layout_), name_),
       shelf_(std::move(shelf)),
-      note_(&shelf_->add_note(name_)) {
-  for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
-  guesses_.assign(cells_of(layout_) * static_cast<std::size_t>(solve_.guess_count), 0.0);
-}
+      note_(&shelf_->add_note(name_)) {}
 
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
@@ -81,12 +80,9 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
     apply();
     read_cells(layout_, fields[solve_.images[0]], made, shelf_->team());
   };
-  const double rounding = rounding_of(layout_);
-  const std::array<std::int64_t, 3> cells{layout_.cells[0], layout_.cells[1], layout_.cells[2]},
-      reach{solve_.reach[0], solve_.reach[1], solve_.reach[2]};
   drop_solver();  // what fails leaves none that belongs to other coefficients
   try {
-    matrix_ = probe(image, cells, periodic_, reach, rounding, name_);
+    operator_ = std::make_shared<GridOperator>(probe_.find(image, take_memory()));
   } catch (const NotFinite& error) {
     throw Unsolved({.text = error.what(), .advice = [] {
                       return std::string(
@@ -102,9 +98,9 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
               .preconditioning =
                   solve_.network != nullptr ? Preconditioning::network : preconditioning_of(solve_.preconditioner),
               .network = network_,
-              .rounding = rounding};
+              .rounding = rounding_of(layout_)};
   if (fits(options_.method)) return;
-  if (matrix_.size() <= few_cells) {
+  if (operator_->size() <= few_cells) {
     const std::string asked_for(name_of(options_.method));
     options_.method = SolverMethod::automatic;
     if (fits(options_.method)) {
@@ -121,13 +117,13 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
 /// Found where somebody asks for it: a search that goes on with a shorter step does not. Copies share the system.
 std::function<std::string()> FieldSolve::advice_for(const SolveReport& report) const {
   struct System {
-    StencilMatrix matrix;
+    std::shared_ptr<const GridOperator> a;
     SolveOptions options;
     std::vector<double> right;
     SolveReport report;
   };
-  const auto system = std::make_shared<const System>(System{matrix_, options_, right_, report});
-  return [system] { return advice_on(system->matrix, system->options, system->right, system->report); };
+  const auto system = std::make_shared<const System>(System{operator_, options_, right_, report});
+  return [system] { return advice_on(system->a, system->options, system->right, system->report); };
 }
 
 void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
@@ -143,12 +139,19 @@ void FieldSolve::drop_solver() {
   solver_.reset();
 }
 
+/// Of the matrix before, if nobody else has it.
+StencilMatrix FieldSolve::take_memory() {
+  const auto before = std::const_pointer_cast<GridOperator>(std::exchange(operator_, nullptr));
+  return before != nullptr && before.use_count() == 1 ? std::move(*before).take_matrix() : StencilMatrix{};
+}
+
 /// Makes the solver; `why_not_` where the method does not fit the operator.
 bool FieldSolve::fits(SolverMethod method) {
   try {
     SolveOptions options = options_;
     options.method = method;
-    solver_ = shelf_->solver_of(matrix_, options);
+    solver_ = shelf_->solver_of(operator_, options);
+    operator_ = solver_->grid_operator();
     reason_ = solver_->reason();
     return true;
   } catch (const Error& error) {
@@ -160,7 +163,7 @@ bool FieldSolve::fits(SolverMethod method) {
 /// Where the method that was chosen does not come near enough: by sparse factors, until the operator changes.
 SolveReport FieldSolve::solve_again(const SolveReport& first) {
   const bool may =
-      options_.method == SolverMethod::automatic && first.iterations > 0 && matrix_.size() <= most_of_second_try;
+      options_.method == SolverMethod::automatic && first.iterations > 0 && operator_->size() <= most_of_second_try;
   if (!may) return first;
   const std::shared_ptr<LinearSolver> before = solver_;
   drop_solver();
@@ -176,7 +179,7 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
 
 /// On a tape: the solver, and right side, guess and solution as the solver knows them.
 std::int64_t FieldSolve::tape_bytes() const {
-  const auto values = static_cast<std::int64_t>(bytes_of(right_) + bytes_of(guesses_) + bytes_of(solution_));
+  const auto values = static_cast<std::int64_t>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
   return tape_header + (values + tape_header - 1) / tape_header * tape_header;
 }
 
@@ -208,6 +211,10 @@ void FieldSolve::keep_on_tape() {
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                      const std::function<void()>& precondition) {
+  if (right_.empty()) {  // programs that are not run take none
+    for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
+    guesses_.assign(cells_of(layout_) * static_cast<std::size_t>(solve_.guess_count), 0.0);
+  }
   const Team& team = shelf_->team();
   read_cells(layout_, fields[solve_.rights[0]], right_, team);
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
@@ -271,7 +278,7 @@ void FieldSolve::note(const SolveReport& report) {
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
   const bool is_missed = !report.converged && solve_.warns != 0;
   const bool is_worst = is_missed && (note_->missed == 0 || report.residual > note_->residual);
-  if (is_worst && matrix_.size() <= most_cells_tried) note_->advice = advice_for(report);  // it keeps the system
+  if (is_worst && operator_->size() <= most_cells_tried) note_->advice = advice_for(report);  // it keeps the system
   if (report.residual >= note_->residual) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;

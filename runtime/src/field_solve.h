@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
-// The matrix of the operator is found by running its operations on unit vectors (solve/operator_probe.h), when it is
+// The rows of the operator are found by running its operations on unit vectors (solve/operator_probe.h), when it is
 // first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
 // or with fields of the program, so that it remembers nothing of those before. What the step has solved its adjoint
 // finds on tapes: the same solver, the same right side and the same guesses, compared to the last bit.
@@ -17,6 +17,7 @@
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/tapes.h"
 #include "solve/linear_solver.h"
+#include "solve/operator_probe.h"
 #include "solve/solve_inputs.h"
 #include "solve/solver_shelf.h"
 
@@ -58,6 +59,7 @@ class FieldSolve {
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
+  StencilMatrix take_memory();
   std::function<std::string()> advice_for(const SolveReport& report) const;
   [[noreturn]] void fail(const std::string& why, const SolveReport& report) const;
 
@@ -68,7 +70,8 @@ class FieldSolve {
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
   std::vector<double> right_, solution_, guesses_;  // one behind the other
-  StencilMatrix matrix_;
+  OperatorProbe probe_;
+  std::shared_ptr<const GridOperator> operator_;  // made by `probe_`, by that of another solve, or null
   SolveOptions options_;
   std::string why_not_;
   std::shared_ptr<SolverShelf> shelf_;

@@ -59,6 +59,17 @@ inline StencilMatrix diffusion(const GridCells& cells, const std::array<std::pai
   return matrix;
 }
 
+inline StencilMatrix transposed(const StencilMatrix& matrix) {
+  StencilMatrix result{matrix.cells, matrix.periodic, matrix.offsets, {}};
+  result.values.assign(matrix.values.size(), std::vector<double>(static_cast<std::size_t>(matrix.size()), 0.0));
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    for (int& o : result.offsets[k]) o = -o;
+    const StencilMatrix one{matrix.cells, matrix.periodic, {matrix.offsets[k]}, {matrix.values[k]}};
+    for_each_entry(one, [&](std::size_t, std::size_t column, double value) { result.values[k][column] = value; });
+  }
+  return result;
+}
+
 inline std::vector<double> arbitrary_values(std::int64_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> value(-1, 1);

@@ -308,11 +308,12 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
   const StencilMatrix matrix = diffusion({7, 5, 1}, {all_walls[0], all_walls[3], all_walls[0]}, 1, uneven);
   const LinearImage image = [&](std::span<const double> x, std::span<double> y) { multiply(matrix, x, y); };
   for (const std::int64_t reach : {1, 2, -1}) {
-    const StencilMatrix found = probe(image, matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p");
+    const StencilMatrix found =
+        OperatorProbe(matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p").matrix(image);
     EXPECT_EQ(dense_of(found), dense_of(matrix)) << reach;
   }
   const auto refusal = [&](const LinearImage& f, std::int64_t reach) {
-    return message_of([&] { probe(f, matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p"); });
+    return message_of([&] { OperatorProbe(matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p").find(f); });
   };
   EXPECT_NE(refusal(image, 0).find("not linear"), std::string::npos);  // it reaches farther
   const LinearImage bent = [&](std::span<const double> x, std::span<double> y) {
@@ -338,7 +339,8 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = std::min(x[i], 2.0);
   };
   const std::vector<std::vector<double>> ones{std::vector<double>(35, 1.0)};
-  EXPECT_EQ(probe(cut_off, matrix.cells, matrix.periodic, {1, 1, 0}, 1e-16, "p").values, ones) << "no rounding";
+  EXPECT_EQ(OperatorProbe(matrix.cells, matrix.periodic, {1, 1, 0}, 1e-16, "p").matrix(cut_off).values, ones)
+      << "no rounding";
   // Implicit steps near a turning point: what is left of terms that cancel has their rounding.
   const LinearImage cancelling = [](std::span<const double> x, std::span<double> y) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] - (1 - 3e-4) * x[i];

@@ -70,8 +70,6 @@ bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row, con
   return true;
 }
 
-constexpr std::int64_t block = 8;
-
 }  // namespace
 
 std::optional<ConstantRows> ConstantRows::of(const StencilMatrix& matrix, double rounding) {
@@ -104,75 +102,139 @@ std::optional<ConstantRows> ConstantRows::of(const StencilMatrix& matrix, double
       each = std::array{Sides::even_even, Sides::odd_even, Sides::even_odd, Sides::odd_odd}[bits & 3];
       bits >>= 2;
     }
-    if (is_made_of(matrix, row, sides, rounding)) return ConstantRows(matrix, row, sides);
+    if (is_made_of(matrix, row, sides, rounding)) return ConstantRows(matrix.cells, sides, matrix.offsets, row);
   }
   return std::nullopt;
 }
 
-ConstantRows::ConstantRows(const StencilMatrix& matrix, const std::vector<double>& row,
-                           const std::array<Sides, 3>& sides)
-    : cells_(matrix.cells), sides_(sides), offsets_(matrix.offsets), row_(row), lines_(row.size()) {
-  for (const auto& offset : offsets_) reach_ = std::max<std::int64_t>(reach_, std::abs(offset[0]));
-  reach_ = std::min(reach_, cells_[0]);
+ConstantRows::ConstantRows(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides,
+                           std::vector<std::array<int, 3>> offsets, std::vector<double> row)
+    : cells_(cells), sides_(sides), offsets_(std::move(offsets)), row_(std::move(row)) {}
+
+std::array<bool, 3> ConstantRows::periodic() const {
+  std::array<bool, 3> result{};
+  for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = sides_[axis] == Sides::periodic;
+  return result;
+}
+
+double ConstantRows::entry(const std::array<int, 3>& offset) const {
+  const auto found = std::ranges::find(offsets_, offset);
+  return found == offsets_.end() ? 0 : row_[static_cast<std::size_t>(found - offsets_.begin())];
+}
+
+double ConstantRows::row_size() const {
+  double size = 0;
+  for (const double value : row_) size += std::abs(value);
+  return size;
 }
 
 bool ConstantRows::is_even(const std::array<bool, 3>& mirrored, double zero) const {
   return dpde::is_even(offsets_, row_, mirrored, zero);
 }
 
-/// The cell and the sign of the image of a place along an axis.
+ConstantRows ConstantRows::with_diagonal(double change) const {
+  ConstantRows result = *this;
+  const auto middle = std::ranges::find(offsets_, std::array{0, 0, 0});
+  if (middle != offsets_.end()) result.row_[static_cast<std::size_t>(middle - offsets_.begin())] += change;
+  return result;
+}
+
+/// Along bounded axes rows are even, and what images make of them is symmetric.
+ConstantRows ConstantRows::transposed() const {
+  ConstantRows result = *this;
+  for (auto& offset : result.offsets_) {
+    for (int& along : offset) along = -along;
+  }
+  return result;
+}
+
+StencilMatrix ConstantRows::matrix() const {
+  StencilMatrix matrix{cells_, periodic(), offsets_, {}};
+  const auto size = static_cast<std::size_t>(this->size());
+  matrix.values.assign(offsets_.size(), std::vector<double>(size, 0.0));
+  const auto column_of_offset = [&](const std::array<int, 3>& offset) -> std::vector<double>& {
+    const auto known = std::ranges::find(matrix.offsets, offset);
+    if (known != matrix.offsets.end()) return matrix.values[static_cast<std::size_t>(known - matrix.offsets.begin())];
+    matrix.offsets.push_back(offset);
+    return matrix.values.emplace_back(size, 0.0);
+  };
+  for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t k = 0; k < row_.size(); ++k) {
+      std::array<int, 3> offset = offsets_[k];
+      double sign = 1;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (sides_[axis] == Sides::periodic) continue;
+        const auto [along, sign_along] = image(axis, cell[axis] + offset[axis]);
+        offset[axis] = static_cast<int>(along - cell[axis]);
+        sign *= sign_along;
+      }
+      (offset == offsets_[k] ? matrix.values[k] : column_of_offset(offset))[number] += sign * row_[k];
+    }
+  });
+  return matrix;
+}
+
 std::pair<std::int64_t, double> ConstantRows::image(std::size_t axis, std::int64_t place) const {
   const std::int64_t n = cells_[axis];
+  if (place >= 0 && place < n) return {place, 1};
   if (sides_[axis] == Sides::periodic) return {(place % n + n) % n, 1};
   return image_of(place, n, sides_[axis]);
 }
 
-double ConstantRows::left_of_cell(double b, std::int64_t x) const {
-  for (const Line& line : lines_) {
-    const auto [cell, sign] = image(0, x + line.shift);
-    b -= sign * line.factor * line.values[cell];
+/// Away from the ends of a line its cells are one loop.
+void ConstantRows::multiply_cells(const GridPlace& first, std::int64_t count, std::span<const double> x,
+                                  double* result) const {
+  std::fill_n(result, count, 0.0);
+  for (std::size_t k = 0; k < row_.size(); ++k) {
+    const auto [y, sign_y] = image(1, first[1] + offsets_[k][1]);
+    const auto [z, sign_z] = image(2, first[2] + offsets_[k][2]);
+    const double* const line = x.data() + number_of(cells_, {0, y, z});
+    const double factor = row_[k] * sign_y * sign_z;
+    const std::int64_t shift = first[0] + offsets_[k][0];
+    const auto add = [&](std::int64_t i) {
+      const auto [cell, sign] = image(0, i + shift);
+      result[i] += sign * factor * line[cell];
+    };
+    const std::int64_t begin = std::clamp<std::int64_t>(-shift, 0, count),
+                       end = std::clamp<std::int64_t>(cells_[0] - shift, begin, count);
+    for (std::int64_t i = 0; i < begin; ++i) add(i);
+    for (std::int64_t i = begin; i < end; ++i) result[i] += factor * line[i + shift];
+    for (std::int64_t i = end; i < count; ++i) add(i);
   }
-  return b;
 }
 
-/// Away from its ends several cells at once.
-double ConstantRows::squared_left_of_line(const double* b) const {
-  const std::int64_t n = cells_[0];
-  double sum = 0;
-  const auto add = [&](std::int64_t x) {
-    const double left = left_of_cell(b[x], x);
-    sum += left * left;
-  };
-  std::int64_t x = 0;
-  for (; x < reach_; ++x) add(x);
-  std::array<double, block> sums{};
-  for (; x + block <= n - reach_; x += block) {
-    std::array<double, block> left;
-    for (std::size_t i = 0; i < block; ++i) left[i] = b[x + static_cast<std::int64_t>(i)];
-    for (const Line& line : lines_) {
-      const double* const values = line.values + x + line.shift;
-      for (std::size_t i = 0; i < block; ++i) left[i] -= line.factor * values[i];
+/// Of cells beside walls, and of one between them.
+double ConstantRows::largest_row() const {
+  std::array<std::vector<std::int64_t>, 3> places;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::int64_t reach = 0;
+    for (const auto& offset : offsets_) reach = std::max<std::int64_t>(reach, std::abs(offset[axis]));
+    for (std::int64_t i = 0; i < cells_[axis]; ++i) {
+      const bool is_beside_wall = sides_[axis] != Sides::periodic && (i < reach || i >= cells_[axis] - reach);
+      if (is_beside_wall || i == cells_[axis] / 2) places[axis].push_back(i);
     }
-    for (std::size_t i = 0; i < block; ++i) sums[i] += left[i] * left[i];
   }
-  for (; x < n; ++x) add(x);
-  for (const double part : sums) sum += part;
-  return sum;
-}
-
-double ConstantRows::residual(std::span<const double> b, std::span<const double> x) {
-  double sum = 0;
-  for (std::int64_t z = 0; z < cells_[2]; ++z) {
-    for (std::int64_t y = 0; y < cells_[1]; ++y) {
-      for (std::size_t k = 0; k < row_.size(); ++k) {
-        const auto [cell_y, sign_y] = image(1, y + offsets_[k][1]);
-        const auto [cell_z, sign_z] = image(2, z + offsets_[k][2]);
-        lines_[k] = {x.data() + cells_[0] * (cell_y + cells_[1] * cell_z), row_[k] * sign_y * sign_z, offsets_[k][0]};
+  double most = 0;
+  std::vector<std::pair<std::size_t, double>> entries;
+  for (const std::int64_t z : places[2]) {
+    for (const std::int64_t y : places[1]) {
+      for (const std::int64_t x : places[0]) {
+        entries.clear();
+        for_each_entry_of({x, y, z}, [&](std::size_t column, double value) {
+          const auto known = std::ranges::find(entries, column, &std::pair<std::size_t, double>::first);
+          if (known == entries.end()) {
+            entries.emplace_back(column, value);
+          } else {
+            known->second += value;
+          }
+        });
+        double squares = 0;
+        for (const auto& [column, value] : entries) squares += value * value;
+        most = std::max(most, std::sqrt(squares));
       }
-      sum += squared_left_of_line(b.data() + cells_[0] * (y + cells_[1] * z));
     }
   }
-  return std::sqrt(sum);
+  return most;
 }
 
 }  // namespace dpde

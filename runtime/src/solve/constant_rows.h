@@ -4,12 +4,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "solve/grid_place.h"
 #include "solve/line_waves.h"
 #include "solve/stencil_matrix.h"
 
@@ -17,37 +19,57 @@ namespace dpde {
 
 class ConstantRows {
  public:
+  /// row[k]: the entry in the column of the cell at offsets[k]; along bounded axes offsets are shorter than the axis.
+  ConstantRows(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides,
+               std::vector<std::array<int, 3>> offsets, std::vector<double> row);
   /// Nothing where the rows are not alike, or differ beside walls from what images make of them.
   static std::optional<ConstantRows> of(const StencilMatrix& matrix, double rounding);
 
   const std::array<std::int64_t, 3>& cells() const { return cells_; }
+  std::int64_t size() const { return cells_[0] * cells_[1] * cells_[2]; }
   const std::array<Sides, 3>& sides() const { return sides_; }
+  std::array<bool, 3> periodic() const;
   const std::vector<std::array<int, 3>>& offsets() const { return offsets_; }
   const std::vector<double>& row() const { return row_; }
+  double entry(const std::array<int, 3>& offset) const;  // 0 where there is none
+  /// The sum of the sizes of entries.
+  double row_size() const;
   /// Whether offsets mirrored at these axes have the same entries, but for `zero`.
   bool is_even(const std::array<bool, 3>& mirrored, double zero) const;
-  /// |b - A*x|
-  double residual(std::span<const double> b, std::span<const double> x);
+  bool operator==(const ConstantRows&) const = default;
+
+  /// The row with `change` added to its diagonal, if it has one.
+  ConstantRows with_diagonal(double change) const;
+  ConstantRows transposed() const;
+  /// The same in a row for each cell.
+  StencilMatrix matrix() const;
+
+  /// What the rows of `count` cells along x, from `first` on, make of x.
+  void multiply_cells(const GridPlace& first, std::int64_t count, std::span<const double> x, double* result) const;
+  /// The cell and the sign of the image of a place along an axis.
+  std::pair<std::int64_t, double> image(std::size_t axis, std::int64_t place) const;
+  /// `f`(column, entry) on the entries of a cell's row, some of which may be of one column.
+  template <class F>
+  void for_each_entry_of(const GridPlace& cell, const F& f) const {
+    for (std::size_t k = 0; k < row_.size(); ++k) {
+      GridPlace place{};
+      double sign = 1;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto [along, sign_along] = image(axis, cell[axis] + offsets_[k][axis]);
+        place[axis] = along;
+        sign *= sign_along;
+      }
+      f(number_of(cells_, place), sign * row_[k]);
+    }
+  }
+  /// The norm of the largest row, beside walls or not.
+  double largest_row() const;
 
  private:
-  /// What an offset makes of the cells of a line: the line that it reads, and how far along it.
-  struct Line {
-    const double* values;
-    double factor;
-    std::int64_t shift;
-  };
-
-  ConstantRows(const StencilMatrix& matrix, const std::vector<double>& row, const std::array<Sides, 3>& sides);
-  std::pair<std::int64_t, double> image(std::size_t axis, std::int64_t place) const;
-  double left_of_cell(double b, std::int64_t x) const;
-  double squared_left_of_line(const double* b) const;
-
   std::array<std::int64_t, 3> cells_;
   std::array<Sides, 3> sides_;
   std::vector<std::array<int, 3>> offsets_;
   std::vector<double> row_;
-  std::int64_t reach_ = 0;  // along x
-  std::vector<Line> lines_;
 };
 
 }  // namespace dpde

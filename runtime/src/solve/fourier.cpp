@@ -13,59 +13,64 @@ namespace dpde {
 
 std::optional<FourierSolver> FourierSolver::of(const StencilMatrix& matrix, double rounding, bool is_singular,
                                                const Team& team) {
-  std::optional<ConstantRows> rows = ConstantRows::of(matrix, rounding);
+  const std::optional<ConstantRows> rows = ConstantRows::of(matrix, rounding);
   if (!rows) return std::nullopt;
-  return FourierSolver(std::move(*rows), is_singular, team);
+  return FourierSolver(*rows, is_singular, team);
+}
+
+FourierSolver::Turns FourierSolver::all_turns() const {
+  Turns result;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t period = waves_.period(axis);
+    for (std::int64_t j = 0; j < period; ++j) {
+      const Complex turn = std::polar(1.0, 2 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(period));
+      result[axis].push_back(rows_.sides()[axis] == Sides::periodic ? turn : turn.real());
+    }
+  }
+  return result;
 }
 
 /// What the operator multiplies a wave by.
-FourierSolver::Complex FourierSolver::symbol_of(const std::array<std::int64_t, 3>& turns) const {
+FourierSolver::Complex FourierSolver::symbol_of(const std::array<std::int64_t, 3>& turns, const Turns& factors) const {
   Complex symbol = 0;
   for (std::size_t k = 0; k < rows_.row().size(); ++k) {
-    double angle = 0, cosines = 1;
+    Complex product = rows_.row()[k];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t period = waves_.period(axis), steps = turns[axis] * rows_.offsets()[k][axis] % period;
-      const double turn = 2 * std::numbers::pi * static_cast<double>(steps) / static_cast<double>(period);
-      if (rows_.sides()[axis] == Sides::periodic) {
-        angle += turn;
-      } else {
-        cosines *= std::cos(turn);
-      }
+      const std::int64_t offset = rows_.offsets()[k][axis];
+      if (offset == 0) continue;
+      const std::int64_t period = waves_.period(axis), steps = turns[axis] * offset % period;
+      product *= factors[axis][static_cast<std::size_t>(steps < 0 ? steps + period : steps)];
     }
-    symbol += rows_.row()[k] * cosines * std::polar(1.0, angle);
+    symbol += product;
   }
   return symbol;
 }
 
-FourierSolver::FourierSolver(ConstantRows rows, bool is_singular, const Team& team)
-    : rows_(std::move(rows)), team_(team), waves_(rows_.cells(), rows_.sides(), team) {
-  double size = 0;
-  for (const double value : rows_.row()) size += std::abs(value);
+/// Makes the solver take the wave out of right sides.
+void FourierSolver::drop(std::size_t number) {
+  if (dropped_.empty()) {
+    dropped_.assign(inverse_symbol_.size(), 0.0);
+    taken_.assign(static_cast<std::size_t>(rows_.size()), 0.0);
+  }
+  dropped_[have_phases_ ? 2 * number : number] = 1 / waves_.scale();
+}
+
+FourierSolver::FourierSolver(const ConstantRows& rows, bool is_singular, const Team& team)
+    : rows_(rows), team_(team), waves_(rows_.cells(), rows_.sides(), team) {
+  const double size = rows_.row_size();
   const double zero = 64 * 0x1p-52 * size;  // rows of singular operators are balanced: what is less is of this sum
-  std::array<bool, 3> rings{};
-  for (std::size_t axis = 0; axis < 3; ++axis) rings[axis] = rows_.sides()[axis] == Sides::periodic;
-  have_phases_ = waves_.are_complex() && !rows_.is_even(rings, 4 * 0x1p-52 * size);
+  have_phases_ = waves_.are_complex() && !rows_.is_even(rows_.periodic(), 4 * 0x1p-52 * size);
   inverse_symbol_.assign(static_cast<std::size_t>(waves_.size() * (have_phases_ ? 2 : 1)), 0.0);
-  std::vector<double> dropped(inverse_symbol_.size(), 0.0);
-  bool drops_some = false;
-  const auto set = [&](std::vector<double>& factors, std::size_t number, Complex value) {
-    factors[have_phases_ ? 2 * number : number] = value.real();
-    if (have_phases_) factors[2 * number + 1] = value.imag();
-  };
+  const Turns factors = all_turns();
   waves_.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
-    Complex symbol = symbol_of(turns);
+    if (is_singular && turns == std::array<std::int64_t, 3>{}) return;  // the mean
+    Complex symbol = symbol_of(turns, factors);
     if (!have_phases_) symbol = symbol.real();
-    const bool is_mean = is_singular && turns == std::array<std::int64_t, 3>{};
-    if (std::abs(symbol) > zero && !is_mean) {
-      set(inverse_symbol_, number, 1.0 / (symbol * waves_.scale()));
-    } else if (!is_mean) {
-      set(dropped, number, 1 / waves_.scale());
-      drops_some = true;
-    }
+    if (std::abs(symbol) <= zero) return drop(number);
+    const Complex inverse = 1.0 / (symbol * waves_.scale());
+    inverse_symbol_[have_phases_ ? 2 * number : number] = inverse.real();
+    if (have_phases_) inverse_symbol_[2 * number + 1] = inverse.imag();
   });
-  if (!drops_some) return;
-  dropped_ = std::move(dropped);
-  taken_.assign(static_cast<std::size_t>(rows_.cells()[0] * rows_.cells()[1] * rows_.cells()[2]), 0.0);
 }
 
 bool FourierSolver::has_walls() const {

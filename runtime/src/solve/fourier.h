@@ -21,6 +21,7 @@ class FourierSolver {
   /// Nothing where the rows are not constant. `is_singular`: of a constant it makes 0.
   static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding, bool is_singular,
                                          const Team& team = 1);
+  FourierSolver(const ConstantRows& rows, bool is_singular, const Team& team = 1);
 
   /// Waves of the null space are taken out of `b` and are 0 in `x`; |what is taken|/|b|, without the mean. Nothing is
   /// allocated; both are aligned as `new` aligns them.
@@ -28,14 +29,15 @@ class FourierSolver {
   bool drops_waves() const { return !dropped_.empty(); }
   /// Where it drops no waves: the same, and b stays.
   void divide(std::span<const double> b, std::span<double> x);
-  /// |b - A*x|
-  double residual(std::span<const double> b, std::span<const double> x) { return rows_.residual(b, x); }
   bool has_walls() const;
 
  private:
   using Complex = std::complex<double>;
-  FourierSolver(ConstantRows rows, bool is_singular, const Team& team);
-  Complex symbol_of(const std::array<std::int64_t, 3>& turns) const;
+  /// e^(2*pi*i*j/period) of each axis, or their real parts where it is bounded.
+  using Turns = std::array<std::vector<Complex>, 3>;
+  Turns all_turns() const;
+  Complex symbol_of(const std::array<std::int64_t, 3>& turns, const Turns& factors) const;
+  void drop(std::size_t number);
   double drop_waves(std::span<double> b);
 
   ConstantRows rows_;

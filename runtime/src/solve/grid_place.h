@@ -2,6 +2,7 @@
 // Cells of a grid by their places along the axes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -16,6 +17,36 @@ void for_each_cell(const std::array<std::int64_t, 3>& cells, const F& f) {
     for (std::int64_t y = 0; y < cells[1]; ++y) {
       for (std::int64_t x = 0; x < cells[0]; ++x) f(number++, GridPlace{x, y, z});
     }
+  }
+}
+
+/// So many cells along x are multiplied at once: they stay in the first cache between entries.
+inline constexpr std::int64_t cells_of_block = 256;
+
+/// `f`(number of the first, its place, how many) on blocks of cells along x.
+template <class F>
+void for_each_block(const std::array<std::int64_t, 3>& cells, const F& f) {
+  std::size_t number = 0;
+  for (std::int64_t z = 0; z < cells[2]; ++z) {
+    for (std::int64_t y = 0; y < cells[1]; ++y) {
+      for (std::int64_t x = 0; x < cells[0]; x += cells_of_block) {
+        const std::int64_t count = std::min(cells_of_block, cells[0] - x);
+        f(number, GridPlace{x, y, z}, count);
+        number += static_cast<std::size_t>(count);
+      }
+    }
+  }
+}
+
+/// The same on the rows `begin` to `end` along x, which are numbered y + cells[1]*z.
+template <class F>
+void for_each_block_of(const std::array<std::int64_t, 3>& cells, std::size_t begin, std::size_t end, const F& f) {
+  const auto rows = static_cast<std::size_t>(cells[1]);
+  for (std::size_t row = begin; row < end; ++row) {
+    const GridPlace first{0, static_cast<std::int64_t>(row % rows), static_cast<std::int64_t>(row / rows)};
+    for_each_block({cells[0], 1, 1}, [&](std::size_t number, const GridPlace& place, std::int64_t count) {
+      f(row * static_cast<std::size_t>(cells[0]) + number, GridPlace{place[0], first[1], first[2]}, count);
+    });
   }
 }
 

@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t width = LineWaves::width;
 
 constexpr std::int64_t long_row = 2048;
-constexpr std::int64_t cells_of_block = 4096;
+constexpr std::int64_t cells_at_once = 4096;
 
 /// Whole blocks, and an odd number of them: the values of a column of so many cells then fall into all places of the
 /// first cache (512^2 cells: 1.10 times the bare transforms, with an even number 1.4). Columns of more do not fit it,
@@ -56,7 +56,7 @@ void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
   first_ = AlignedValues(plane_ * planes_);
   if (plane_ == row_ * lines_) lines_ *= std::exchange(planes_, 1);  // which also keeps lines of odd lengths aligned
   size_ = row_;
-  first_block_ = std::min(lines_, width * std::max<std::int64_t>(1, cells_of_block / (width * cells)));
+  first_block_ = std::min(lines_, width * std::max<std::int64_t>(1, cells_at_once / (width * cells)));
   const std::int64_t fewer = lines_ % first_block_;
   const auto ring = [&](std::int64_t lines) { return RealFft({cells, lines, 1, cells, 1, row_ / 2}); };
   for (int i = 0; i < team_.threads(); ++i) {

@@ -45,8 +45,9 @@ void copy_vector(std::span<const double> from, std::span<double> to, const Team&
   });
 }
 
-void Iterations::resize(std::size_t size) {
-  for (auto* vector : {&r_, &z_, &p_, &q_, &s_, &t_, &v_, &first_, &best_}) *vector = Numbers(size);
+void Iterations::resize(std::size_t size, bool for_bicgstab) {
+  for (auto* vector : {&r_, &z_, &p_, &q_}) *vector = Numbers(size);
+  for (auto* vector : {&s_, &t_, &v_, &first_, &best_}) *vector = Numbers(for_bicgstab ? size : 0);
 }
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {

@@ -44,7 +44,7 @@ class Iterations {
         most_(most),
         team_(team) {}
 
-  void resize(std::size_t size);
+  void resize(std::size_t size, bool for_bicgstab);
   IterationReport cg(std::span<const double> b, std::span<double> x);
   /// Where a direction of the preconditioner is of no use, the residual is the direction. It is from then on where
   /// least_patience iterations do not halve it, or the true residual is larger than the one that is carried along.

@@ -21,7 +21,6 @@
 #include "solve/line_series.h"
 #include "solve/multigrid.h"
 #include "solve/null_space.h"
-#include "solve/sparse_product.h"
 #include "solve/tridiagonal.h"
 #include "solve/vector_parts.h"
 
@@ -29,18 +28,14 @@ namespace dpde {
 
 namespace {
 
-constexpr int vectors_of_gmres = 40;          // between restarts
-constexpr std::int64_t small_system = 10000;  // factors of so many cells cost no more than cycles, and are exact
-using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-
-Rows rows_of(const StencilMatrix& matrix) {
+Eigen::SparseMatrix<double> columns_of(const StencilMatrix& matrix) {
   std::vector<Eigen::Triplet<double>> entries;
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
     entries.emplace_back(static_cast<int>(row), static_cast<int>(column), value);
   });
-  Rows rows(matrix.size(), matrix.size());
-  rows.setFromTriplets(entries.begin(), entries.end());
-  return rows;
+  Eigen::SparseMatrix<double> columns(matrix.size(), matrix.size());
+  columns.setFromTriplets(entries.begin(), entries.end());
+  return columns;
 }
 
 Eigen::Map<const Eigen::VectorXd> vector_of(std::span<const double> values) {
@@ -94,36 +89,37 @@ std::string_view name_of(SolverMethod method) {
 }
 
 struct LinearSolver::Impl {
-  Impl(const StencilMatrix& given, SolveOptions wanted, const Team& of)
-      : options(wanted), team(of), null_space(given, wanted.rounding) {
+  Impl(std::shared_ptr<const GridOperator> given, SolveOptions wanted, const Team& of)
+      : options(std::move(wanted)),
+        team(of),
+        a(std::move(given)),
+        null_space(a->null_space()),
+        largest_row(a->largest_row()) {
     if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
-    const StencilMatrix matrix = null_space.balanced(given);
-    rows = rows_of(matrix);
-    diagonal = rows.diagonal();
-    for (Eigen::Index row = 0; row < rows.rows(); ++row) largest_row = std::max(largest_row, rows.row(row).norm());
-    const auto size = static_cast<std::size_t>(matrix.size());
+    const auto size = static_cast<std::size_t>(a->size());
+    choose();
     right.assign(size, 0.0);
-    residual.assign(size, 0.0);
-    image.setZero(matrix.size());
-    choose(matrix);
+    if (has_steps() && !is_packed) size_iterations(size);
     reason += words_on_rooms(null_space, size);
   }
 
-  void choose(const StencilMatrix& matrix);
-  bool try_tridiagonal(const StencilMatrix& matrix);
-  bool try_fourier(const StencilMatrix& matrix);
-  bool try_multigrid(const StencilMatrix& matrix, SolverMethod wanted);
-  void make_direct(const StencilMatrix& matrix, const char* why);
-  void make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted);
-  void make_symmetric(const StencilMatrix& matrix);
+  void choose();
+  bool try_tridiagonal();
+  bool try_fourier();
+  bool try_multigrid(SolverMethod wanted);
+  void make_direct(const char* why);
+  void make_unsymmetric(SolverMethod wanted);
+  void make_symmetric();
   void make_unpreconditioned();
   void precondition_by_network();
   void search_along(std::span<const double> r, std::span<double> z) const;
   bool is_flexible() const { return options.preconditioning == Preconditioning::network; }
   void precondition_by_multigrid();
   bool has_incomplete_factors() const;
+  void make_divided_by_diagonal();
   void divide_by_diagonal(std::span<const double> r, std::span<double> z) const;
   void make_iterations(VectorFunction precondition);
+  void size_iterations(std::size_t size);
   SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
   IterationReport iterate(std::span<double> x);
   IterationReport iterate_packed(std::span<double> x);
@@ -134,18 +130,15 @@ struct LinearSolver::Impl {
     return {options.rounding, are_symmetric, options.smoother, team};
   }
   bool has_steps() const { return iterations || gmres || is_packed; }
-  bool is_symmetric() const {
-    const Rows difference = rows - Rows(rows.transpose());
-    return difference.norm() <= 64 * options.rounding * rows.norm();
-  }
+  double out_of_reach(std::span<const double> b, std::span<const double> x) const;
 
   SolveOptions options;
   Team team;
-  NullSpace null_space;
-  Rows rows;
-  Eigen::VectorXd diagonal, image;
+  std::shared_ptr<const GridOperator> a;
+  const NullSpace& null_space;              // of it
+  std::vector<double> diagonal;             // where it is divided by
   Eigen::MatrixXd columns, images, factor;  // guesses, their orthonormal images, and what makes these of them
-  double largest_row = 0;                   // norm
+  double largest_row;                       // norm
   std::string no_multigrid;                 // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
@@ -159,22 +152,30 @@ struct LinearSolver::Impl {
   std::optional<Iterations> iterations;
   std::optional<Gmres> gmres;
   const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
-  std::vector<double> right, residual;
+  std::vector<double> right;
   bool is_packed = false;  // multigrid, or conjugate gradients with it, in its order of cells
   Numbers packed_right, packed_x;
 };
 
-bool LinearSolver::Impl::try_tridiagonal(const StencilMatrix& matrix) {
-  tridiagonal = TridiagonalSolver::of(matrix, null_space);
+bool LinearSolver::Impl::try_tridiagonal() {
+  if (a->size() != a->cells()[0]) return false;
+  tridiagonal = a->with_matrix([&](const StencilMatrix& matrix) { return TridiagonalSolver::of(matrix, null_space); });
   if (!tridiagonal) return false;
   method = SolverMethod::tridiagonal;
   reason = "one axis and three entries a row, the middle one dominant: eliminated from end to end";
   return true;
 }
 
-bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
-  fourier = FourierSolver::of(matrix, options.rounding, !null_space.is_empty(), team);
-  if (!fourier && null_space.is_empty()) line_series = LineSeries::of(matrix, options.rounding, team);
+bool LinearSolver::Impl::try_fourier() {
+  const bool is_singular = !null_space.is_empty();
+  if (a->constant_rows() != nullptr) {
+    fourier.emplace(*a->constant_rows(), is_singular, team);
+  } else {
+    a->with_matrix([&](const StencilMatrix& matrix) {
+      fourier = FourierSolver::of(matrix, options.rounding, is_singular, team);
+      if (!fourier && !is_singular) line_series = LineSeries::of(matrix, options.rounding, team);
+    });
+  }
   if (!fourier && !line_series) return false;
   method = SolverMethod::fourier;
   if (line_series) {
@@ -187,15 +188,15 @@ bool LinearSolver::Impl::try_fourier(const StencilMatrix& matrix) {
   return true;
 }
 
-void LinearSolver::Impl::make_direct(const StencilMatrix& matrix, const char* why) {
-  direct.emplace(matrix, null_space, options.rounding);
+void LinearSolver::Impl::make_direct(const char* why) {
+  a->with_matrix([&](const StencilMatrix& matrix) { direct.emplace(matrix, null_space, options.rounding); });
   method = SolverMethod::direct;
   reason = why;
 }
 
 void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
-    dpde::multiply(rows, x, y, team);
+    a->multiply(x, y, team);
     if (!null_space.is_empty()) null_space.remove(y, team);  // what rounding leaves, as in Multigrid::multiply
   };
   // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
@@ -211,16 +212,22 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   if (method == SolverMethod::gmres) {
     gmres.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations, vectors_of_gmres,
                   options.rounding, is_flexible(), std::move(project), team);
-    gmres->resize(right.size());
   } else {
     iterations.emplace(multiply, std::move(precondition), options.tolerance, options.most_iterations,
                        std::move(project), team);
-    iterations->resize(right.size());
   }
 }
 
-bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod wanted) {
-  multigrid = Multigrid::of(matrix, null_space, cycles(wanted == SolverMethod::cg), no_multigrid);
+/// Of vectors in the cells' own order.
+void LinearSolver::Impl::size_iterations(std::size_t size) {
+  if (gmres) gmres->resize(size);
+  if (iterations) iterations->resize(size, method == SolverMethod::bicgstab);
+}
+
+bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
+  multigrid = a->visit([&](const auto& rows) {
+    return Multigrid::of(rows, null_space, cycles(wanted == SolverMethod::cg), no_multigrid);
+  });
   if (!multigrid) return false;
   is_packed = true;
   packed_right = Numbers(multigrid->size());
@@ -232,7 +239,7 @@ bool LinearSolver::Impl::try_multigrid(const StencilMatrix& matrix, SolverMethod
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
                      [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
                      options.tolerance, options.most_iterations, VectorFunction(), team);
-  iterations->resize(multigrid->size());
+  iterations->resize(multigrid->size(), false);
   return true;
 }
 
@@ -268,7 +275,7 @@ IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
 /// Pivots of a singular matrix may be 0.
 bool LinearSolver::Impl::has_incomplete_factors() const {
   if (incomplete.info() != Eigen::Success) return false;
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(rows.rows());
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(a->size());
   return Eigen::VectorXd(incomplete.solve(ones)).allFinite();
 }
 
@@ -300,21 +307,27 @@ void LinearSolver::Impl::precondition_by_network() {
 }
 
 /// By conjugate gradients.
-void LinearSolver::Impl::make_symmetric(const StencilMatrix& matrix) {
+void LinearSolver::Impl::make_symmetric() {
   const bool is_plain = options.preconditioning == Preconditioning::none || is_flexible();
-  if (!is_plain && try_multigrid(matrix, SolverMethod::cg)) return;
-  if (is_plain && !is_symmetric()) refuse(SolverMethod::cg, "the operator is not symmetric");
-  if (!is_plain && (options.preconditioning == Preconditioning::multigrid || !is_symmetric()))
+  if (!is_plain && try_multigrid(SolverMethod::cg)) return;
+  const bool is_symmetric = a->is_symmetric(options.rounding);
+  if (is_plain && !is_symmetric) refuse(SolverMethod::cg, "the operator is not symmetric");
+  if (!is_plain && (options.preconditioning == Preconditioning::multigrid || !is_symmetric))
     refuse(SolverMethod::cg, no_multigrid.c_str());
   method = SolverMethod::cg;
   reason = is_flexible() ? "symmetric: flexible conjugate gradients" : "symmetric: conjugate gradients";
   if (is_flexible()) return precondition_by_network();
   if (is_plain) return make_unpreconditioned();
   reason += ", divided by the diagonal";
+  make_divided_by_diagonal();
+}
+
+void LinearSolver::Impl::make_divided_by_diagonal() {
+  diagonal = a->diagonal();
   make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
 }
 
-void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMethod wanted) {
+void LinearSolver::Impl::make_unsymmetric(SolverMethod wanted) {
   if (null_space.is_lopsided())
     refuse(wanted,
            "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
@@ -323,78 +336,79 @@ void LinearSolver::Impl::make_unsymmetric(const StencilMatrix& matrix, SolverMet
   reason = wanted == SolverMethod::gmres ? (is_flexible() ? "flexible GMRES" : "GMRES") : "not symmetric: BiCGStab";
   if (is_flexible()) return precondition_by_network();
   if (options.preconditioning == Preconditioning::none) return make_unpreconditioned();
-  multigrid = Multigrid::of_symmetric_part(matrix, null_space, cycles(false), no_multigrid);
+  multigrid = a->visit(
+      [&](const auto& rows) { return Multigrid::of_symmetric_part(rows, null_space, cycles(false), no_multigrid); });
   if (multigrid) return precondition_by_multigrid();
   if (options.preconditioning == Preconditioning::multigrid) refuse(wanted, no_multigrid.c_str());
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
-  incomplete.compute(Eigen::SparseMatrix<double>(rows));
+  incomplete.compute(a->with_matrix(columns_of));
   if (!has_incomplete_factors()) {
     reason += ", divided by the diagonal, as there are no incomplete factors of it";
-    return make_iterations([this](std::span<const double> r, std::span<double> z) { divide_by_diagonal(r, z); });
+    return make_divided_by_diagonal();
   }
   reason += ", preconditioned by incomplete factors, as cells are coupled with more than their neighbours";
   make_iterations(
       [this](std::span<const double> r, std::span<double> z) { vector_of(z) = incomplete.solve(vector_of(r)); });
 }
 
-void LinearSolver::Impl::choose(const StencilMatrix& matrix) {
+void LinearSolver::Impl::choose() {
   switch (options.method) {
     case SolverMethod::automatic:
-      if (try_tridiagonal(matrix) || try_fourier(matrix)) return;
-      if (matrix.size() <= small_system || null_space.is_lopsided())
-        return make_direct(matrix, null_space.is_lopsided() ? "singular and not symmetric: inverted as a whole"
-                                                            : "a small system: sparse factors");
-      if (!try_multigrid(matrix, SolverMethod::cg)) make_unsymmetric(matrix, SolverMethod::bicgstab);
+      if (try_tridiagonal() || try_fourier()) return;
+      if (a->size() <= small_system || null_space.is_lopsided())
+        return make_direct(null_space.is_lopsided() ? "singular and not symmetric: inverted as a whole"
+                                                    : "a small system: sparse factors");
+      if (!try_multigrid(SolverMethod::cg)) make_unsymmetric(SolverMethod::bicgstab);
       return;
-    case SolverMethod::direct: return make_direct(matrix, "as the scheme says");
+    case SolverMethod::direct: return make_direct("as the scheme says");
     case SolverMethod::tridiagonal:
-      if (!try_tridiagonal(matrix))
+      if (!try_tridiagonal())
         refuse(options.method, "it is of one axis, three entries a row and a dominant middle one");
       return;
     case SolverMethod::fourier:
-      if (!try_fourier(matrix))
+      if (!try_fourier())
         refuse(options.method, "the operator is not the same in all cells, with walls that are mirrors");
       return;
     case SolverMethod::multigrid:
-      if (!try_multigrid(matrix, options.method)) refuse(options.method, no_multigrid.c_str());
+      if (!try_multigrid(options.method)) refuse(options.method, no_multigrid.c_str());
       return;
-    case SolverMethod::cg: return make_symmetric(matrix);
+    case SolverMethod::cg: return make_symmetric();
     case SolverMethod::bicgstab:
-    case SolverMethod::gmres: return make_unsymmetric(matrix, options.method);
+    case SolverMethod::gmres: return make_unsymmetric(options.method);
   }
 }
 
-LinearSolver::LinearSolver(const StencilMatrix& matrix, SolveOptions options, const Team& team)
-    : impl_(std::make_unique<Impl>(matrix, options, team)) {}
+LinearSolver::LinearSolver(std::shared_ptr<const GridOperator> grid_operator, SolveOptions options, const Team& team)
+    : impl_(std::make_unique<Impl>(std::move(grid_operator), std::move(options), team)) {}
 LinearSolver::~LinearSolver() = default;
 
-/// Of a large residual what A^T makes is small where the residual is what a singular A cannot reach.
+/// |A^T*(b - A*x)|. Of a large residual it is small where the residual is what a singular A cannot reach. Memory is
+/// taken for it, as only a solve that fails asks.
+double LinearSolver::Impl::out_of_reach(std::span<const double> b, std::span<const double> x) const {
+  std::vector<double> residual(b.size()), image(b.size());
+  a->multiply(x, residual);
+  for (std::size_t i = 0; i < b.size(); ++i) residual[i] = b[i] - residual[i];
+  a->multiply_transposed(residual, image);
+  return norm(image);
+}
+
 void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, bool has_come,
                                SolveReport& report) {
   const double size = norm(b, team);
-  double left = fourier ? fourier->residual(b, x) : is_packed ? multigrid->residual(packed_right, packed_x) : INFINITY;
-  if (!(left <= 1e-6 * size)) {
-    dpde::multiply(rows, x, residual, team);
-    set_each(
-        team, residual, [](double right, double made) { return right - made; }, b, residual);
-    left = norm(residual, team);
-  }
+  const double left = is_packed ? multigrid->residual(packed_right, packed_x) : a->residual(b, x, team);
   report.residual = size == 0 ? left : left / size;
-  if (!has_come || left > 1e-6 * size)
-    image.noalias() = rows.transpose() * vector_of(std::span<const double>(residual));
-  const double of_left = largest_row * left;
   if (direct && direct->is_dense()) {  // least squares: all that is left is out of reach
     report.is_least_squares = true;
     report.incompatible = report.residual;
-    report.residual = size == 0 || left <= 1e-6 * size ? 0 : image.norm() / (largest_row * size);
+    report.residual = size == 0 || left <= 1e-6 * size ? 0 : out_of_reach(b, x) / (largest_row * size);
   }
   const double by_rounding = size == 0 ? 0 : rounding_of_x() * norm(x, team) / size;
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
   report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
   if ((fourier || line_series) && report.converged) fourier_residual = report.residual;
-  report.is_singular = !report.converged && left > 1e-6 * size && image.norm() <= 1e-8 * of_left;
+  report.is_singular = !report.converged && left > 1e-6 * size && out_of_reach(b, x) <= 1e-8 * largest_row * left;
 }
 
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
@@ -420,7 +434,7 @@ void LinearSolver::begin(std::span<const double> b, std::span<const double> gues
   for (Eigen::Index i = 0; i < count; ++i) {
     const std::span<double> column(columns.col(i).data(), x.size()), of_column(images.col(i).data(), x.size());
     impl_->null_space.remove(column, impl_->team);  // which has no image but by rounding
-    dpde::multiply(impl_->rows, column, of_column, impl_->team);
+    impl_->a->multiply(column, of_column, impl_->team);
     const double size = images.col(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
     for (Eigen::Index k = 0; k < i; ++k) {
       factor(k, i) = images.col(k).dot(images.col(i));
@@ -461,6 +475,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;
 }
+const std::shared_ptr<const GridOperator>& LinearSolver::grid_operator() const { return impl_->a; }
 bool LinearSolver::has_first_guess() const { return impl_->has_steps(); }
 SolverMethod LinearSolver::method() const { return impl_->method; }
 const std::string& LinearSolver::reason() const { return impl_->reason; }

@@ -2,17 +2,23 @@
 // A*x = b on the cells of a grid: x is the pseudo-inverse solution, of all x for which |A*x - b| is least the smallest.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "dpde/runtime/team.h"
+#include "solve/grid_operator.h"
 #include "solve/smoother.h"
 #include "solve/stencil_matrix.h"
 #include "solve/vector_function.h"
 
 namespace dpde {
+
+inline constexpr int vectors_of_gmres = 40;          // between restarts
+inline constexpr std::int64_t small_system = 10000;  // factors of so many cells cost no more than cycles, and are exact
 
 enum class SolverMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
 std::string_view name_of(SolverMethod method);
@@ -48,9 +54,11 @@ struct SolveReport {
 
 class LinearSolver {
  public:
-  /// Results have the same bits by any number of threads.
+  /// It keeps the operator where its method needs it. Results have the same bits by any number of threads.
   /// \throws dpde::Error where the method does not fit the operator: why.
-  LinearSolver(const StencilMatrix& matrix, SolveOptions options, const Team& team = 1);
+  LinearSolver(std::shared_ptr<const GridOperator> grid_operator, SolveOptions options, const Team& team = 1);
+  LinearSolver(StencilMatrix matrix, const SolveOptions& options, const Team& team = 1)
+      : LinearSolver(std::make_shared<GridOperator>(std::move(matrix), options.rounding), options, team) {}
   ~LinearSolver();
 
   /// Nothing is allocated. `x`: the first guess of methods that have one. `search`: where a network preconditions, what
@@ -58,6 +66,7 @@ class LinearSolver {
   SolveReport solve(std::span<const double> b, std::span<double> x, const VectorFunction* search = nullptr);
   /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
   void begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x);
+  const std::shared_ptr<const GridOperator>& grid_operator() const;
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "solve/constant_rows.h"
 #include "solve/cycle_level.h"
 #include "solve/krylov.h"
 #include "solve/multigrid_level.h"
@@ -38,8 +39,12 @@ class Multigrid {
   /// Nothing where the operator has another form: `why` is what it has.
   static std::optional<Multigrid> of(const StencilMatrix& matrix, const NullSpace& null_space,
                                      const MultigridOptions& options, std::string& why);
+  static std::optional<Multigrid> of(const ConstantRows& rows, const NullSpace& null_space,
+                                     const MultigridOptions& options, std::string& why);
   /// Of the symmetric part of the neighbours' entries; for preconditioners of operators that have others too.
   static std::optional<Multigrid> of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
+                                                    const MultigridOptions& options, std::string& why);
+  static std::optional<Multigrid> of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
                                                     const MultigridOptions& options, std::string& why);
 
   std::size_t size() const { return levels_.front().size(); }  // of a vector
@@ -59,6 +64,10 @@ class Multigrid {
   int levels() const { return static_cast<int>(levels_.size()); }
 
  private:
+  /// `level`: couplings of the symmetric part, and the diagonal in its `rest`. `largest`: entry.
+  static std::optional<Multigrid> of_level(MultigridLevel level, double largest, const NullSpace& null_space,
+                                           const MultigridOptions& options, std::string& why);
+  void add_level(const MultigridLevel& level);
   static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
                                        std::string& why);
   void know_null_space(const NullSpace& null_space);

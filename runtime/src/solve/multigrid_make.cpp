@@ -35,31 +35,26 @@ double largest_of(const StencilMatrix& matrix) {
   return largest;
 }
 
-bool is_symmetric_to(const StencilMatrix& matrix, double zero) {
-  const StencilMatrix other = transposed(matrix);
-  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
-    const auto same = std::ranges::find(other.offsets, matrix.offsets[k]);
-    for (std::size_t i = 0; i < matrix.values[k].size(); ++i) {
-      const double mirrored =
-          same == other.offsets.end() ? 0 : other.values[static_cast<std::size_t>(same - other.offsets.begin())][i];
-      if (std::abs(matrix.values[k][i] - mirrored) > zero) return false;
-    }
+constexpr const char* not_symmetric = "the operator is not symmetric";
+constexpr const char* not_neighbours = "cells are coupled with others than their neighbours along the axes";
+
+MultigridLevel empty_level(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic) {
+  MultigridLevel level;
+  level.cells = cells;
+  level.periodic = periodic;
+  const auto size = static_cast<std::size_t>(cells[0] * cells[1] * cells[2]);
+  level.rest.assign(size, 0.0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (cells[axis] == 1) level.periodic[axis] = false;
+    level.width[axis].assign(static_cast<std::size_t>(cells[axis]), 1.0);
+    level.coupling[axis].assign(size, 0.0);
   }
-  return true;
+  return level;
 }
 
 /// Couplings of the symmetric part; `rest` has the diagonal.
 MultigridLevel level_of(const StencilMatrix& matrix) {
-  MultigridLevel level;
-  level.cells = matrix.cells;
-  level.periodic = matrix.periodic;
-  const auto size = static_cast<std::size_t>(matrix.size());
-  level.rest.assign(size, 0.0);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (matrix.cells[axis] == 1) level.periodic[axis] = false;
-    level.width[axis].assign(static_cast<std::size_t>(matrix.cells[axis]), 1.0);
-    level.coupling[axis].assign(size, 0.0);
-  }
+  MultigridLevel level = empty_level(matrix.cells, matrix.periodic);
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     const auto axis = axis_of(matrix.offsets[k]);
     const bool is_diagonal = matrix.offsets[k] == std::array{0, 0, 0};
@@ -79,14 +74,45 @@ MultigridLevel level_of(const StencilMatrix& matrix) {
   return level;
 }
 
+/// The same of rows that are alike: what is beyond a wall is the cell beside it again, or the other way round.
+MultigridLevel level_of(const ConstantRows& rows) {
+  MultigridLevel level = empty_level(rows.cells(), rows.periodic());
+  for (std::size_t k = 0; k < rows.row().size(); ++k) {
+    const auto axis = axis_of(rows.offsets()[k]);
+    const bool is_diagonal = rows.offsets()[k] == std::array{0, 0, 0};
+    const double value = rows.row()[k];
+    if (!axis && !is_diagonal) continue;
+    for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+      if (is_diagonal) {
+        level.rest[number] += value;
+        return;
+      }
+      const auto [along, step] = *axis;
+      const std::int64_t other = neighbour(level.cells, level.periodic, cell, along, step);
+      if (other < 0) {
+        level.rest[number] += rows.image(along, cell[along] + step).second * value;
+      } else {
+        level.coupling[along][step > 0 ? number : static_cast<std::size_t>(other)] -= value / 2;
+      }
+    });
+  }
+  return level;
+}
+
+double largest_of(const ConstantRows& rows) {
+  double largest = 0;
+  for (const double value : rows.row()) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
 }  // namespace
 
 std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
                                        const MultigridOptions& options, std::string& why) {
   const double zero = 64 * options.rounding * largest_of(matrix);
-  why = "the operator is not symmetric";
-  if (null_space.is_lopsided() || !is_symmetric_to(matrix, zero)) return std::nullopt;
-  why = "cells are coupled with others than their neighbours along the axes";
+  why = not_symmetric;
+  if (null_space.is_lopsided() || asymmetry_of(matrix).largest > zero) return std::nullopt;
+  why = not_neighbours;
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     if (matrix.offsets[k] != std::array{0, 0, 0} && !axis_of(matrix.offsets[k]) &&
         std::ranges::any_of(matrix.values[k], [&](double value) { return std::abs(value) > zero; }))
@@ -95,16 +121,38 @@ std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSp
   return of_symmetric_part(matrix, null_space, options, why);
 }
 
+std::optional<Multigrid> Multigrid::of(const ConstantRows& rows, const NullSpace& null_space,
+                                       const MultigridOptions& options, std::string& why) {
+  const double zero = 64 * options.rounding * largest_of(rows);
+  why = not_symmetric;
+  if (!rows.is_even({true, true, true}, zero)) return std::nullopt;
+  why = not_neighbours;
+  for (std::size_t k = 0; k < rows.row().size(); ++k) {
+    if (rows.offsets()[k] != std::array{0, 0, 0} && !axis_of(rows.offsets()[k]) && std::abs(rows.row()[k]) > zero)
+      return std::nullopt;
+  }
+  return of_symmetric_part(rows, null_space, options, why);
+}
+
 std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
                                                       const MultigridOptions& options, std::string& why) {
+  return of_level(level_of(matrix), largest_of(matrix), null_space, options, why);
+}
+
+std::optional<Multigrid> Multigrid::of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
+                                                      const MultigridOptions& options, std::string& why) {
+  return of_level(level_of(rows), largest_of(rows), null_space, options, why);
+}
+
+std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double largest, const NullSpace& null_space,
+                                             const MultigridOptions& options, std::string& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (matrix.periodic[axis] && matrix.cells[axis] == 2) return std::nullopt;
+    if (level.periodic[axis] && level.cells[axis] == 2) return std::nullopt;
   }
-  MultigridLevel level = level_of(matrix);
   double trace = 0;
   for (const double value : level.rest) trace += value;
-  const double sign = trace < 0 ? -1 : 1, zero = 8 * options.rounding * largest_of(matrix);
+  const double sign = trace < 0 ? -1 : 1, zero = 8 * options.rounding * largest;
   why = "cells are coupled with their neighbours with both signs";
   for (auto& coupling : level.coupling) {
     for (double& w : coupling) {
@@ -113,10 +161,9 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
       w = std::max(w, 0.0);
     }
   }
-  const std::vector<double> diagonal = std::exchange(level.rest, std::vector<double>(level.rest.size()));
   bool is_dominant = true;
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
-    double rest = sign * diagonal[number];
+    double rest = sign * level.rest[number];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       rest -= level.coupling[axis][number];
       const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
@@ -135,41 +182,44 @@ std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matri
   return made;
 }
 
+/// A level of cycles is made of one of equations, which is then given up: it takes ten times the memory.
+void Multigrid::add_level(const MultigridLevel& level) {
+  CycleLevel& packed = levels_.emplace_back(level, is_symmetric_, smoother_, team_);
+  if (levels_.size() == 1) return;
+  packed.b = Numbers(packed.size());
+  packed.x = Numbers(packed.size());
+}
+
 std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, const MultigridOptions& options,
                                          std::string& why) {
-  std::vector<MultigridLevel> levels;
-  complete(finest);
-  levels.push_back(std::move(finest));
-  while (levels.back().size() > most_of_coarsest) {
-    MultigridLevel coarse;
-    if (!make_coarser(levels.back(), coarse, options.is_symmetric)) break;
-    complete(coarse);
-    find_shares(levels.back(), coarse);
-    levels.push_back(std::move(coarse));
-  }
-  why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
-  if (levels.back().size() > most_factored) return std::nullopt;
-  if (!options.is_symmetric) {
-    for (double& share : levels.front().share) share *= over_correction;
-  }
   Multigrid result;
   result.team_ = options.team;
   result.sign_ = sign;
   result.is_symmetric_ = options.is_symmetric;
   result.smoother_ = options.smoother;
+  complete(finest);
   if (options.smoother == SmootherKind::automatic)
-    result.smoother_ = is_uneven(levels.front()) ? SmootherKind::chebyshev : SmootherKind::red_black;
-  result.coarsest_.emplace(matrix_of(levels.back()));
+    result.smoother_ = is_uneven(finest) ? SmootherKind::chebyshev : SmootherKind::red_black;
+  MultigridLevel level = std::move(finest);
+  while (level.size() > most_of_coarsest) {
+    MultigridLevel coarse;
+    if (!make_coarser(level, coarse, options.is_symmetric)) break;
+    complete(coarse);
+    find_shares(level, coarse);
+    if (!options.is_symmetric && result.levels_.empty()) {
+      for (double& share : level.share) share *= over_correction;
+    }
+    result.add_level(level);
+    level = std::move(coarse);
+  }
+  why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
+  if (level.size() > most_factored) return std::nullopt;
+  result.add_level(level);
+  result.coarsest_.emplace(matrix_of(level));
   why = "the factors of the coarsest grid have a zero in their diagonal";
   if (!result.coarsest_->is_there()) return std::nullopt;
-  result.coarsest_b_.assign(levels.back().size(), 0.0);
+  result.coarsest_b_.assign(level.size(), 0.0);
   result.coarsest_x_ = result.coarsest_b_;
-  for (const MultigridLevel& level : levels) {
-    CycleLevel& packed = result.levels_.emplace_back(level, options.is_symmetric, result.smoother_, options.team);
-    if (result.levels_.size() == 1) continue;
-    packed.b = Numbers(packed.size());
-    packed.x = Numbers(packed.size());
-  }
   return result;
 }
 

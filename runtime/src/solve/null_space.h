@@ -9,22 +9,27 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
+#include "solve/constant_rows.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
 
 class NullSpace {
  public:
+  NullSpace() = default;
   /// `rounding`: relative error of the entries.
   NullSpace(const StencilMatrix& matrix, double rounding);
+  NullSpace(const ConstantRows& rows, double rounding);
+  /// Whether of a constant the rows make 0.
+  static bool is_singular(const ConstantRows& rows, double rounding);
 
   /// Takes the mean over each singular part away; |what is taken|/|values|.
   double remove(std::span<double> values, const Team& team = 1) const;
   /// That |what is taken|/|values|, where it is a mean over all cells; they stay.
   double share_of_mean(std::span<const double> values, const Team& team = 1) const;
 
-  /// The matrix without what rounding left of the sums of rows in the singular parts.
-  StencilMatrix balanced(StencilMatrix matrix) const;
+  /// Takes away what rounding left of the sums of rows in the singular parts.
+  void balance(StencilMatrix& matrix) const;
 
   bool is_empty() const { return parts_.empty(); }
   /// Whether there are parts where rows sum to 0 and columns do not, or the other way round.

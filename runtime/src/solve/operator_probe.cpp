@@ -5,12 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dpde/runtime/error.h"
-#include "solve/axis_colours.h"
+#include "solve/box_probe.h"
+#include "solve/row_products.h"
 
 namespace dpde {
 namespace {
+
+/// On so few cells it costs nothing to look for rounding, and differences may cancel in all rows.
+constexpr std::int64_t few_rows = 64;
+/// Boxes of so few cells are looked for at once: to find a pattern takes a few images too.
+constexpr std::int64_t small_box = 20;
+constexpr int comparisons = 2;
 
 double largest(std::span<const double> values) {
   double most = 0;
@@ -18,86 +26,20 @@ double largest(std::span<const double> values) {
   return most;
 }
 
-class Probe {
- public:
-  Probe(const LinearImage& image, const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
-        const std::array<std::int64_t, 3>& reach)
-      : image_(image),
-        axes_{AxisColours(cells[0], periodic[0], reach[0]), AxisColours(cells[1], periodic[1], reach[1]),
-              AxisColours(cells[2], periodic[2], reach[2])} {
-    matrix_.cells = cells;
-    matrix_.periodic = periodic;
-    size_ = static_cast<size_t>(cells[0] * cells[1] * cells[2]);
-    from_.assign(size_, 0.0);
-    to_.assign(size_, 0.0);
-  }
-
-  StencilMatrix run() {
-    for (std::int64_t z = 0; z < axes_[2].count; ++z) {
-      for (std::int64_t y = 0; y < axes_[1].count; ++y) {
-        for (std::int64_t x = 0; x < axes_[0].count; ++x) take({x, y, z});
-      }
-    }
-    return std::move(matrix_);
-  }
-
- private:
-  /// The columns of the cells of one colour.
-  void take(const std::array<std::int64_t, 3>& colour) {
-    for_each_cell([&](size_t number, const std::array<std::int64_t, 3>& cell) {
-      bool is_it = true;
-      for (size_t axis = 0; axis < 3; ++axis)
-        is_it = is_it && axes_[axis].colour[static_cast<size_t>(cell[axis])] == colour[axis];
-      from_[number] = is_it ? 1 : 0;
-    });
-    image_(from_, to_);
-    for_each_cell([&](size_t number, const std::array<std::int64_t, 3>& cell) {
-      if (to_[number] == 0) return;
-      std::array<int, 3> offset{};
-      for (size_t axis = 0; axis < 3; ++axis) {
-        offset[axis] = axes_[axis].offset(cell[axis], colour[axis]);
-        if (offset[axis] == AxisColours::none) return;  // found out by the check of linearity
-      }
-      column(offset)[number] = to_[number];
-    });
-  }
-
-  std::vector<double>& column(const std::array<int, 3>& offset) {
-    const auto is_it = [&](const std::array<int, 3>& other) {  // looked for in each cell: == calls memcmp
-      return other[0] == offset[0] && other[1] == offset[1] && other[2] == offset[2];
-    };
-    const auto known = std::ranges::find_if(matrix_.offsets, is_it);
-    if (known != matrix_.offsets.end()) return matrix_.values[static_cast<size_t>(known - matrix_.offsets.begin())];
-    matrix_.offsets.push_back(offset);
-    return matrix_.values.emplace_back(size_, 0.0);
-  }
-
-  template <class F>
-  void for_each_cell(const F& f) const {
-    size_t number = 0;
-    const std::array<std::int64_t, 3>& cells = matrix_.cells;
-    for (std::int64_t z = 0; z < cells[2]; ++z) {
-      for (std::int64_t y = 0; y < cells[1]; ++y) {
-        for (std::int64_t x = 0; x < cells[0]; ++x) f(number++, {x, y, z});
-      }
-    }
-  }
-
-  const LinearImage& image_;
-  std::array<AxisColours, 3> axes_;
-  StencilMatrix matrix_;
-  size_t size_ = 0;
-  std::vector<double> from_, to_;
-};
-
-/// Numbers between -1 and 1 that are the same in each run.
-std::vector<double> arbitrary(size_t count) {
-  std::vector<double> values(count);
-  std::uint64_t state = 0x9e3779b97f4a7c15;
+/// Numbers whose sizes are between 1/2 and 1, the same in each run: an entry that is off shows in its row, of whatever
+/// column it is. They are numbers of f32 too, and others with each `seed`.
+void fill_arbitrary(std::span<double> values, int seed) {
+  std::uint64_t state = 0x9e3779b97f4a7c15 + static_cast<std::uint64_t>(seed);
   for (double& value : values) {
     state = state * 6364136223846793005 + 1442695040888963407;
-    value = static_cast<double>(state >> 11) * 0x1p-52 - 1;
+    const double size = 0.5 + static_cast<double>(state >> 45) * 0x1p-20;
+    value = (state >> 44 & 1) == 0 ? size : -size;
   }
+}
+
+std::vector<double> arbitrary(size_t count) {
+  std::vector<double> values(count);
+  fill_arbitrary(values, 0);
   return values;
 }
 
@@ -152,61 +94,229 @@ double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
   return level;
 }
 
-/// How far the matrix is from making of arbitrary values what the operator makes.
-struct Departure {
-  double difference = 0, entry = 0;  // and the largest coefficient
-  double allowed = 0;
-};
-
-Departure departure_of(const LinearImage& image, const StencilMatrix& matrix, double rounding,
-                       const std::string& what) {
-  const auto size = static_cast<size_t>(matrix.size());
-  const std::vector<double> values = arbitrary(size), made = image_of(image, values, 1);
-  std::vector<double> expected(size);
-  multiply(matrix, values, expected);
-  Departure result;
-  for (const std::vector<double>& column : matrix.values) result.entry = std::max(result.entry, largest(column));
-  for (size_t i = 0; i < size; ++i) result.difference = std::max(result.difference, std::abs(made[i] - expected[i]));
-  if (!std::isfinite(result.entry) || std::isnan(largest(made)))
-    throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
-  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
-  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
-  const double of_terms = std::min(64 * rounding, std::sqrt(rounding) * result.entry);
-  const double of_entries = 64 * rounding * result.entry * static_cast<double>(matrix.offsets.size() + 1);
-  result.allowed = result.entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding);
-  return result;
-}
-
-void check_zero(const LinearImage& image, size_t size, const std::string& what) {
-  const double of_nothing = largest(image_of(image, std::vector<double>(size, 0.0), 1));
-  if (std::isnan(of_nothing)) throw NotFinite(fmt::format("solve for {}: the operator is not finite", what));
-  if (of_nothing != 0)
-    throw Error(ErrorKind::run,
-                fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what, of_nothing));
+/// Unit vectors whose cells are far apart and from walls.
+bool has_room(const std::array<std::int64_t, 3>& cells, const std::array<std::int64_t, 3>& reach) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (reach[axis] < 0 || (reach[axis] > 0 && cells[axis] <= 4 * reach[axis] + 1)) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
-StencilMatrix probe(const LinearImage& image, const std::array<std::int64_t, 3>& cells,
-                    const std::array<bool, 3>& periodic, const std::array<std::int64_t, 3>& reach, double rounding,
-                    const std::string& what) {
-  StencilMatrix matrix = Probe(image, cells, periodic, reach).run();
-  // On so few cells it costs nothing to look for rounding, and differences may cancel in all rows.
-  constexpr std::int64_t few = 64;
-  if (matrix.size() > 1) check_zero(image, static_cast<size_t>(matrix.size()), what);
-  double level = matrix.size() <= few ? drop_rounding(image, matrix) : 0;
-  if (matrix.size() <= 1) return matrix;
-  Departure departure = departure_of(image, matrix, rounding, what);
-  if (departure.difference > departure.allowed && matrix.size() > few) {
+OperatorProbe::OperatorProbe(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
+                             const std::array<std::int64_t, 3>& reach, double rounding, std::string what)
+    : cells_(cells), reach_(reach), periodic_(periodic), rounding_(rounding), what_(std::move(what)) {}
+
+/// Of what `values_` are.
+void OperatorProbe::make(const LinearImage& image) {
+  ++images_;
+  image(values_, image_);
+}
+
+void OperatorProbe::take_memory() {
+  values_.assign(cell_count(), 0.0);
+  image_.assign(cell_count(), 0.0);
+  images_ = 0;
+}
+
+void OperatorProbe::drop_memory() {
+  values_ = std::vector<double>();
+  image_ = std::vector<double>();
+}
+
+GridOperator OperatorProbe::find(const LinearImage& image, StencilMatrix used) {
+  take_memory();
+  if (may_be_constant_) {
+    if (std::optional<ConstantRows> rows = constant_rows(image)) {
+      drop_memory();
+      return {*rows, rounding_};
+    }
+  }
+  may_be_constant_ = false;
+  return {matrix(image, std::move(used)), rounding_};
+}
+
+/// The column of a cell in the middle is the row of each, mirrored.
+std::optional<ConstantRows> OperatorProbe::constant_rows(const LinearImage& image) {
+  if (static_cast<std::int64_t>(cell_count()) <= few_rows || !has_room(cells_, reach_)) return std::nullopt;
+  const GridPlace middle{cells_[0] / 2, cells_[1] / 2, cells_[2] / 2};
+  values_[number_of(cells_, middle)] = 1;
+  make(image);
+  values_[number_of(cells_, middle)] = 0;
+  std::vector<std::array<int, 3>> offsets;
+  std::vector<double> row;
+  for_each_cell({2 * reach_[0] + 1, 2 * reach_[1] + 1, 2 * reach_[2] + 1}, [&](std::size_t, const GridPlace& in_box) {
+    std::array<int, 3> offset{};
+    GridPlace cell{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      offset[axis] = static_cast<int>(reach_[axis] - in_box[axis]);
+      cell[axis] = middle[axis] - offset[axis];
+    }
+    const double value = image_[number_of(cells_, cell)];
+    if (value == 0) return;
+    offsets.push_back(offset);
+    row.push_back(value);
+  });
+  if (row.empty() || !std::isfinite(largest(row))) return std::nullopt;
+  const ConstantRows rows(cells_, {}, std::move(offsets), std::move(row));
+  const std::optional<std::array<Sides, 3>> sides = find_sides(image, rows);
+  if (!sides) return std::nullopt;
+  ConstantRows found(cells_, *sides, rows.offsets(), rows.row());
+  return is_made_by(found, image) ? std::optional(std::move(found)) : std::nullopt;
+}
+
+/// What cells beside the middles of walls read of themselves and of one another: their images are even or odd,
+/// whichever is nearer. Nothing where rows are not even along an axis that has walls.
+std::optional<std::array<Sides, 3>> OperatorProbe::find_sides(const LinearImage& image, const ConstantRows& row) {
+  std::array<Sides, 3> sides{};
+  std::array<bool, 3> is_bounded{};
+  const GridPlace middle{cells_[0] / 2, cells_[1] / 2, cells_[2] / 2};
+  const auto at = [&](std::size_t axis, std::int64_t place) {
+    GridPlace cell = middle;
+    cell[axis] = place;
+    return number_of(cells_, cell);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    is_bounded[axis] = !periodic_[axis] && cells_[axis] > 1;
+    std::array<bool, 3> mirrored{};
+    mirrored[axis] = is_bounded[axis];
+    if (!row.is_even(mirrored, 64 * rounding_ * row.row_size())) return std::nullopt;
+    if (is_bounded[axis]) values_[at(axis, 0)] = values_[at(axis, cells_[axis] - 1)] = 1;
+  }
+  if (!is_bounded[0] && !is_bounded[1] && !is_bounded[2]) return sides;
+  make(image);
+  std::ranges::fill(values_, 0.0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!is_bounded[axis]) continue;
+    std::array<bool, 2> is_odd{};
+    for (const std::size_t side : {0u, 1u}) {
+      double of_even = 0, of_odd = 0;
+      for (int i = 0; i < std::max<std::int64_t>(reach_[axis], 1); ++i) {
+        std::array<int, 3> offset{}, beyond{};
+        offset[axis] = i;
+        beyond[axis] = i + 1;
+        const double made = image_[at(axis, side == 0 ? i : cells_[axis] - 1 - i)] - row.entry(offset);
+        of_even = std::max(of_even, std::abs(made - row.entry(beyond)));
+        of_odd = std::max(of_odd, std::abs(made + row.entry(beyond)));
+      }
+      is_odd[side] = of_odd < of_even;
+    }
+    sides[axis] =
+        is_odd[0] ? (is_odd[1] ? Sides::odd_odd : Sides::odd_even) : (is_odd[1] ? Sides::even_odd : Sides::even_even);
+  }
+  return sides;
+}
+
+bool OperatorProbe::is_made_by(const ConstantRows& rows, const LinearImage& image) {
+  std::ranges::fill(values_, 0.0);
+  make(image);
+  if (largest(image_) != 0) return false;  // or a number that is none
+  for (int turn = 0; turn < comparisons; ++turn) {
+    fill_arbitrary(values_, turn);
+    make(image);
+    const double off = largest_residual(rows, image_, values_);
+    if (!(off <= 64 * rounding_ * rows.row_size())) return false;
+  }
+  return true;
+}
+
+void OperatorProbe::check_zero(const LinearImage& image) {
+  std::ranges::fill(values_, 0.0);
+  make(image);
+  const double of_nothing = largest(image_);
+  if (std::isnan(of_nothing)) throw NotFinite(fmt::format("solve for {}: the operator is not finite", what_));
+  if (of_nothing != 0)
+    throw Error(ErrorKind::run,
+                fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what_, of_nothing));
+}
+
+/// How far the matrix is from making of arbitrary values what the operator makes.
+OperatorProbe::Departure OperatorProbe::departure_of(const LinearImage& image, const StencilMatrix& matrix) {
+  Departure result;
+  for (const std::vector<double>& column : matrix.values) result.entry = std::max(result.entry, largest(column));
+  for (int turn = 0; turn < comparisons; ++turn) {
+    fill_arbitrary(values_, turn);
+    make(image);
+    if (!std::isfinite(result.entry) || std::isnan(largest(image_)))
+      throw NotFinite(fmt::format("solve for {}: the operator is not finite", what_));
+    result.difference = std::max(result.difference, largest_residual(matrix, image_, values_));
+  }
+  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
+  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
+  const double of_terms = std::min(64 * rounding_, std::sqrt(rounding_) * result.entry);
+  const double of_entries = 64 * rounding_ * result.entry * static_cast<double>(matrix.offsets.size() + 1);
+  result.allowed = result.entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding_);
+  return result;
+}
+
+/// Of a stencil whose entries are few of those in boxes. What is not found by its pattern is found in boxes.
+bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matrix) {
+  if (!std::exchange(knows_pattern_, true)) {
+    BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_);
+    if (boxes.count() > small_box) {
+      std::vector<std::array<int, 3>> offsets = boxes.some_offsets();
+      images_ += BoxProbe::images_of_some;
+      const auto entries = static_cast<std::int64_t>(offsets.size());
+      if (entries > 0 && 2 * entries < boxes.count())
+        pattern_ = PatternColours::of(std::move(offsets), cells_, periodic_, boxes.count() / 2);
+    }
+  }
+  if (!pattern_) return false;
+  matrix.cells = cells_;
+  matrix.periodic = periodic_;
+  matrix.offsets = pattern_->offsets();
+  matrix.values.resize(matrix.offsets.size());
+  for (std::vector<double>& column : matrix.values) column.assign(cell_count(), 0.0);
+  bool is_all = true;
+  for (std::int64_t colour = 0; is_all && colour < pattern_->count(); ++colour) {
+    for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
+      values_[number] = pattern_->colour(cell) == colour ? 1 : 0;
+    });
+    make(image);
+    for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
+      if (image_[number] == 0) return;
+      const int k = pattern_->entry(cell, colour);
+      is_all = is_all && k >= 0;
+      if (k >= 0) matrix.values[static_cast<std::size_t>(k)][number] = image_[number];
+    });
+  }
+  if (is_all) {
+    const Departure departure = departure_of(image, matrix);
+    is_all = departure.difference <= departure.allowed;
+  }
+  if (!is_all) pattern_.reset();
+  return is_all;
+}
+
+StencilMatrix OperatorProbe::matrix(const LinearImage& image, StencilMatrix used) {
+  take_memory();
+  const auto cells = static_cast<std::int64_t>(cell_count());
+  if (cells > few_rows) {
+    check_zero(image);
+    if (is_by_pattern(image, used)) {
+      drop_memory();
+      return used;
+    }
+  }
+  BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_, std::move(used));
+  StencilMatrix matrix = boxes.all();
+  images_ += static_cast<int>(boxes.count());
+  if (cells > 1 && cells <= few_rows) check_zero(image);
+  double level = cells <= few_rows ? drop_rounding(image, matrix) : 0;
+  if (cells <= 1) return matrix;
+  Departure departure = departure_of(image, matrix);
+  if (departure.difference > departure.allowed && cells > few_rows) {
     level = drop_rounding(image, matrix);
-    departure = departure_of(image, matrix, rounding, what);
+    departure = departure_of(image, matrix);
   }
   const double of_dropped = 64 * level * static_cast<double>(matrix.offsets.size() + 1);
   if (departure.difference > std::max(departure.allowed, of_dropped))
     throw Error(ErrorKind::run,
                 fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
                             "off, with coefficients up to {:.3g}",
-                            what, departure.difference, departure.entry));
+                            what_, departure.difference, departure.entry));
+  drop_memory();
   return matrix;
 }
 

@@ -1,26 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-// The matrix of a linear operator that is a list of operations: what it makes of unit vectors, those of many cells at
-// once that are too far apart to meet (colours, Curtis, Powell and Reid 1974).
+// The rows of a linear operator that is a list of operations, by what it makes of unit vectors. Where the row is the
+// same in all cells one of them is enough. Else those of many cells are taken at once that no row reads two of
+// (colours: Curtis, Powell and Reid 1974; of a stencil with few entries fewer colours: solve/pattern_colours.h). What
+// has been found is compared with what the operator makes of arbitrary values, in each cell.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "solve/box_probe.h"
+#include "solve/grid_operator.h"
+#include "solve/pattern_colours.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
 
-/// Makes the image of interior values, x fastest.
-using LinearImage = std::function<void(std::span<const double> values, std::span<double> image)>;
+/// Of one operator, whose coefficients may change from one probe to the next.
+class OperatorProbe {
+ public:
+  OperatorProbe() = default;
+  /// `reach`: how far from a cell its image looks, -1: anywhere. `rounding`: relative error of values. `what`: its name
+  /// in messages.
+  OperatorProbe(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
+                const std::array<std::int64_t, 3>& reach, double rounding, std::string what);
 
-/// `reach`: how far from a cell its image looks, -1: anywhere. `rounding`: relative error of values.
-/// \throws dpde::Error where the operator is not linear or reaches farther. `what`: its name in messages.
-StencilMatrix probe(const LinearImage& image, const std::array<std::int64_t, 3>& cells,
-                    const std::array<bool, 3>& periodic, const std::array<std::int64_t, 3>& reach, double rounding,
-                    const std::string& what);
+  /// Its rows. `used`: memory of a matrix that is no longer needed.
+  /// \throws dpde::Error where the operator is not linear or reaches farther.
+  GridOperator find(const LinearImage& image, StencilMatrix used = {});
+  /// A row for each cell, whether they are alike or not.
+  StencilMatrix matrix(const LinearImage& image, StencilMatrix used = {});
+  /// How often the last probe has run the operator.
+  int images() const { return images_; }
+
+ private:
+  struct Departure {
+    double difference = 0, entry = 0;  // and the largest coefficient
+    double allowed = 0;
+  };
+
+  std::optional<ConstantRows> constant_rows(const LinearImage& image);
+  std::optional<std::array<Sides, 3>> find_sides(const LinearImage& image, const ConstantRows& row);
+  bool is_made_by(const ConstantRows& rows, const LinearImage& image);
+  bool is_by_pattern(const LinearImage& image, StencilMatrix& matrix);
+  void check_zero(const LinearImage& image);
+  Departure departure_of(const LinearImage& image, const StencilMatrix& matrix);
+  void take_memory();
+  void drop_memory();
+  void make(const LinearImage& image);
+  std::size_t cell_count() const { return static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]); }
+
+  std::array<std::int64_t, 3> cells_{}, reach_{};
+  std::array<bool, 3> periodic_{};
+  double rounding_ = 0;
+  std::string what_;
+  bool may_be_constant_ = true;  // the rows were alike, or nobody has looked
+  bool knows_pattern_ = false;   // or that there is none
+  std::optional<PatternColours> pattern_;
+  std::vector<double> values_, image_;
+  int images_ = 0;
+};
 
 }  // namespace dpde

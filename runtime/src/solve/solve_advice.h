@@ -4,18 +4,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
 #include "solve/linear_solver.h"
-#include "solve/stencil_matrix.h"
 
 namespace dpde {
 
 constexpr std::int64_t most_cells_tried = 100'000;  // on more, trying methods takes long
 
 /// `failed`: what the method of `options` has met. "" on more cells than methods are tried on.
-std::string advice_on(const StencilMatrix& matrix, const SolveOptions& options, std::span<const double> right,
-                      const SolveReport& failed);
+std::string advice_on(const std::shared_ptr<const GridOperator>& a, const SolveOptions& options,
+                      std::span<const double> right, const SolveReport& failed);
 
 }  // namespace dpde

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "real.h"
@@ -74,14 +76,70 @@ void write_cells(const dpde_layout& layout, void* base, std::span<const double> 
   });
 }
 
+namespace {
+
+/// The rounds of xxHash64 (Y. Collet, XXH64) on lines of bytes: each word is mixed into one of four sums, so that none
+/// waits for the one before. Lines of any length; the same bytes in other lines are another hash.
+class Hash {
+ public:
+  void add(const char* bytes, std::size_t count) {
+    for (; count >= sizeof sums_; bytes += sizeof sums_, count -= sizeof sums_) {
+      for (std::size_t i = 0; i < sums_.size(); ++i) {
+        std::uint64_t word;
+        std::memcpy(&word, bytes + i * sizeof word, sizeof word);
+        mix(sums_[i], word);
+      }
+    }
+    for (std::size_t i = 0; count > 0; ++i) {
+      std::uint64_t word = 0;
+      const std::size_t part = std::min(count, sizeof word);
+      std::memcpy(&word, bytes, part);
+      mix(sums_[i], word);
+      bytes += part;
+      count -= part;
+    }
+  }
+  std::uint64_t value() const {
+    std::uint64_t sum =
+        std::rotl(sums_[0], 1) + std::rotl(sums_[1], 7) + std::rotl(sums_[2], 12) + std::rotl(sums_[3], 18);
+    for (std::uint64_t part : sums_) {
+      std::uint64_t mixed = 0;
+      mix(mixed, part);
+      sum = (sum ^ mixed) * first + fourth;
+    }
+    sum = (sum ^ sum >> 33) * second;
+    sum = (sum ^ sum >> 29) * third;
+    return sum ^ sum >> 32;
+  }
+
+ private:
+  static constexpr std::uint64_t first = 0x9E3779B185EBCA87, second = 0xC2B2AE3D27D4EB4F, third = 0x165667B19E3779F9,
+                                 fourth = 0x85EBCA77C2B2AE63;
+  static void mix(std::uint64_t& sum, std::uint64_t word) { sum = std::rotl(sum + word * second, 31) * first; }
+  std::array<std::uint64_t, 4> sums_{first + second, second, 0, 0 - first};
+};
+
+std::uint64_t hash_of(const dpde_layout& layout, const void* base) {
+  Hash hash;
+  with_real(layout.real, [&](auto real) {
+    const auto* cells = static_cast<const decltype(real)*>(base);
+    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
+      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
+        const auto* row = cells + y * layout.stride[1] + z * layout.stride[2];
+        hash.add(reinterpret_cast<const char*>(row), static_cast<std::size_t>(layout.cells[0]) * sizeof real);
+      }
+    }
+  });
+  return hash.value();
+}
+
+}  // namespace
+
 SolveInputs::SolveInputs(const dpde_solve& solve, const dpde_layout& layout)
     : solve_(solve),
       layout_(with_three_axes(layout)),
-      coefficients_(static_cast<std::size_t>(solve.coefficient_count)),
-      params_(static_cast<std::size_t>(solve.param_count), 0.0) {
-  for (std::vector<double>& values : coefficients_) values.assign(cells_of(layout_), 0.0);
-  values_.assign(cells_of(layout_), 0.0);
-}
+      coefficients_(static_cast<std::size_t>(solve.coefficient_count), 0),
+      params_(static_cast<std::size_t>(solve.param_count), 0.0) {}
 
 bool SolveInputs::have_changed(void* const* fields, const double* params) {
   bool changed = std::exchange(is_new_, false);
@@ -91,10 +149,9 @@ bool SolveInputs::have_changed(void* const* fields, const double* params) {
     params_[i] = now;
   }
   for (std::size_t i = 0; i < coefficients_.size(); ++i) {
-    read_cells(layout_, fields[solve_.coefficients[i]], values_);
-    if (values_ == coefficients_[i]) continue;
-    changed = true;
-    std::swap(values_, coefficients_[i]);
+    const std::uint64_t now = hash_of(layout_, fields[solve_.coefficients[i]]);
+    changed = changed || now != coefficients_[i];
+    coefficients_[i] = now;
   }
   return changed;
 }

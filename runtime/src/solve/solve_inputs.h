@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -26,7 +27,8 @@ std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& la
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team = 1);
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team = 1);
 
-/// Coefficients and parameters that an operator was seen with.
+/// Coefficients and parameters that an operator was seen with. Of fields a hash of 64 bits is kept, not a copy: that of
+/// other values is the same with a probability of 2^-64.
 class SolveInputs {
  public:
   SolveInputs() = default;
@@ -38,8 +40,8 @@ class SolveInputs {
  private:
   dpde_solve solve_{};
   dpde_layout layout_{};
-  std::vector<std::vector<double>> coefficients_;
-  std::vector<double> params_, values_;
+  std::vector<std::uint64_t> coefficients_;
+  std::vector<double> params_;
   bool is_new_ = true;
 };
 

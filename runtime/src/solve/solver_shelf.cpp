@@ -5,14 +5,15 @@
 
 namespace dpde {
 
-std::shared_ptr<LinearSolver> SolverStore::solver_of(const StencilMatrix& matrix, const SolveOptions& options,
-                                                     const Team& team) {
+std::shared_ptr<LinearSolver> SolverStore::solver_of(std::shared_ptr<const GridOperator> grid_operator,
+                                                     const SolveOptions& options, const Team& team) {
   std::erase_if(kept_, [](const Kept& kept) { return kept.solver.expired(); });
   for (const Kept& kept : kept_) {
-    if (kept.options == options && kept.matrix == matrix) return kept.solver.lock();
+    std::shared_ptr<LinearSolver> solver = kept.solver.lock();
+    if (kept.options == options && *solver->grid_operator() == *grid_operator) return solver;
   }
-  auto solver = std::make_shared<LinearSolver>(matrix, options, team);
-  kept_.push_back({matrix, options, solver});
+  auto solver = std::make_shared<LinearSolver>(std::move(grid_operator), options, team);
+  kept_.push_back({options, solver});
   return solver;
 }
 

@@ -17,13 +17,13 @@ namespace dpde {
 
 class SolverStore {
  public:
-  /// It stays as long as somebody holds it.
+  /// It stays as long as somebody holds it. Operators are compared with those that solvers hold.
   /// \throws dpde::Error as LinearSolver does.
-  std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options, const Team& team);
+  std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
+                                          const SolveOptions& options, const Team& team);
 
  private:
   struct Kept {
-    StencilMatrix matrix;
     SolveOptions options;
     std::weak_ptr<LinearSolver> solver;
   };
@@ -39,8 +39,9 @@ class SolverShelf {
 
   const Team& team() const { return team_; }
 
-  std::shared_ptr<LinearSolver> solver_of(const StencilMatrix& matrix, const SolveOptions& options) {
-    return store_->solver_of(matrix, options, team_);
+  std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
+                                          const SolveOptions& options) {
+    return store_->solver_of(std::move(grid_operator), options, team_);
   }
   /// Of a solve of the program: it stays where it is.
   SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }

@@ -2,6 +2,7 @@
 #include "solve/stencil_matrix.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dpde {
 
@@ -14,23 +15,92 @@ std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> 
   return cell[0] + matrix.cells[0] * (cell[1] + matrix.cells[1] * cell[2]);
 }
 
-StencilMatrix transposed(const StencilMatrix& matrix) {
-  StencilMatrix result{matrix.cells, matrix.periodic, matrix.offsets, {}};
-  result.values.assign(matrix.values.size(), std::vector<double>(static_cast<std::size_t>(matrix.size()), 0.0));
+namespace {
+
+/// `f`(begin, end, shift) on those of the places first <= x < end along x whose entry is in the place x + shift.
+template <class F>
+void for_each_run(const StencilMatrix& matrix, std::int64_t offset, std::int64_t first, std::int64_t end, const F& f) {
+  const std::int64_t n = matrix.cells[0];
+  const auto run = [&](std::int64_t from, std::int64_t to, std::int64_t shift) {
+    const std::int64_t begin = std::max(from, first), behind = std::min(to, end);
+    if (begin < behind) f(begin, behind, shift);
+  };
+  if (!matrix.periodic[0]) return run(-offset, n - offset, offset);
+  const std::int64_t shift = (offset % n + n) % n;
+  run(0, n - shift, shift);
+  run(n - shift, n, shift - n);
+}
+
+/// Those of the offsets that are one column with the one given, or with the one opposite to it.
+std::vector<std::size_t> same_column(const StencilMatrix& matrix, std::size_t of, int sign) {
+  std::vector<std::size_t> found;
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
-    for (int& o : result.offsets[k]) o = -o;
-    const StencilMatrix one{matrix.cells, matrix.periodic, {matrix.offsets[k]}, {matrix.values[k]}};
-    for_each_entry(one, [&](std::size_t row, std::size_t column, double value) {
-      (void)row;
-      result.values[k][column] = value;
-    });
+    bool is_it = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int apart = matrix.offsets[k][axis] - sign * matrix.offsets[of][axis];
+      is_it = is_it && (matrix.periodic[axis] ? apart % matrix.cells[axis] == 0 : apart == 0);
+    }
+    if (is_it) found.push_back(k);
   }
-  return result;
+  return found;
+}
+
+double sum_of(const StencilMatrix& matrix, const std::vector<std::size_t>& offsets, std::size_t row) {
+  double sum = 0;
+  for (const std::size_t k : offsets) sum += matrix.values[k][row];
+  return sum;
+}
+
+}  // namespace
+
+void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
+                    double* result) {
+  std::fill_n(result, count, 0.0);
+  const auto line = static_cast<std::int64_t>(number_of(matrix.cells, {0, first[1], first[2]}));
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const std::array<int, 3>& offset = matrix.offsets[k];
+    const std::int64_t y = place_along(matrix, 1, first[1] + offset[1]),
+                       z = place_along(matrix, 2, first[2] + offset[2]);
+    if (y < 0 || z < 0) continue;
+    const double* const from = x.data() + number_of(matrix.cells, {0, y, z});
+    const double* const values = matrix.values[k].data() + line;
+    for_each_run(matrix, offset[0], first[0], first[0] + count,
+                 [&](std::int64_t begin, std::int64_t end, std::int64_t shift) {
+                   for (std::int64_t i = begin; i < end; ++i) result[i - first[0]] += values[i] * from[i + shift];
+                 });
+  }
 }
 
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result) {
+  for_each_block(matrix.cells, [&](std::size_t number, const GridPlace& first, std::int64_t count) {
+    multiply_cells(matrix, first, count, x, result.data() + number);
+  });
+}
+
+void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result) {
   std::ranges::fill(result, 0.0);
-  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) { result[row] += value * x[column]; });
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) { result[column] += value * x[row]; });
+}
+
+Asymmetry asymmetry_of(const StencilMatrix& matrix) {
+  Asymmetry result;
+  double squares = 0, of_all = 0;
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const std::vector<std::size_t> same = same_column(matrix, k, 1), opposite = same_column(matrix, k, -1);
+    if (same.front() != k) continue;
+    for_each_cell(matrix.cells, [&](std::size_t row, const GridPlace& cell) {
+      const std::int64_t column = column_of(matrix, cell, matrix.offsets[k]);
+      if (column < 0) return;
+      const double value = sum_of(matrix, same, row);
+      const double apart = value - sum_of(matrix, opposite, static_cast<std::size_t>(column));
+      result.largest = std::max(result.largest, std::abs(apart));
+      squares += (opposite.empty() ? 2 : 1) * apart * apart;  // where nothing is opposite both are met here
+      of_all += value * value;
+    });
+  }
+  result.norm = std::sqrt(squares);
+  result.of_all = std::sqrt(of_all);
+  return result;
 }
 
 }  // namespace dpde

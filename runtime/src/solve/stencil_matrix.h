@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "solve/grid_place.h"
+
 namespace dpde {
 
 /// Cells are numbered x + cells[0]*(y + cells[1]*z). Row i has the entry values[k][i] in the column of the cell at
@@ -25,10 +27,19 @@ struct StencilMatrix {
 /// The cell at `offset` from cell (x, y, z); -1 beyond a bounded axis.
 std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> cell, const std::array<int, 3>& offset);
 
-StencilMatrix transposed(const StencilMatrix& matrix);
-
 /// result = matrix*x
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result);
+void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result);
+/// What the rows of `count` cells along x, from `first` on, make of x.
+void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
+                    double* result);
+
+/// A - A^T.
+struct Asymmetry {
+  double largest = 0;           // entry
+  double norm = 0, of_all = 0;  // of Frobenius; that of A
+};
+Asymmetry asymmetry_of(const StencilMatrix& matrix);
 
 /// The place i along the axis, which may lie beyond its ends; -1 beyond a bounded one.
 inline std::int64_t place_along(const StencilMatrix& matrix, std::size_t axis, std::int64_t i) {

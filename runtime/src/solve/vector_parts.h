@@ -43,6 +43,33 @@ class VectorParts {
   std::size_t size_, length_;
 };
 
+/// The same for the rows of a grid along x.
+class RowParts {
+ public:
+  static constexpr std::int64_t most = VectorParts::most;
+
+  explicit RowParts(const std::array<std::int64_t, 3>& cells)
+      : rows_(static_cast<std::size_t>(cells[1] * cells[2])),
+        length_((rows_ + most - 1) / most),
+        is_shared_(cells[0] * cells[1] * cells[2] >= static_cast<std::int64_t>(VectorParts::least_shared)) {}
+
+  /// f(first row, the one behind the last, part) of each part.
+  template <class F>
+  void for_each(const Team& team, const F& f) const {
+    const auto count = static_cast<std::int64_t>((rows_ + length_ - 1) / length_);
+    const auto one = [&](std::int64_t part, int = 0) {
+      const std::size_t begin = static_cast<std::size_t>(part) * length_;
+      f(begin, std::min(begin + length_, rows_), part);
+    };
+    if (is_shared_) return team.run(count, one);
+    for (std::int64_t part = 0; part < count; ++part) one(part);
+  }
+
+ private:
+  std::size_t rows_, length_;
+  bool is_shared_;
+};
+
 /// to_i = f(the numbers i of `from`), which may be `to`.
 template <class F, class... From>
 void set_each(const Team& team, std::span<double> to, const F& f, const From&... from) {

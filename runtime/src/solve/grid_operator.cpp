@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/grid_operator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "solve/row_products.h"
+#include "solve/vector_parts.h"
+
+namespace dpde {
+namespace {
+
+double norm_of_largest_row(const ConstantRows& rows) { return rows.largest_row(); }
+
+double norm_of_largest_row(const StencilMatrix& matrix) {
+  const auto size = static_cast<std::size_t>(matrix.size());
+  double most = 0;
+  for (std::size_t row = 0; row < size; ++row) {
+    double squares = 0;
+    for (const std::vector<double>& column : matrix.values) squares += column[row] * column[row];
+    most = std::max(most, squares);
+  }
+  return std::sqrt(most);
+}
+
+ConstantRows balanced(const ConstantRows& rows, double rounding) {
+  if (!NullSpace::is_singular(rows, rounding)) return rows;
+  double sum = 0;
+  for (const double value : rows.row()) sum += value;
+  return rows.with_diagonal(-sum);
+}
+
+}  // namespace
+
+GridOperator::GridOperator(StencilMatrix matrix, double rounding) : rows_(std::move(matrix)), null_space_() {
+  auto& own = std::get<StencilMatrix>(rows_);
+  null_space_ = NullSpace(own, rounding);
+  null_space_.balance(own);
+}
+
+GridOperator::GridOperator(const ConstantRows& rows, double rounding)
+    : rows_(balanced(rows, rounding)), null_space_(rows, rounding) {}
+
+const std::array<std::int64_t, 3>& GridOperator::cells() const {
+  const auto* const rows = constant_rows();
+  return rows != nullptr ? rows->cells() : std::get<StencilMatrix>(rows_).cells;
+}
+
+StencilMatrix GridOperator::take_matrix() && {
+  auto* const matrix = std::get_if<StencilMatrix>(&rows_);
+  return matrix == nullptr ? StencilMatrix{} : std::move(*matrix);
+}
+
+void GridOperator::multiply(std::span<const double> x, std::span<double> result, const Team& team) const {
+  visit([&](const auto& rows) {
+    RowParts(cells()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t) {
+      for_each_block_of(cells(), begin, end, [&](std::size_t number, const GridPlace& first, std::int64_t count) {
+        multiply_cells(rows, first, count, x, result.data() + number);
+      });
+    });
+  });
+}
+
+void GridOperator::multiply_transposed(std::span<const double> x, std::span<double> result) const {
+  if (const ConstantRows* const rows = constant_rows()) {
+    const ConstantRows transposed = rows->transposed();
+    for_each_block(cells(), [&](std::size_t number, const GridPlace& first, std::int64_t count) {
+      transposed.multiply_cells(first, count, x, result.data() + number);
+    });
+    return;
+  }
+  dpde::multiply_transposed(std::get<StencilMatrix>(rows_), x, result);
+}
+
+double GridOperator::residual(std::span<const double> b, std::span<const double> x, const Team& team) const {
+  return visit([&](const auto& rows) {
+    std::array<double, RowParts::most> squares{};
+    const RowParts parts(cells());
+    parts.for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t part) {
+      for_each_left(rows, begin, end, b, x,
+                    [&](double left) { squares[static_cast<std::size_t>(part)] += left * left; });
+    });
+    return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0));
+  });
+}
+
+std::vector<double> GridOperator::diagonal() const {
+  std::vector<double> result(static_cast<std::size_t>(size()), 0.0);
+  if (const ConstantRows* const rows = constant_rows()) {
+    for_each_cell(cells(), [&](std::size_t number, const GridPlace& cell) {
+      rows->for_each_entry_of(cell, [&](std::size_t column, double value) {
+        if (column == number) result[number] += value;
+      });
+    });
+  } else {
+    for_each_entry(std::get<StencilMatrix>(rows_), [&](std::size_t row, std::size_t column, double value) {
+      if (row == column) result[row] += value;
+    });
+  }
+  return result;
+}
+
+double GridOperator::largest_row() const {
+  return visit([](const auto& rows) { return norm_of_largest_row(rows); });
+}
+
+bool GridOperator::is_symmetric(double rounding) const {
+  if (const ConstantRows* const rows = constant_rows())
+    return rows->is_even({true, true, true}, 64 * rounding * rows->row_size());
+  const Asymmetry asymmetry = asymmetry_of(std::get<StencilMatrix>(rows_));
+  return asymmetry.norm <= 64 * rounding * asymmetry.of_all;
+}
+
+}  // namespace dpde

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A linear operator on the cells of a grid and its null space. Where the row is the same in all cells it is that row,
+// which takes no memory; else a row for each cell.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "dpde/runtime/team.h"
+#include "solve/constant_rows.h"
+#include "solve/null_space.h"
+#include "solve/stencil_matrix.h"
+
+namespace dpde {
+
+class GridOperator {
+ public:
+  /// `rounding`: relative error of the entries. What it leaves of the sums of rows in singular parts is taken away.
+  GridOperator(StencilMatrix matrix, double rounding);
+  GridOperator(const ConstantRows& rows, double rounding);
+
+  const std::array<std::int64_t, 3>& cells() const;
+  std::int64_t size() const { return cells()[0] * cells()[1] * cells()[2]; }
+  const NullSpace& null_space() const { return null_space_; }
+  /// Null where the rows are not known to be alike.
+  const ConstantRows* constant_rows() const { return std::get_if<ConstantRows>(&rows_); }
+  /// `use`(rows), either ConstantRows or StencilMatrix.
+  template <class F>
+  auto visit(const F& use) const {
+    return std::visit(use, rows_);
+  }
+  /// `use`(matrix), which is made for it where the rows are alike.
+  template <class F>
+  auto with_matrix(const F& use) const {
+    const auto* const matrix = std::get_if<StencilMatrix>(&rows_);
+    return matrix != nullptr ? use(*matrix) : use(std::get<ConstantRows>(rows_).matrix());
+  }
+  /// The matrix, whose memory another may take.
+  StencilMatrix take_matrix() &&;
+
+  /// These two have the same bits by any number of threads.
+  void multiply(std::span<const double> x, std::span<double> result, const Team& team = 1) const;
+  void multiply_transposed(std::span<const double> x, std::span<double> result) const;
+  /// |b - A*x|; nothing is allocated.
+  double residual(std::span<const double> b, std::span<const double> x, const Team& team = 1) const;
+  std::vector<double> diagonal() const;
+  double largest_row() const;  // norm
+  bool is_symmetric(double rounding) const;
+  bool operator==(const GridOperator& other) const { return rows_ == other.rows_; }
+
+ private:
+  std::variant<ConstantRows, StencilMatrix> rows_;
+  NullSpace null_space_;
+};
+
+}  // namespace dpde

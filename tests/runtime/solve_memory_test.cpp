@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is said of the memory of solves is what they have.
+#include "dpde/runtime/solve_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <tuple>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "solve/linear_solver.h"
+#include "solve/operator_probe.h"
+#include "solve_operators.h"
+
+namespace dpde::test {
+namespace {
+
+double bytes_in_use() {
+#ifdef __GLIBC__
+  const auto all = mallinfo2();
+  return static_cast<double>(all.uordblks + all.hblkhd);
+#else
+  return 0;
+#endif
+}
+
+struct Case {
+  GridCells cells;
+  std::pair<Wall, Wall> walls;
+  bool is_constant;
+  SolverMethod method;
+  int of_solve;  // DPDE_SOLVE_*
+};
+
+double bytes_of_solver(const Case& one) {
+  std::array<std::int64_t, 3> reach{};
+  for (std::size_t axis = 0; axis < 3; ++axis) reach[axis] = one.cells[axis] > 1 ? 1 : 0;
+  const StencilMatrix matrix = diffusion(one.cells, {one.walls, one.walls, one.cells[2] > 1 ? one.walls : all_walls[0]},
+                                         1, one.is_constant ? constant_one : uneven);
+  const LinearImage image = [&](std::span<const double> x, std::span<double> y) { multiply(matrix, x, y); };
+  const double before = bytes_in_use();
+  OperatorProbe probe(one.cells, matrix.periodic, reach, 0x1p-52, "p");
+  const LinearSolver solver(std::make_shared<const GridOperator>(probe.find(image)), {.method = one.method});
+  return bytes_in_use() - before;
+}
+
+TEST(MemoryOfSolves, IsWhatIsSaid) {
+  if (bytes_in_use() == 0) GTEST_SKIP() << "nobody counts bytes here";
+  for (const GridCells& cells : {GridCells{120, 130, 1}, GridCells{33, 30, 32}}) {
+    for (const auto& walls : {all_walls[0], all_walls[1], all_walls[2]}) {
+      for (const auto& [method, of_solve, varies] : {std::tuple{SolverMethod::fourier, DPDE_SOLVE_FOURIER, false},
+                                                     std::tuple{SolverMethod::cg, DPDE_SOLVE_CG, true},
+                                                     std::tuple{SolverMethod::multigrid, DPDE_SOLVE_MULTIGRID, true},
+                                                     std::tuple{SolverMethod::bicgstab, DPDE_SOLVE_BICGSTAB, true},
+                                                     std::tuple{SolverMethod::gmres, DPDE_SOLVE_GMRES, true}}) {
+        for (const bool is_constant : {true, false}) {
+          if (!is_constant && !varies) continue;
+          const Case one{cells, walls, is_constant, method, of_solve};
+          SolveShape shape{.cells = cells, .is_constant = is_constant, .method = of_solve};
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            shape.reach[axis] = cells[axis] > 1 ? 1 : 0;
+            shape.periodic[axis] = cells[axis] > 1 && walls.first == Wall::periodic;
+          }
+          const SolveMemory said = memory_of(shape);
+          const auto of_cells = static_cast<double>(8 * cells[0] * cells[1] * cells[2]);
+          const double made = bytes_of_solver(one) + 2 * of_cells;  // a FieldSolve has two such arrays
+          EXPECT_NEAR(said.kept / made, 1, 0.12) << name_of(method) << " " << is_constant << " " << cells[2] << ": "
+                                                 << said.kept / of_cells << " fields, " << made / of_cells;
+          EXPECT_GE(said.peak, said.kept);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde::test
