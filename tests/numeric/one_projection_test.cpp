@@ -7,6 +7,7 @@
 
 #include "../driver/driver_support.h"
 #include "support/scene_run.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -53,9 +54,15 @@ double distance(const Fields& a, const Fields& b, std::initializer_list<const ch
   return largest;
 }
 
+/// All by night.
+std::vector<const char*> some(std::vector<const char*> all, std::size_t by_day) {
+  if (!is_thorough()) all.resize(by_day);
+  return all;
+}
+
 /// A step of one stage is what it was.
 TEST(OneProjection, OfOneStageIsTheSame) {
-  for (const char* time : {"euler", "ab2", "imex_euler"}) {
+  for (const char* time : some({"euler", "ab2", "imex_euler"}, 1)) {
     const Fields a = run_scene(flows("each step"), "walls", {{"time", time}}).state,
                  b = run_scene(flows(""), "walls", {{"time", time}}).state;
     EXPECT_EQ(a, b) << time;
@@ -67,7 +74,7 @@ TEST(OneProjection, OfOneStageIsTheSame) {
 TEST(OneProjection, HasOrderTwo) {
   for (const char* scene : {"ring", "walls"}) {
     const Fields best = run_scene(flows(""), scene, {{"step", "1/512"}}).state;
-    for (const char* time : {"rk2", "ssp_rk3", "rk4", "dopri5", "ars222", "ars443"}) {
+    for (const char* time : some({"rk4", "ars222", "rk2", "ssp_rk3", "dopri5", "ars443"}, 2)) {
       const auto error = [&](const char* step) {
         const Fields found = run_scene(flows("each step"), scene, {{"time", time}, {"step", step}}).state;
         return distance(found, best, {"u.x", "u.y"});
@@ -85,7 +92,7 @@ TEST(OneProjection, PressureIsThatOfTheMiddleOfTheStep) {
     return run_scene(flows(often), "ring", {{"time", time}, {"end", end}, {"step", step}}).state;
   };
   const auto error = [&](const char* end, const char* step, const char* middle) {
-    const Fields best = pressure("", "euler", middle, "1/16384");  // p of where the last step begins
+    const Fields best = pressure("", "euler", middle, "1/4096");  // p of where the last step begins
     return distance(pressure("each step", "rk4", end, step), best, {"p"});
   };
   const double coarse = error("1/4", "1/32", "15/64"), fine = error("1/4", "1/64", "31/128");
@@ -93,7 +100,7 @@ TEST(OneProjection, PressureIsThatOfTheMiddleOfTheStep) {
 }
 
 TEST(OneProjection, IsTheSameInTheInterpreter) {
-  for (const char* time : {"rk4", "ssp_rk3", "ars222"}) {
+  for (const char* time : some({"rk4", "ars222", "ssp_rk3"}, 2)) {
     const Overrides few{{"end", "1/4"}, {"time", time}};
     const Fields machine = run_scene(flows("each step"), "walls", few).state,
                  other = run_scene(flows("each step"), "walls", few, driver::Backend::interpreter).state;
@@ -139,8 +146,8 @@ scene disc : flow with c {
 }
 
 TEST(OneProjection, HoldsMasksInEachStage) {
-  for (const char* time : {"ssp_rk3", "rk4", "ars222"}) {
-    const Fields best = run_scene(around(""), "disc", {{"step", "1/1024"}}).state;
+  const Fields best = run_scene(around(""), "disc", {{"step", "1/512"}}).state;
+  for (const char* time : some({"rk4", "ars222", "ssp_rk3"}, 1)) {
     const auto error = [&](const char* step) {
       const Fields found = run_scene(around("each step"), "disc", {{"time", time}, {"step", step}}).state;
       return distance(found, best, {"u.x", "u.y"});
@@ -156,14 +163,14 @@ TEST(OneProjection, HasExactDerivatives) {
            " }\ntask t : few { unknown k; unknown nu; unknown initial p; minimise mean(u.x^2) over time\n"
            "  minimise mean(u.y^3 + u.x); minimise 0.1*mean(p^2) }\n";
   };
-  for (const char* time : {"rk2", "ssp_rk3", "rk4", "ars222"}) {
-    for (const char* cells : {"cells 1, 2", "cells 3, 4"}) {
+  for (const char* time : some({"rk4", "ars222", "rk2", "ssp_rk3"}, 1)) {
+    for (const char* cells : some({"cells 3, 4", "cells 1, 2"}, 1)) {
       std::string text = of_flow("walls", std::string(cells) + "; time 0 .. 1/8, step 1/32");
       text.replace(text.find("time = rk4"), 10, std::string("time = ") + time);
       expect_certified(text, true);
     }
   }
-  expect_certified(of_flow("ring", "cells 4, 3; time 0 .. 1/4, step 1/8, courant 0.2"), true);
+  if (is_thorough()) expect_certified(of_flow("ring", "cells 4, 3; time 0 .. 1/4, step 1/8, courant 0.2"), true);
   expect_certified(around("each step",
                           "task t : disc { unknown a; unknown nu; minimise mean(u.x^2) over time\n"
                           "  minimise force_on(solid, u.x)^2 }\n"),
