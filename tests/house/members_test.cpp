@@ -11,6 +11,7 @@
 #include <regex>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -250,6 +251,25 @@ TEST(HouseMembers, AreFew) {
   }
   for (const auto& [key, count] : unused) ADD_FAILURE() << key << " is listed and has no more than others may";
   EXPECT_GT(checked, 500);
+}
+
+/// What a rollout is made of, in runtime/src/run: each file includes its own header and earlier ones.
+TEST(HouseMembers, PartsOfARolloutSeeOneWay) {
+  const std::vector<std::string> order{"bound_program", "run_memory",     "step_inputs", "gradient_sums", "binder",
+                                       "states",        "part_control",   "blocks",      "stepper",       "losses",
+                                       "kept_steps",    "adjoint_states", "loss_seeds",  "step_adjoint",  "legs",
+                                       "way_back",      "tape_store",     "trajectory",  "run_watch",     "steady_run",
+                                       "forward_run",   "frames",         "gradient"};
+  const auto place = [&](const std::string& name) {
+    return std::find(order.begin(), order.end(), name) - order.begin();
+  };
+  const std::regex include(R"re(#include "run/([a-z_]+)\.h")re");
+  for (const auto& entry : fs::directory_iterator(source_root / "runtime/src/run")) {
+    const std::string text = read(entry.path()), name = entry.path().stem();
+    EXPECT_LT(place(name), std::ssize(order)) << name << " has no place";
+    for (auto found = std::sregex_iterator(text.begin(), text.end(), include); found != std::sregex_iterator(); ++found)
+      EXPECT_LE(place((*found)[1]), place(name)) << entry.path() << ": " << found->str();
+  }
 }
 
 }  // namespace

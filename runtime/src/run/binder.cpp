@@ -25,10 +25,6 @@ bool is_seed(const dpde_program& program, int param) {
 
 }  // namespace
 
-void throw_not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
-  throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
-}
-
 void Binder::bind_params(BoundProgram& bound) const {
   const dpde_program& program = bound.executor.program();
   for (int p = 0; p < program.param_count; ++p) {

@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "dpde/runtime/rollout.h"
@@ -14,13 +13,6 @@
 #include "run/run_memory.h"
 
 namespace dpde {
-
-[[noreturn]] void throw_not_bound(const dpde_program& program, std::string_view what, std::string_view name);
-
-/// Of the states, and what adjoints call their next values.
-struct StateNames {
-  std::vector<std::string> now, next;
-};
 
 class Binder {
  public:

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,11 @@
 #include "reversal.h"
 
 namespace dpde {
+
+/// Of the states, and what adjoints call their next values.
+struct StateNames {
+  std::vector<std::string> now, next;
+};
 
 /// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
 struct BoundProgram {
@@ -99,5 +106,8 @@ struct BoundTerm {
   int average = -1;          // what it adds to in place of the loss
   bool of_averages = false;  // once a run
 };
+
+/// @throws Error(run), always.
+[[noreturn]] void throw_not_bound(const dpde_program& program, std::string_view what, std::string_view name);
 
 }  // namespace dpde

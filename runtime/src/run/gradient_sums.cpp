@@ -7,7 +7,6 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/links.h"
-#include "run/binder.h"
 
 namespace dpde {
 

@@ -10,7 +10,7 @@
 
 #include "dpde/runtime/rollout.h"
 #include "reversal.h"
-#include "run/binder.h"
+#include "run/bound_program.h"
 #include "run/run_memory.h"
 
 namespace dpde {
