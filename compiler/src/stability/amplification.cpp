@@ -247,6 +247,35 @@ struct Amplification::Amplitudes {
   std::vector<bool> is_zero;
 };
 
+namespace {
+
+bool is_same_symbol(const std::vector<NumberMonomial>& a, const std::vector<NumberMonomial>& b) {
+  return std::ranges::equal(a, b, [](const NumberMonomial& left, const NumberMonomial& right) {
+    return left.coefficient == right.coefficient && left.powers == right.powers && left.vanishes == right.vanishes;
+  });
+}
+
+/// Multipliers of one wave, each found once: stages of an exponential scheme share them.
+class MultipliersOfWave {
+ public:
+  explicit MultipliersOfWave(const Angles& angles) : angles_(angles) {}
+  std::complex<double> operator()(const WaveMultiplier& by) {
+    for (const auto& [known, value] : found_) {
+      if (known->function == by.function && known->within_two_thirds == by.within_two_thirds &&
+          known->means == by.means && is_same_symbol(known->argument, by.argument) &&
+          is_same_symbol(known->factor, by.factor))
+        return value;
+    }
+    return found_.emplace_back(&by, by.at(angles_)).second;
+  }
+
+ private:
+  const Angles& angles_;
+  std::vector<std::pair<const WaveMultiplier*, std::complex<double>>> found_;
+};
+
+}  // namespace
+
 /// Sums of waves are rows too, each made of those before it. Multipliers know angles up to pi: a wave beyond is that of
 /// an angle within.
 Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
@@ -255,10 +284,11 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   const Phases along_axes = phases_of(angles);
   std::vector<std::complex<double>> phases;
   for (const stencil::Offset& offset : offsets_) phases.push_back(phase(along_axes, offset));
+  MultipliersOfWave multipliers(angles);
   Amplitudes amplitudes(size_, waves_.size() + rows_.size());
   Eigen::Index column = 0;
   for (const Wave& wave : waves_) {
-    for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, by.at(angles), phases, column);
+    for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, multipliers(by), phases, column);
     std::complex<double> divisor = 0;
     double size = 0;
     for (const Reading& reading : wave.divisor) {

@@ -26,14 +26,17 @@ struct Sum {
 Sum value_at(const std::vector<NumberMonomial>& symbol, const std::array<double, 3>& angles) {
   Sum sum;
   for (const NumberMonomial& monomial : symbol) {
-    Complex term = monomial.coefficient;
+    double term = monomial.coefficient;  // times a power of i
+    int quarters = 0;
     for (std::size_t axis = 0; axis < angles.size(); ++axis) {
-      for (int k = 0; k < monomial.powers[axis]; ++k) term *= Complex(0, angles[axis]);
+      for (int k = 0; k < monomial.powers[axis]; ++k) term *= angles[axis];
+      quarters += monomial.powers[axis];
       // The wave of two cells has no slope at their centres.
       const bool vanishes = monomial.powers[axis] % 2 != 0 || monomial.vanishes[axis];
       if (vanishes && std::abs(std::abs(angles[axis]) - std::numbers::pi) < 1e-12) term = 0;
     }
-    sum.value += term;
+    const double turned = quarters % 4 < 2 ? term : -term;
+    sum.value += quarters % 2 == 0 ? Complex(turned, 0) : Complex(0, turned);
     sum.size += std::abs(term);
   }
   return sum;
