@@ -36,7 +36,7 @@ TEST_F(UnstableStep, IsRefusedWithTheLargestThatWorksAndTheTermThatLimitsIt) {
   const Outcome stable = dpde("run s.dpde s --json --set step=" + step);
   EXPECT_EQ(stable.status, 0) << stable.err;
   EXPECT_TRUE(stable.codes().empty()) << stable.err;
-  EXPECT_EQ(dpde("run s.dpde s --json --force").codes(), (std::vector<std::string>{"W0802", "W0801"}));
+  EXPECT_EQ(dpde("run s.dpde s --json --force").codes(), std::vector<std::string>{"W0801"});
 }
 
 /// Growth that stays small to the end of a short run is told and no more.
@@ -92,7 +92,7 @@ TEST_F(UnstableStep, OfASceneThatMakesDataIsRefused) {
     EXPECT_NE(run.err.find("scene fine: the step"), std::string::npos) << run.err;
   }
   const std::vector<std::string> forced = dpde("verify s.dpde t --json --force").codes();
-  EXPECT_EQ(std::ranges::count(forced, "W0802"), 1) << "once, although its run is made for each part";
+  EXPECT_EQ(std::ranges::count(forced, "W0802"), 0) << "nobody asked";
   EXPECT_EQ(std::ranges::count(forced, "E0808"), 0);
 }
 
@@ -109,7 +109,7 @@ TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
   const Outcome forced = dpde("run s.dpde d --out . --json --force");
   EXPECT_EQ(forced.status, 0) << forced.err;
   EXPECT_TRUE(fs::exists(path("d.nc")));
-  EXPECT_EQ(forced.codes(), std::vector<std::string>{"W0802"}) << "told once: " << forced.err;
+  EXPECT_TRUE(forced.codes().empty()) << forced.err;
 }
 
 /// What is learned from stable data may be learned by a step that is not.

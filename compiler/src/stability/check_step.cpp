@@ -107,11 +107,11 @@ std::string advice_on_blow_up(driver::Session& session) {
 }
 
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
-  if (session.problem().step_control) return true;
+  if (force || session.problem().step_control) return true;
   const std::optional<Verdict> grown = verdict_where_it_grows(session);
   if (!grown || !grown->is_above()) return true;
   const Verdict& verdict = grown->grown_most();
-  const bool ruins = grown->ruins_run() && !force;
+  const bool ruins = grown->ruins_run();
   if (verdict.limit.kind == StepLimit::Kind::never) {
     if (verdict.end_growth > 0.1) report_never(session, verdict, ruins, sink);
   } else if (verdict.end_growth > unseen_growth) {
