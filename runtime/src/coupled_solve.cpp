@@ -70,6 +70,14 @@ CoupledSolve::CoupledSolve(const dpde_solve& solve, const dpde_program& program,
   for (auto* values : {&right_, &solution_, &left_, &correction_}) values->assign(unknowns_.size(), 0.0);
 }
 
+std::vector<OwnedMemory> CoupledSolve::memory(const std::string& owner) const {
+  if (matrix_ == nullptr) return {};
+  const std::size_t values = right_.size() + solution_.size() + left_.size() + correction_.size();
+  return {{.owner = owner,
+           .kept = matrix_->bytes() + static_cast<std::int64_t>(values * sizeof(double)),
+           .making = matrix_->bytes_of_making()}};
+}
+
 void CoupledSolve::fail(const std::string& why, const char* advice, double residual) const {
   throw Unsolved({.text = fmt::format("solve for {}: {}", names_, why),
                   .method = note_->method,

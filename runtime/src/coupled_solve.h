@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/owned_memory.h"
 #include "dpde/runtime/solve_note.h"
 #include "solve/coupled_matrix.h"
 #include "solve/solve_inputs.h"
@@ -48,11 +49,8 @@ class CoupledSolve {
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
   /// \throws NoSolution where there is none to the tolerance: it says why.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
-  /// Bytes of its vectors.
-  std::int64_t bytes() const {
-    const std::size_t values = right_.size() + solution_.size() + left_.size() + correction_.size();
-    return static_cast<std::int64_t>(values * sizeof(double));
-  }
+  /// Of its vectors and the matrix.
+  std::vector<OwnedMemory> memory(const std::string& owner) const;
 
  private:
   void refine(void* const* fields, const std::function<void()>& apply);

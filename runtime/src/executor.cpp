@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -261,8 +262,9 @@ std::vector<OwnedMemory> Executor::memory() const {
   for_each_of<FieldTransform>(plan_->operations, [&](const FieldTransform& transform) {
     owned.push_back({.owner = "Fourier transforms", .kept = transform.bytes()});
   });
-  for_each_of<SolveOperation>(plan_->operations,
-                              [&](const SolveOperation& operation) { owned.push_back(operation.solve.memory()); });
+  for_each_of<SolveOperation>(plan_->operations, [&](const SolveOperation& operation) {
+    std::ranges::move(operation.solve.memory(), std::back_inserter(owned));
+  });
   return owned;
 }
 

@@ -2,6 +2,7 @@
 #include "field_solve.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/solve_memory.h"
 #include "dpde/runtime/unsolved.h"
 #include "processor_watch.h"
 #include "solve/finite.h"
@@ -59,6 +61,12 @@ bool are_equal(const std::vector<double>& values, const char* other) {
   return values.empty() || std::memcmp(values.data(), other, bytes_of(values)) == 0;
 }
 
+std::vector<std::string> names_of_coefficients(const dpde_solve& solve, const dpde_program& program) {
+  std::vector<std::string> names;
+  for (int32_t i = 0; i < solve.coefficient_count; ++i) names.emplace_back(program.fields[solve.coefficients[i]]);
+  return names;
+}
+
 }  // namespace
 
 FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
@@ -67,12 +75,25 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       layout_(with_three_axes(layout)),
       name_(program.fields[solve.unknowns[0]]),
       network_(solve.network == nullptr ? "" : program.networks[solve.network->network]->name),
+      coefficients_(names_of_coefficients(solve, program)),
       periodic_(periodic_axes(solve, layout)),
       inputs_(solve, layout),
       probe_({layout_.cells[0], layout_.cells[1], layout_.cells[2]}, periodic_,
              {solve_.reach[0], solve_.reach[1], solve_.reach[2]}, rounding_of(layout_), name_),
       shelf_(std::move(shelf)),
       note_(&shelf_->add_note(name_)) {}
+
+std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
+  const SolveMemory all = memory_of(shape_of(solve_, layout_));
+  const double own = static_cast<double>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
+  std::string operator_key = fmt::format("{} {} {:g} {} {}", fmt::join(solve_.reach, " "), solve_.method,
+                                         solve_.tolerance, fmt::join(periodic_, " "), fmt::join(coefficients_, " "));
+  return {{.owner = owner, .kept = static_cast<std::int64_t>(own)},
+          {.owner = owner,
+           .kept = static_cast<std::int64_t>(all.kept - own),
+           .making = static_cast<std::int64_t>(all.peak - all.kept),
+           .shared = std::move(operator_key)}};
+}
 
 void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
   const LinearImage image = [&](std::span<const double> values, std::span<double> made) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/owned_memory.h"
 #include "dpde/runtime/tapes.h"
 #include "solve/linear_solver.h"
 #include "solve/operator_probe.h"
@@ -36,10 +37,9 @@ class FieldSolve {
            const std::function<void()>& precondition);
 
   const std::string& unknown() const { return name_; }
-  /// Bytes of its vectors.
-  std::int64_t bytes() const {
-    return static_cast<std::int64_t>((right_.size() + solution_.size() + guesses_.size()) * sizeof(double));
-  }
+  /// Of its vectors, and of the solver that solves with the same operator share. Operators are taken to be the same
+  /// where they reach as far by the same method, with the same coefficients.
+  std::vector<OwnedMemory> memory(const std::string& owner) const;
   /// Bytes of the tape of a run.
   std::int64_t tape_bytes() const;
   /// Runs write one while `tapes` records.
@@ -67,6 +67,7 @@ class FieldSolve {
   dpde_layout layout_{};
   std::string name_;     // of the unknown
   std::string network_;  // that preconditions; "": none
+  std::vector<std::string> coefficients_;
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
   std::vector<double> right_, solution_, guesses_;  // one behind the other

@@ -67,6 +67,12 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
   for (auto* of_fields : {&changes_, &moved_}) of_fields->reserve(unknowns_.size() / unknowns_.cells());
 }
 
+std::vector<OwnedMemory> NewtonSolve::memory(const std::string& owner) const {
+  std::vector<OwnedMemory> owned = step_.memory(owner);
+  if (!owned.empty()) owned.front().kept += static_cast<std::int64_t>(6 * unknowns_.size() * sizeof(double));
+  return owned;
+}
+
 void NewtonSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                       const std::function<void()>& apply_step) {
   if (x_.empty())

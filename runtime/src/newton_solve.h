@@ -23,10 +23,8 @@ class NewtonSolve {
   /// \throws NoSolution where it does not converge: what is left, and what to try.
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
            const std::function<void()>& apply_step);
-  /// Bytes of its vectors, and of what a step holds.
-  std::int64_t bytes() const {
-    return step_.bytes() + static_cast<std::int64_t>(6 * unknowns_.size() * sizeof(double));
-  }
+  /// Of its vectors, and of what a step holds.
+  std::vector<OwnedMemory> memory(const std::string& owner) const;
 
  private:
   double distance(void* const* fields, const std::function<void()>& apply);

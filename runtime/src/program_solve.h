@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/owned_memory.h"
@@ -28,9 +29,8 @@ class ProgramSolve {
     }
   }
 
-  OwnedMemory memory() const {
-    const std::int64_t kept = std::visit([](const auto& solve) { return solve.bytes(); }, solve_);
-    return {.owner = "solve for " + unknown_, .kept = kept};
+  std::vector<OwnedMemory> memory() const {
+    return std::visit([&](const auto& solve) { return solve.memory("solve for " + unknown_); }, solve_);
   }
 
   /// Null where it is not linear, or for several.

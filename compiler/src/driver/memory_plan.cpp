@@ -50,8 +50,14 @@ class Planner {
     note();
   }
   void keep(const std::vector<OwnedMemory>& owned) {
-    for (const OwnedMemory& one : owned) keep(one.owner, static_cast<double>(one.kept));
+    for (const OwnedMemory& one : owned) {
+      if (!one.shared.empty() && !shared_.insert(one.shared).second) continue;
+      keep(one.owner, static_cast<double>(one.kept));
+      making_ = std::max(making_, static_cast<double>(one.making));
+    }
   }
+  /// What is made in a first run is made when all the rest is there.
+  void make() { note(making_, "the making of a solver"); }
   /// Bytes that are there for a moment.
   void note(double bytes = 0, const std::string& owner = "arrays") {
     double sum = static_cast<double>(fields_.size()) * field_ + bytes;
@@ -133,7 +139,8 @@ class Planner {
   const dpde_layout layout_;
   const codegen::ProgramTables tables_;
   double field_ = 0, array_ = 0;
-  std::set<std::string> fields_, executed_;
+  std::set<std::string> fields_, executed_, shared_;
+  double making_ = 0;
   std::map<std::string, double> kept_;  // by owner, beside the fields by name
   MemoryPlan plan_;
 };
@@ -177,6 +184,7 @@ MemoryPlan plan_of_run(const Compiled& compiled) {
   planner.keep("states and stages", static_cast<double>(rollout.field_bytes));
   planner.keep(rollout.owned);
   planner.formulas();
+  planner.make();
   planner.report();
   return planner.plan();
 }
@@ -224,6 +232,7 @@ MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan&
   planner.note(unknowns + computed);
   planner.keep("unknowns", 2 * unknowns);  // two gradients: the second one is timed
   planner.note(largest);
+  planner.make();
   planner.watch();
   for (const std::string& formula : compiled.formula_programs()) {
     const auto derived = compiled.derived.find(formula);

@@ -20,6 +20,8 @@ class BandedMatrix {
   bool factor();
   /// Behind `factor`; `x` is the right side before.
   void solve(std::span<double> x) const;
+  /// Of memory.
+  std::int64_t bytes() const { return static_cast<std::int64_t>(8 * (values_.size() + pivots_.size())); }
 
  private:
   /// Columns one behind the other, with room above for what exchanges bring.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 
 #include "solve/grid_place.h"
 
@@ -60,7 +61,7 @@ std::int64_t CoupledMatrix::widest() const {
   return most * unknowns_ + unknowns_ - 1;
 }
 
-std::vector<std::vector<std::int64_t>> CoupledMatrix::columns_of_rows() const {
+std::vector<std::vector<std::int64_t>> CoupledMatrix::columns_of_rows() {
   std::vector<std::vector<std::int64_t>> rows(static_cast<std::size_t>(cells_ * unknowns_));
   for (const CellColour& colour : colours_) {
     for (std::int64_t cell = 0; cell < cells_; ++cell) {
@@ -71,8 +72,28 @@ std::vector<std::vector<std::int64_t>> CoupledMatrix::columns_of_rows() const {
       }
     }
   }
-  for (std::vector<std::int64_t>& row : rows) std::ranges::sort(row);
+  for (std::vector<std::int64_t>& row : rows) {
+    std::ranges::sort(row);
+    entries_ += static_cast<std::int64_t>(row.capacity());
+  }
   return rows;
+}
+
+std::int64_t CoupledMatrix::bytes() const {
+  constexpr std::int64_t number = 8, vectors_of_bicgstab = 9;
+  std::int64_t bytes = number * (cells_ + 4 * cells_ * unknowns_);
+  for (const CellColour& colour : colours_)
+    bytes += number * std::ssize(colour.sources) + number * std::ssize(colour.cells);
+  if (band_) bytes += band_->bytes();
+  if (sparse_) bytes += sparse_->bytes();
+  if (rows_) bytes += rows_->bytes() + vectors_of_bicgstab * number * cells_ * unknowns_;
+  return bytes;
+}
+
+std::int64_t CoupledMatrix::bytes_of_making() const {
+  return entries_ == 0
+             ? 0
+             : 8 * entries_ + static_cast<std::int64_t>(sizeof(std::vector<std::int64_t>)) * cells_ * unknowns_;
 }
 
 void CoupledMatrix::set(std::int64_t row, std::int64_t column, double value) {

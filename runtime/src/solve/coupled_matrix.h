@@ -40,12 +40,16 @@ class CoupledMatrix {
   bool make(const CoupledImage& image);
   /// False where it does not come near enough.
   bool solve(std::span<const double> right, std::span<double> x);
+  /// Of memory; of factors that fill in an estimate.
+  std::int64_t bytes() const;
+  /// Beside that, while it is constructed.
+  std::int64_t bytes_of_making() const;
   bool has_factors() const { return band_.has_value() || sparse_ != nullptr; }
 
  private:
   void number_cells(const CoupledShape& shape);
   std::int64_t widest() const;
-  std::vector<std::vector<std::int64_t>> columns_of_rows() const;
+  std::vector<std::vector<std::int64_t>> columns_of_rows();
   void set(std::int64_t row, std::int64_t column, double value);
   /// The number of an unknown in the matrix.
   std::int64_t number(std::int64_t cell, int unknown) const {
@@ -53,7 +57,7 @@ class CoupledMatrix {
   }
 
   int unknowns_ = 1;
-  std::int64_t cells_ = 0;
+  std::int64_t cells_ = 0, entries_ = 0;  // of the lists of columns, where there were some
   std::vector<CellColour> colours_;
   std::vector<std::int64_t> numbers_;
   std::optional<BandedMatrix> band_;

@@ -8,6 +8,11 @@ namespace dpde {
 
 IncompleteFactors::IncompleteFactors(const std::vector<std::vector<std::int64_t>>& columns)
     : place_in_row_(columns.size(), -1) {
+  std::size_t entries = 0;
+  for (const std::vector<std::int64_t>& row : columns) entries += row.size();
+  columns_.reserve(entries);
+  begin_.reserve(columns.size() + 1);
+  diagonal_.reserve(columns.size());
   begin_.push_back(0);
   for (std::size_t row = 0; row < columns.size(); ++row) {
     const auto own = std::ranges::lower_bound(columns[row], static_cast<std::int64_t>(row));

@@ -19,6 +19,8 @@ class IncompleteFactors {
   bool factor();
   void multiply(std::span<const double> x, std::span<double> result) const;
   void precondition(std::span<const double> right, std::span<double> x) const;
+  /// Of memory.
+  std::int64_t bytes() const { return static_cast<std::int64_t>(24 * values_.size() + 24 * diagonal_.size()); }
 
  private:
   std::size_t rows() const { return diagonal_.size(); }

@@ -2,6 +2,7 @@
 #include "solve/sparse_factors.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dpde {
 
@@ -26,6 +27,13 @@ bool SparseFactors::factor() {
   has_order_ = true;
   factors_.factorize(matrix_);
   return factors_.info() == Eigen::Success;
+}
+
+std::int64_t SparseFactors::bytes() const {
+  constexpr double entry = 12;  // a number and its place
+  const auto rows = static_cast<double>(matrix_.rows());
+  const double filled = 2 * 7.75 * rows * std::log2(std::max(rows, 2.0));
+  return static_cast<std::int64_t>(entry * (static_cast<double>(matrix_.nonZeros()) + filled));
 }
 
 void SparseFactors::solve(std::span<const double> right, std::span<double> x) const {

@@ -21,6 +21,9 @@ class SparseFactors {
   /// False where it is singular or not finite.
   bool factor();
   void solve(std::span<const double> right, std::span<double> x) const;
+  /// Of memory, with the factors that are not there yet: an estimate. Of a plane about 31/4*n*log2(n) entries (George,
+  /// SIAM J. Numer. Anal. 10, 1973, 345), of which both have as many.
+  std::int64_t bytes() const;
 
  private:
   Eigen::SparseMatrix<double> matrix_;
