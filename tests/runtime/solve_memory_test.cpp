@@ -29,7 +29,7 @@ double bytes_in_use() {
 #endif
 }
 
-struct Case {
+struct MeasuredSolver {
   GridCells cells;
   std::pair<Wall, Wall> walls;
   bool is_constant;
@@ -37,7 +37,7 @@ struct Case {
   int of_solve;  // DPDE_SOLVE_*
 };
 
-double bytes_of_solver(const Case& one) {
+double bytes_of_measured(const MeasuredSolver& one) {
   std::array<std::int64_t, 3> reach{};
   for (std::size_t axis = 0; axis < 3; ++axis) reach[axis] = one.cells[axis] > 1 ? 1 : 0;
   const StencilMatrix matrix = diffusion(one.cells, {one.walls, one.walls, one.cells[2] > 1 ? one.walls : all_walls[0]},
@@ -60,7 +60,7 @@ TEST(MemoryOfSolves, IsWhatIsSaid) {
                                                      std::tuple{SolverMethod::gmres, DPDE_SOLVE_GMRES, true}}) {
         for (const bool is_constant : {true, false}) {
           if (!is_constant && !varies) continue;
-          const Case one{cells, walls, is_constant, method, of_solve};
+          const MeasuredSolver one{cells, walls, is_constant, method, of_solve};
           SolveShape shape{.cells = cells, .is_constant = is_constant, .method = of_solve};
           for (std::size_t axis = 0; axis < 3; ++axis) {
             shape.reach[axis] = cells[axis] > 1 ? 1 : 0;
@@ -68,7 +68,7 @@ TEST(MemoryOfSolves, IsWhatIsSaid) {
           }
           const SolveMemory said = memory_of(shape);
           const auto of_cells = static_cast<double>(8 * cells[0] * cells[1] * cells[2]);
-          const double made = bytes_of_solver(one) + 2 * of_cells;  // a FieldSolve has two such arrays
+          const double made = bytes_of_measured(one) + 2 * of_cells;  // a FieldSolve has two such arrays
           EXPECT_NEAR(said.kept / made, 1, 0.12) << name_of(method) << " " << is_constant << " " << cells[2] << ": "
                                                  << said.kept / of_cells << " fields, " << made / of_cells;
           EXPECT_GE(said.peak, said.kept);
