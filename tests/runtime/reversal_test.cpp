@@ -25,7 +25,7 @@ struct NumberedStates {
 TEST(Reversal, ComesToEachLegWithTheStateItBeginsWith) {
   for (int legs = 0; legs <= 30; ++legs) {
     for (int slots = 1; slots <= 8; ++slots) {
-      SCOPED_TRACE(testing::Message() << legs << " legs, " << slots << " slots");
+      SCOPED_TRACE(::testing::Message() << legs << " legs, " << slots << " slots");
       Reversal reversal(legs, slots);
       NumberedStates spare;
       const auto buffer = [&](int i) -> const StateBuffer& { return spare(i); };
