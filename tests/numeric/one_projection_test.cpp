@@ -119,7 +119,7 @@ TEST(OneProjection, TheSchemeTakesThePlaceOfWhatIsWritten) {
 }
 
 /// Around a disc between a profile that flows in and an open end: what the mask holds is held in all stages.
-std::string around(const std::string& often, const std::string& task = "") {
+std::string around_disc(const std::string& often, const std::string& task = "") {
   return R"(
 model flow {
   vector u on faces
@@ -146,10 +146,10 @@ scene disc : flow with c {
 }
 
 TEST(OneProjection, HoldsMasksInEachStage) {
-  const Fields best = run_scene(around(""), "disc", {{"step", "1/512"}}).state;
+  const Fields best = run_scene(around_disc(""), "disc", {{"step", "1/512"}}).state;
   for (const char* time : some({"rk4", "ars222", "ssp_rk3"}, 1)) {
     const auto error = [&](const char* step) {
-      const Fields found = run_scene(around("each step"), "disc", {{"time", time}, {"step", step}}).state;
+      const Fields found = run_scene(around_disc("each step"), "disc", {{"time", time}, {"step", step}}).state;
       return distance(found, best, {"u.x", "u.y"});
     };
     EXPECT_NEAR(std::log2(error("1/64") / error("1/128")), 2, 0.3) << time;
@@ -171,9 +171,9 @@ TEST(OneProjection, HasExactDerivatives) {
     }
   }
   if (is_thorough()) expect_certified(of_flow("ring", "cells 4, 3; time 0 .. 1/4, step 1/8, courant 0.2"), true);
-  expect_certified(around("each step",
-                          "task t : disc { unknown a; unknown nu; minimise mean(u.x^2) over time\n"
-                          "  minimise force_on(solid, u.x)^2 }\n"),
+  expect_certified(around_disc("each step",
+                               "task t : disc { unknown a; unknown nu; minimise mean(u.x^2) over time\n"
+                               "  minimise force_on(solid, u.x)^2 }\n"),
                    true);
 }
 

@@ -42,7 +42,7 @@ std::vector<SharedCase> large_cases() {
       {{34, 32, 40}, {value, ring, slope}, uneven, 0},      {{90, 80, 5}, {ring, ring, slope}, uneven, 1}};
   std::vector<SharedCase> tried;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (is_tried(i, 2)) tried.push_back(all[i]);
+    if (testing::is_tried(i, 2)) tried.push_back(all[i]);
   }
   return tried;
 }
