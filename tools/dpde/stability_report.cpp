@@ -36,13 +36,6 @@ const char* kind_name(StepLimit::Kind kind) {
 
 using Term = std::optional<SourceRange>;
 
-/// What the grid as a whole does was looked at, and not on the scene's own cells.
-bool is_of_coarse_runs(const model::Problem& problem, const Verdict& verdict) {
-  const bool has_coarse = verdict.is_of_means || stability::folds_products(problem, verdict.group);
-  return has_coarse && !verdict.is_of_runs && !verdict.is_of_grid && !verdict.is_exact &&
-         verdict.limit.kind != StepLimit::Kind::never;
-}
-
 Json verdict_json(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
   Json result = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   if (!verdict.is_analysed()) {
@@ -75,7 +68,6 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["walls"] = verdict.is_of_walls;
   result["places"] = verdict.places;
   result["wall_places"] = verdict.places_between_walls;
-  result["coarser_grids"] = is_of_coarse_runs(problem, verdict);
   result["own_grid"] = verdict.is_of_grid;
   result["networks"] = verdict.is_of_networks;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
@@ -169,11 +161,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
                         fmt::join(stability::cells_between_walls(problem.axes, states), " x "),
                         verdict.places_between_walls, verdict.places);
-  if (is_of_coarse_runs(problem, verdict))
-    text +=
-        "  an estimate: coefficients are frozen as they begin; the step was repeated on coarser grids alone, as the "
-        "scene's own is beyond the budget of a verdict\n";
-  else if (verdict.is_of_runs)
+  if (verdict.is_of_runs)
     text += fmt::format("  an estimate: the step as the run begins was repeated on the scene's own grid{}\n",
                         verdict.place.empty() ? "" : ", waves are worst at " + verdict.place);
   else if (!verdict.is_exact)

@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 
-#include "stability/coarse_runs.h"
 #include "stability/consistent_start.h"
 #include "stability/coupled_means.h"
 #include "stability/equations.h"
@@ -83,10 +82,6 @@ class Examination {
       return true;
     }
     const std::vector<FrozenPoint> moments = moments_of_means(points);
-    if (const auto runs = coarse_runs()) {
-      lower_by(*runs, verdict_);
-      return true;
-    }
     if (const auto runs = coupled_runs(moments.front())) {
       look_at_runs(*runs);
       for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
@@ -118,7 +113,6 @@ class Examination {
       if (found->change > most) most = found->change, worst_ = point;
     }
     if (most < 0) return false;
-    if (const auto runs = coarse_runs()) return verdict_.step <= runs->limit(verdict_.step).step;
     const std::vector<FrozenPoint> moments = moments_of_means(points);
     if (const auto runs = coupled_runs(moments.front())) {
       return runs->is_stable(verdict_.step) && std::all_of(moments.begin() + 1, moments.end(), [&](const auto& moment) {
@@ -234,16 +228,10 @@ class Examination {
     return linear_.couples_means() ? moments_of(worst_.point, points) : std::vector{worst_.point};
   }
 
-  const LinearStep& step_of_runs() {
+  std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
-    return without_clamps_ ? *without_clamps_ : linear_;
-  }
-
-  std::unique_ptr<CoarseRuns> coarse_runs() { return CoarseRuns::make(session_, step_of_runs(), worst_.point); }
-
-  std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
-    const LinearStep& linear = step_of_runs();
+    const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
     // Limits beside poles are those of short steps: what grows there is of the differences.
     const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
     return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), euler);
@@ -263,7 +251,8 @@ class Examination {
     const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
                           (by_waves.kind == StepLimit::Kind::none || verdict_.limit.step < by_waves.step);
     verdict_.is_of_walls = has_walls(problem_) && is_lower;
-    verdict_.growth = 1, verdict_.beyond = 0;
+    verdict_.growth = 1;
+    verdict_.beyond = 0;
     if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
     verdict_.growth = grid.growth(verdict_.step);
     verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events;
@@ -406,6 +395,8 @@ class Examination {
     return 0;
   }
 
+  double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
+
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
@@ -430,8 +421,7 @@ class Examination {
       verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(step));
     }
     if ((is_curved || (folds && verdict_.growth_rate > 0)) && verdict_.limit.kind != StepLimit::Kind::never)
-      verdict_.short_waves =
-          runs.short_waves(verdict_.step, safely * verdict_.limit.step, session_.steps() * problem_.step);
+      verdict_.short_waves = runs.short_waves(verdict_.step, safely * verdict_.limit.step, length_of_run());
     if (!is_lower) {
       if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = 0;
       return;

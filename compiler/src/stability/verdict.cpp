@@ -126,12 +126,11 @@ bool Verdict::is_above() const {
 
 /// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
 /// vortices stay bounded up to 1.4 times the limit. Between walls a place is frozen as if all was there what it is
-/// nowhere near them: runs were bounded up to 1.6 times the limit. What was found on coarser grids is an estimate.
+/// nowhere near them: runs were bounded up to 1.6 times the limit.
 bool Verdict::ruins_run() const {
   const bool has_wind =
       std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });
-  const bool is_roughly_known = (is_of_walls && !is_of_grid) || (is_of_means && !is_of_runs);
-  const double sure = is_roughly_known ? 2 : has_wind ? 1.5 : 1;
+  const double sure = is_of_walls && !is_of_grid ? 2 : has_wind ? 1.5 : 1;
   const bool is_sure = limit.kind != StepLimit::Kind::limit || step > sure * limit.step;
   if (!worse.empty() && worse.front().ruins_run()) return true;
   return is_above() && is_sure && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
