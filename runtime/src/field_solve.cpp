@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
+#include <span>
 #include <utility>
 
 #include "dpde/runtime/error.h"
@@ -54,10 +56,10 @@ SmootherKind smoother_of(int32_t kind) {
   }
 }
 
-std::size_t bytes_of(const std::vector<double>& values) { return values.size() * sizeof(double); }
+std::size_t bytes_of(std::span<const double> values) { return values.size() * sizeof(double); }
 
 /// To the last bit.
-bool are_equal(const std::vector<double>& values, const char* other) {
+bool are_equal(std::span<const double> values, const char* other) {
   return values.empty() || std::memcmp(values.data(), other, bytes_of(values)) == 0;
 }
 
@@ -88,7 +90,9 @@ std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
   const double own = static_cast<double>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
   std::string operator_key = fmt::format("{} {} {:g} {} {}", fmt::join(solve_.reach, " "), solve_.method,
                                          solve_.tolerance, fmt::join(periodic_, " "), fmt::join(coefficients_, " "));
-  return {{.owner = owner, .kept = static_cast<std::int64_t>(own)},
+  return {{.owner = "right sides and solutions of solves",
+           .kept = static_cast<std::int64_t>(own),
+           .shared = fmt::format("vectors {}", solve_.guess_count)},
           {.owner = owner,
            .kept = static_cast<std::int64_t>(all.kept - own),
            .making = static_cast<std::int64_t>(all.peak - all.kept),
@@ -143,7 +147,7 @@ std::function<std::string()> FieldSolve::advice_for(const SolveReport& report) c
     std::vector<double> right;
     SolveReport report;
   };
-  const auto system = std::make_shared<const System>(System{operator_, options_, right_, report});
+  const auto system = std::make_shared<const System>(System{operator_, options_, vectors_->right, report});
   return [system] { return advice_on(system->a, system->options, system->right, system->report); };
 }
 
@@ -194,8 +198,8 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
   }
   reason_ =
       fmt::format("{} had not converged after {} iterations: sparse factors", name_of(first.method), first.iterations);
-  std::ranges::fill(solution_, 0.0);
-  return solver_->solve(right_, solution_);
+  std::ranges::fill(vectors_->solution, 0.0);
+  return solver_->solve(vectors_->right, vectors_->solution);
 }
 
 /// On a tape: the solver, and right side, guess and solution as the solver knows them.
@@ -210,10 +214,12 @@ bool FieldSolve::find_on_tape() {
     const LinearSolver* solver = nullptr;
     std::memcpy(&solver, other, sizeof solver);
     const char* const right = other + tape_header;
-    return solver == solver_.get() && are_equal(right_, right) && are_equal(guesses_, right + bytes_of(right_));
+    return solver == solver_.get() && are_equal(vectors_->right, right) &&
+           are_equal(guesses(), right + bytes_of(vectors_->right));
   });
   if (tape == nullptr) return false;
-  std::memcpy(solution_.data(), tape + tape_header + bytes_of(right_) + bytes_of(guesses_), bytes_of(solution_));
+  std::memcpy(vectors_->solution.data(), tape + tape_header + bytes_of(vectors_->right) + bytes_of(guesses()),
+              bytes_of(vectors_->solution));
   read_from_->release(tape);
   return true;
 }
@@ -224,27 +230,25 @@ void FieldSolve::keep_on_tape() {
   const LinearSolver* const solver = solver_.get();
   std::memcpy(tape, &solver, sizeof solver);
   char* to = tape + tape_header;
-  for (const std::vector<double>* values : {&right_, &guesses_, &solution_}) {
-    if (!values->empty()) std::memcpy(to, values->data(), bytes_of(*values));
-    to += bytes_of(*values);
+  for (const auto values :
+       std::initializer_list<std::span<const double>>{vectors_->right, guesses(), vectors_->solution}) {
+    if (!values.empty()) std::memcpy(to, values.data(), bytes_of(values));
+    to += bytes_of(values);
   }
 }
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                      const std::function<void()>& precondition) {
-  if (right_.empty()) {  // programs that are not run take none
-    for (auto* values : {&right_, &solution_}) values->assign(cells_of(layout_), 0.0);
-    guesses_.assign(cells_of(layout_) * static_cast<std::size_t>(solve_.guess_count), 0.0);
-  }
+  if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
   const Team& team = shelf_->team();
-  read_cells(layout_, fields[solve_.rights[0]], right_, team);
+  read_cells(layout_, fields[solve_.rights[0]], vectors_->right, team);
   const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
-    std::ranges::fill(solution_, std::nan(""));
-    write_cells(layout_, fields[solve_.unknowns[0]], solution_);
+    std::ranges::fill(vectors_->solution, std::nan(""));
+    write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
   };
-  const double factor = factor_into_range(right_, team);
+  const double factor = factor_into_range(vectors_->right, team);
   if (factor == 0) return give_up();
-  multiply_all(right_, factor, team);
+  multiply_all(vectors_->right, factor, team);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) {
     const ProcessorWatch setup(note_->setup);
@@ -262,29 +266,29 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     check(report);
     keep_on_tape();
   }
-  multiply_all(solution_, 1 / factor, team);
-  write_cells(layout_, fields[solve_.unknowns[0]], solution_, team);
+  multiply_all(vectors_->solution, 1 / factor, team);
+  write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution, team);
 }
 
 /// `search`: what the network makes of what is left.
 SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
   const ProcessorWatch solving(note_->seconds);
   if (solver_->has_first_guess()) begin();
-  const SolveReport report = solver_->solve(right_, solution_, &search);
+  const SolveReport report = solver_->solve(vectors_->right, vectors_->solution, &search);
   return report.converged ? report : solve_again(report);
 }
 
 void FieldSolve::read_guesses(void* const* fields) {
-  const std::size_t cells = right_.size();
-  for (std::size_t i = 0; i * cells < guesses_.size(); ++i)
-    read_cells(layout_, fields[solve_.guesses[i]], std::span(guesses_).subspan(i * cells, cells), shelf_->team());
+  const std::size_t cells = vectors_->right.size();
+  for (std::size_t i = 0; i * cells < guesses().size(); ++i)
+    read_cells(layout_, fields[solve_.guesses[i]], guesses().subspan(i * cells, cells), shelf_->team());
 }
 
 void FieldSolve::begin() {
-  if (guesses_.empty()) {
-    std::ranges::fill(solution_, 0.0);
+  if (guesses().empty()) {
+    std::ranges::fill(vectors_->solution, 0.0);
   } else {
-    solver_->begin(right_, guesses_, solution_);
+    solver_->begin(vectors_->right, guesses(), vectors_->solution);
   }
 }
 

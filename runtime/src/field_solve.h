@@ -48,6 +48,10 @@ class FieldSolve {
   void read_tapes(std::shared_ptr<Tapes> tapes) { read_from_ = std::move(tapes); }
 
  private:
+  /// One behind the other.
+  std::span<double> guesses() const {
+    return std::span(vectors_->guesses).first(vectors_->right.size() * static_cast<std::size_t>(solve_.guess_count));
+  }
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
   void read_guesses(void* const* fields);
@@ -70,7 +74,7 @@ class FieldSolve {
   std::vector<std::string> coefficients_;
   std::array<bool, 3> periodic_{};
   SolveInputs inputs_;
-  std::vector<double> right_, solution_, guesses_;  // one behind the other
+  std::shared_ptr<SolveVectors> vectors_;  // from the first run on
   OperatorProbe probe_;
   std::shared_ptr<const GridOperator> operator_;  // made by `probe_`, by that of another solve, or null
   SolveOptions options_;

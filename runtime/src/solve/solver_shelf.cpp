@@ -17,4 +17,16 @@ std::shared_ptr<LinearSolver> SolverStore::solver_of(std::shared_ptr<const GridO
   return solver;
 }
 
+std::shared_ptr<SolveVectors> SolverStore::vectors(std::size_t cells, std::size_t guesses) {
+  const auto known = std::ranges::find_if(vectors_, [&](const auto& one) { return one->right.size() == cells; });
+  if (known == vectors_.end()) {
+    auto made = std::make_shared<SolveVectors>();
+    for (std::vector<double>* values : {&made->right, &made->solution}) values->assign(cells, 0.0);
+    made->guesses.assign(cells * guesses, 0.0);
+    return vectors_.emplace_back(std::move(made));
+  }
+  if ((*known)->guesses.size() < cells * guesses) (*known)->guesses.resize(cells * guesses);
+  return *known;
+}
+
 }  // namespace dpde

@@ -15,8 +15,15 @@
 
 namespace dpde {
 
+/// What a solve works on, and nothing that it remembers: all solves of a store have the same.
+struct SolveVectors {
+  std::vector<double> right, solution, guesses;
+};
+
 class SolverStore {
  public:
+  /// At least so many guesses, one behind the other.
+  std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses);
   /// It stays as long as somebody holds it. Operators are compared with those that solvers hold.
   /// \throws dpde::Error as LinearSolver does.
   std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
@@ -28,6 +35,7 @@ class SolverStore {
     std::weak_ptr<LinearSolver> solver;
   };
   std::vector<Kept> kept_;
+  std::vector<std::shared_ptr<SolveVectors>> vectors_;  // of grids of different sizes
 };
 
 /// Of one program.
@@ -42,6 +50,9 @@ class SolverShelf {
   std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
                                           const SolveOptions& options) {
     return store_->solver_of(std::move(grid_operator), options, team_);
+  }
+  std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses) {
+    return store_->vectors(cells, guesses);
   }
   /// Of a solve of the program: it stays where it is.
   SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }
