@@ -36,8 +36,9 @@ char* map_huge(int64_t bytes) {
   return begin + before;
 }
 
-char* allocate(int64_t bytes) {
-  const int64_t alignment = bytes >= page_bytes ? page_bytes : line_bytes;
+/// `bytes`: `wanted` in whole pages.
+char* allocate(int64_t bytes, int64_t wanted) {
+  const int64_t alignment = wanted > page_bytes ? page_bytes : line_bytes;
   void* const memory = std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
   if (memory != nullptr) std::memset(memory, 0, static_cast<size_t>(bytes));
   return static_cast<char*>(memory);
@@ -77,7 +78,7 @@ Buffer::Buffer(int64_t wanted) {
   const int64_t bytes = allocated_bytes(wanted);
   const bool is_mapped = wanted >= least_huge_bytes;
   // Linux may promise more than there is and kill the process later: refuse what can never fit.
-  char* const memory = bytes > physical_bytes() ? nullptr : is_mapped ? map_huge(bytes) : allocate(bytes);
+  char* const memory = bytes > physical_bytes() ? nullptr : is_mapped ? map_huge(bytes) : allocate(bytes, wanted);
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
   memory_ = std::unique_ptr<char, Release>(memory, Release(is_mapped ? bytes : 0));
 }

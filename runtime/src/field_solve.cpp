@@ -88,8 +88,10 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
 std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
   const SolveMemory all = memory_of(shape_of(solve_, layout_));
   const double own = static_cast<double>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
-  std::string operator_key = fmt::format("{} {} {:g} {} {}", fmt::join(solve_.reach, " "), solve_.method,
-                                         solve_.tolerance, fmt::join(periodic_, " "), fmt::join(coefficients_, " "));
+  std::string operator_key =
+      fmt::format("{} {} {:g} {} {} of {}", fmt::join(solve_.reach, " "), solve_.method, solve_.tolerance,
+                  fmt::join(periodic_, " "), fmt::join(coefficients_, " "),
+                  fmt::join(std::span(solve_.params, static_cast<std::size_t>(solve_.param_count)), " "));
   return {{.owner = "right sides and solutions of solves",
            .kept = static_cast<std::int64_t>(own),
            .shared = fmt::format("vectors {}", solve_.guess_count)},
@@ -215,10 +217,10 @@ bool FieldSolve::find_on_tape() {
     std::memcpy(&solver, other, sizeof solver);
     const char* const right = other + tape_header;
     return solver == solver_.get() && are_equal(vectors_->right, right) &&
-           are_equal(guesses(), right + bytes_of(vectors_->right));
+           are_equal(used_guesses(), right + bytes_of(vectors_->right));
   });
   if (tape == nullptr) return false;
-  std::memcpy(vectors_->solution.data(), tape + tape_header + bytes_of(vectors_->right) + bytes_of(guesses()),
+  std::memcpy(vectors_->solution.data(), tape + tape_header + bytes_of(vectors_->right) + bytes_of(used_guesses()),
               bytes_of(vectors_->solution));
   read_from_->release(tape);
   return true;
@@ -231,7 +233,7 @@ void FieldSolve::keep_on_tape() {
   std::memcpy(tape, &solver, sizeof solver);
   char* to = tape + tape_header;
   for (const auto values :
-       std::initializer_list<std::span<const double>>{vectors_->right, guesses(), vectors_->solution}) {
+       std::initializer_list<std::span<const double>>{vectors_->right, used_guesses(), vectors_->solution}) {
     if (!values.empty()) std::memcpy(to, values.data(), bytes_of(values));
     to += bytes_of(values);
   }
@@ -251,8 +253,11 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   multiply_all(vectors_->right, factor, team);
   const bool has_changed = inputs_.have_changed(fields, params);
   if (has_changed || solver_ == nullptr) {
-    const ProcessorWatch setup(note_->setup);
+    const ProcessorWatch setup(note_->setup, team);
     make_solver(fields, apply);
+    // The operator may have solves of its own, which have worked on the same vectors.
+    read_cells(layout_, fields[solve_.rights[0]], vectors_->right, team);
+    multiply_all(vectors_->right, factor, team);
   }
   if (solver_->has_first_guess()) read_guesses(fields);
   if (!find_on_tape()) {
@@ -272,7 +277,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
 
 /// `search`: what the network makes of what is left.
 SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
-  const ProcessorWatch solving(note_->seconds);
+  const ProcessorWatch solving(note_->seconds, shelf_->team());
   if (solver_->has_first_guess()) begin();
   const SolveReport report = solver_->solve(vectors_->right, vectors_->solution, &search);
   return report.converged ? report : solve_again(report);

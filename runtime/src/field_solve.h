@@ -48,6 +48,8 @@ class FieldSolve {
   void read_tapes(std::shared_ptr<Tapes> tapes) { read_from_ = std::move(tapes); }
 
  private:
+  /// Those that the method looks at.
+  std::span<double> used_guesses() const { return solver_->has_first_guess() ? guesses() : std::span<double>(); }
   /// One behind the other.
   std::span<double> guesses() const {
     return std::span(vectors_->guesses).first(vectors_->right.size() * static_cast<std::size_t>(solve_.guess_count));

@@ -1,27 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <ctime>
+
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
-/// Adds the seconds that a processor works for this thread, from here to the end of its life: other programs on the
-/// machine do not count. Solves run on one thread.
+/// That a processor has worked for this thread.
+inline std::int64_t processor_nanoseconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+/// Adds the seconds that processors work for this thread and, of its team, for it, from here to the end of its life:
+/// other programs on the machine do not count.
 class ProcessorWatch {
  public:
-  explicit ProcessorWatch(double& to) : to_(to), start_(now()) {}
+  explicit ProcessorWatch(double& to, const Team& team = 1) : to_(to), team_(team), start_(now()) {}
   ~ProcessorWatch() { to_ += now() - start_; }
   ProcessorWatch(const ProcessorWatch&) = delete;
   ProcessorWatch& operator=(const ProcessorWatch&) = delete;
 
  private:
-  static double now() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  }
+  double now() const { return 1e-9 * static_cast<double>(processor_nanoseconds()) + team_.helped_seconds(); }
 
   double& to_;
+  const Team team_;
   double start_;
 };
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "dpde/runtime/float_mode.h"
+#include "processor_watch.h"
 
 namespace dpde {
 namespace {
@@ -109,6 +110,7 @@ class Team::Crew {
 
   /// False when it is at work already, or should rest: whoever asks does it alone.
   bool run(std::int64_t parts, Call call, const void* work);
+  double helped_seconds() const { return 1e-9 * static_cast<double>(helped_.load(std::memory_order_relaxed)); }
 
  private:
   void begin();
@@ -132,6 +134,7 @@ class Team::Crew {
   std::atomic<std::int64_t> parts_{0}, units_{0};
 
   alignas(64) std::atomic<std::uint32_t> unfinished_{0};
+  std::atomic<std::int64_t> helped_{0};  // nanoseconds
   std::mutex failing_;
   std::exception_ptr failure_;
   std::int64_t failed_part_ = 0;
@@ -159,7 +162,10 @@ void Team::Crew::stay(int thread) {
     seen = changed(epoch_, seen);
     if (ends_.load(std::memory_order_relaxed)) return;
     const FloatScope of_caller(mode_.load(std::memory_order_relaxed));
-    if (thread < units_.load(std::memory_order_relaxed)) take_part(thread, seen);
+    if (thread >= units_.load(std::memory_order_relaxed)) continue;
+    const std::int64_t begin = processor_nanoseconds();
+    take_part(thread, seen);
+    helped_.fetch_add(processor_nanoseconds() - begin, std::memory_order_relaxed);
   }
 }
 
@@ -241,6 +247,8 @@ bool Team::Crew::run(std::int64_t parts, Call call, const void* work) {
 
 Team::Team(int threads)
     : threads_(std::max(threads, 1)), crew_(threads > 1 ? std::make_shared<Crew>(threads) : nullptr) {}
+
+double Team::helped_seconds() const { return crew_ == nullptr ? 0 : crew_->helped_seconds(); }
 
 void Team::share(std::int64_t parts, Call call, const void* work) const {
   if (crew_->run(parts, call, work)) return;

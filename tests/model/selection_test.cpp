@@ -118,9 +118,9 @@ TEST(Settings, SchemeKeys) {
 TEST(Settings, Refusals) {
   EXPECT_EQ(refusal("nu", "1"),
             "there is nothing called nu to set; known here: k, advect, dx, lap, dealias, implicit, solve, smoother, "
-            "preconditioner, guess, time, "
+            "preconditioner, guess, project, time, "
             "real, networks, "
-            "cells, cells.x, cells.y, step, end, courant, tolerance");
+            "cells, cells.x, cells.y, step, end, courant, ...");
   EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
   EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
   EXPECT_EQ(

@@ -320,5 +320,20 @@ TEST(SolveTolerance, IsRoundingWithFactors) {
   EXPECT_FALSE(found->is_by_steps);
 }
 
+/// The operator of one solve has another of its own, on the same grid: u = w + q/10 with 4*q - q[-1] - q[+1] = w.
+TEST(NestedSolves, KeepTheirRightSides) {
+  const std::string text =
+      "kernel outer(w: field halo 1, q: field, out image: field) on 1 axes { image = w + 0.1*q }\n"
+      "kernel inner(q: field halo 1, out q_image: field) on 1 axes { q_image = 4*q - q[-1] - q[+1] }\n"
+      "kernel take(w: field, out u_next: field) on 1 axes { u_next = w }\n"
+      "program step {\n  axes x bounded\n  solve image = u for w {\n    solve q_image = w for q {\n"
+      "      fill q x = 0\n      run inner\n    }\n    run outer\n  }\n  run take\n  swap u, u_next\n}\n"
+      "scene line : step { grid x = 0 .. 1, cells 80; initial u = sin(3*x); time 0 .. 3, step 1 }\n";
+  const std::vector<double> by_code = testing::run_scene(text, "line").state.at("u");
+  const std::vector<double> expected = testing::run_scene(text, "line", {}, driver::Backend::interpreter).state.at("u");
+  ASSERT_EQ(by_code.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(by_code[i], expected[i], 1e-11) << i;
+}
+
 }  // namespace
 }  // namespace dpde

@@ -134,8 +134,8 @@ TEST(GridOperators, StarsTakeFewImages) {
   const Walls rings{all_walls[0], all_walls[0], all_walls[0]}, boxes{all_walls[1], all_walls[2], all_walls[3]},
       mixed{all_walls[0], all_walls[1], all_walls[0]};
   for (const Case& one :
-       {Case{{16, 16, 16}, rings, 1, 20}, Case{{14, 21, 7}, rings, 1, 20}, Case{{13, 11, 17}, rings, 1, 70},
-        Case{{9, 10, 11}, boxes, 1, 20}, Case{{10, 9, 9}, boxes, 2, 30}, Case{{29, 27, 1}, mixed, 6, 70},
+       {Case{{16, 16, 16}, rings, 1, 20}, Case{{14, 21, 7}, rings, 1, 20}, Case{{13, 11, 17}, rings, 1, 110},
+        Case{{9, 10, 11}, boxes, 1, 20}, Case{{10, 9, 9}, boxes, 2, 30}, Case{{29, 27, 1}, mixed, 6, 220},
         Case{{20, 21, 22}, boxes, 5, 60}}) {
     StencilMatrix matrix{one.cells, {}, {{0, 0, 0}}, {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {

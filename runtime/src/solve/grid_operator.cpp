@@ -79,8 +79,9 @@ double GridOperator::residual(std::span<const double> b, std::span<const double>
     std::array<double, RowParts::most> squares{};
     const RowParts parts(cells());
     parts.for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t part) {
-      for_each_left(rows, begin, end, b, x,
-                    [&](double left) { squares[static_cast<std::size_t>(part)] += left * left; });
+      double own = 0;
+      for_each_left(rows, begin, end, b, x, [&](double left) { own += left * left; });
+      squares[static_cast<std::size_t>(part)] = own;
     });
     return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0));
   });

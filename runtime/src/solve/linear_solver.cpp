@@ -407,7 +407,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
   report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
-  if ((fourier || line_series) && report.converged) fourier_residual = report.residual;
+  if ((fourier || line_series) && report.converged && size > 0) fourier_residual = report.residual;
   report.is_singular = !report.converged && left > 1e-6 * size && out_of_reach(b, x) <= 1e-8 * largest_row * left;
 }
 

@@ -3,8 +3,9 @@
 //
 // The colour of (x, y, z) is (a*x + b*y + c*z) mod m, which differs for two entries of a row if it differs for their
 // offsets (Goldfarb and Toint, Math. Comp. 43, 1984, 69). Of the factors one is 1; the others, and m, are the smallest
-// that do. A star of 37 points in space has about as many colours, where boxes around cells have 13^3. Around a ring
-// colours go on if m divides a*(cells of it); else the last cells of the ring have colours of their own.
+// that do. A star of 31 points in space between walls has fewer than 60, where boxes around cells have 11^3. Around a
+// ring colours go on if m divides a*(cells of it); else the last cells of the ring have colours of their own, and there
+// are twice as many for each such axis.
 #pragma once
 
 #include <array>

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "dpde/runtime/team.h"
 
@@ -97,6 +98,7 @@ double sum_of_parts(const Team& team, std::size_t size, const F& f) {
 
 /// Takes the mean of some of the numbers away from these, and returns it.
 inline double remove_mean(const Team& team, std::span<double> values, std::span<const std::uint32_t> numbers) {
+  if (numbers.size() == 1) return std::exchange(values[numbers.front()], 0.0);
   const double sum = sum_of_parts(team, numbers.size(), [&](std::size_t begin, std::size_t end) {
     double of_part = 0;
     for (const std::uint32_t number : numbers.subspan(begin, end - begin)) of_part += values[number];

@@ -29,6 +29,8 @@ class Team {
   Team(int threads = 1);
   /// The largest number of threads at work at once.
   int threads() const { return threads_; }
+  /// Of a processor, that threads beside those who asked have worked for them until now.
+  double helped_seconds() const;
 
   template <class F>
   void run(std::int64_t parts, const F& f) const {
