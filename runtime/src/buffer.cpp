@@ -83,6 +83,13 @@ Buffer::Buffer(int64_t wanted) {
   memory_ = std::unique_ptr<char, Release>(memory, Release(is_mapped ? bytes : 0));
 }
 
+void Buffer::touch() const {
+  for (int64_t at = 0; at < memory_.get_deleter().mapped; at += page_bytes) {
+    volatile char& first_of_page = memory_.get()[at];
+    first_of_page = first_of_page;
+  }
+}
+
 Buffer::Buffer(const std::string& folder, int64_t bytes) {
   const int file = open_nameless(folder);
   if (file < 0) fail(folder, bytes, errno);

@@ -17,6 +17,7 @@ class FieldPool {
   FieldPool() = default;
   FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
   void* base(int64_t number) const { return memory_.data() + number * stride_ + origin_; }
+  void touch() const { memory_.touch(); }
   /// Bytes from one array to the next: shared by all pools of the layout.
   static int64_t stride_of(const dpde_layout& layout);
 

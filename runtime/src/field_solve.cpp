@@ -87,16 +87,17 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
 
 std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
   const SolveMemory all = memory_of(shape_of(solve_, layout_));
-  const double own = static_cast<double>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
+  const auto vector = static_cast<std::int64_t>(cells_of(layout_) * sizeof(double));
+  const std::int64_t guesses = solve_.guess_count * vector, own = 2 * vector + guesses;
   std::string operator_key =
       fmt::format("{} {} {:g} {} {} of {}", fmt::join(solve_.reach, " "), solve_.method, solve_.tolerance,
                   fmt::join(periodic_, " "), fmt::join(coefficients_, " "),
                   fmt::join(std::span(solve_.params, static_cast<std::size_t>(solve_.param_count)), " "));
-  return {{.owner = "right sides and solutions of solves",
-           .kept = static_cast<std::int64_t>(own),
-           .shared = fmt::format("vectors {}", solve_.guess_count)},
+  const char* of_all = "right sides and solutions";
+  return {{.owner = of_all, .kept = 2 * vector, .shared = of_all},
+          {.owner = of_all, .kept = guesses, .shared = fmt::format("{} guesses", solve_.guess_count)},
           {.owner = owner,
-           .kept = static_cast<std::int64_t>(all.kept - own),
+           .kept = static_cast<std::int64_t>(all.kept) - own,
            .making = static_cast<std::int64_t>(all.peak - all.kept),
            .shared = std::move(operator_key)}};
 }

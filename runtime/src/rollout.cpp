@@ -115,7 +115,7 @@ void Rollout::Impl::for_each_program(const Visit& visit) {
 
 Rollout::Impl::Impl(RolloutSetup from, Purpose purpose)
     : setup(checked(std::move(from))),
-      memory(purpose),
+      memory(purpose, setup.adjoint != nullptr),
       sums(setup, result),
       states(setup, memory),
       inputs(setup),

@@ -46,7 +46,7 @@ const std::map<std::string, int> larger{
     {"compiler/src/training/trajectory_test.h TrajectoryTest", 17},
     {"runtime/include/dpde/runtime/engine.h Engine", 28},
     {"runtime/include/dpde/runtime/rollout.h RolloutSetup", 35},
-    {"runtime/src/field_solve.h FieldSolve", 18},
+    {"runtime/src/field_solve.h FieldSolve", 17},
     {"runtime/src/network/engine.h Engine", 27},
     {"runtime/src/network/kernels.h ConvolveCall", 20},
     {"runtime/src/newton_solve.h NewtonSolve", 21},
@@ -54,7 +54,7 @@ const std::map<std::string, int> larger{
     {"runtime/src/solve/gmres.h Gmres", 19},
     {"runtime/src/solve/grid_waves.h GridWaves", 17},
     {"runtime/src/solve/krylov.h Iterations", 18},
-    {"runtime/src/solve/linear_solver.cpp LinearSolver::Impl", 28},
+    {"runtime/src/solve/linear_solver.cpp LinearSolver::Impl", 26},
     {"runtime/src/sweep.h Sweep", 17},
     {"runtime/src/wavefront_impl.h Wavefront::Impl", 22},
 };

@@ -203,8 +203,8 @@ TEST(UpwindSchemes, KeepMass) {
 
 /// Of a constant the difference is 0, exactly.
 TEST(UpwindSchemes, LeaveAConstantAlone) {
-  for (const std::string advect :
-       {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+  for (std::size_t count = 0; const std::string advect : {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)",
+                                                          "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
     for (const double u : end_of(scene_on_ring("0.1 + 0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.1) << advect;
     for (const double u : end_of(scene_on_ring("0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.0) << advect;
   }
@@ -217,6 +217,7 @@ TEST(UpwindSchemes, BackEndsAgree) {
     for (const std::string real : {"f64", "f32"}) {
       for (const int cells : {1, 2, 3, 13}) {
         if (real == "f32" && cells < 13 && !testing::is_thorough()) continue;
+        if (real == "f64" && !testing::is_tried(count++, 2)) continue;
         const std::string text = fmt::format(
             "model m {{ vector u; field q; dt(u) = -advect(u, u); dt(q) = -advect(u, q) }}\n"
             "scheme c {{ advect = {}; time = ssp_rk3; real = {} }}\nscene s : m with c {{\n"

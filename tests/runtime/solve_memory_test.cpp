@@ -51,7 +51,7 @@ double bytes_of_measured(const MeasuredSolver& one) {
 
 TEST(MemoryOfSolves, IsWhatIsSaid) {
   if (bytes_in_use() == 0) GTEST_SKIP() << "nobody counts bytes here";
-  for (const GridCells& cells : {GridCells{120, 130, 1}, GridCells{33, 30, 32}}) {
+  for (const GridCells& cells : {GridCells{250, 260, 1}, GridCells{33, 30, 32}}) {
     for (const auto& walls : {all_walls[0], all_walls[1], all_walls[2]}) {
       for (const auto& [method, of_solve, varies] : {std::tuple{SolverMethod::fourier, DPDE_SOLVE_FOURIER, false},
                                                      std::tuple{SolverMethod::cg, DPDE_SOLVE_CG, true},

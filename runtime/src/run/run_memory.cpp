@@ -9,7 +9,10 @@ namespace dpde {
 
 FieldPool RunMemory::pool(const dpde_layout& layout, int64_t count, const std::string& folder) {
   if (folder.empty()) bytes_ += allocated_bytes(count * FieldPool::stride_of(layout));
-  return is_plan() ? FieldPool() : FieldPool(layout, count, folder);
+  if (is_plan()) return {};
+  FieldPool made(layout, count, folder);
+  if (touches_ && folder.empty()) made.touch();
+  return made;
 }
 
 void RunMemory::add_initial(const dpde_layout& layout, int number) {

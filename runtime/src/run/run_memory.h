@@ -16,7 +16,9 @@ namespace dpde {
 class RunMemory {
  public:
   enum class Purpose { run, plan };  // plan: nothing is bound, and memory is counted only
-  explicit RunMemory(Purpose purpose) : purpose_(purpose) {}
+  /// `is_of_gradient`: pools are taken from the system at once, so that what does not fit is told before the run and
+  /// not on the way back.
+  explicit RunMemory(Purpose purpose, bool is_of_gradient = false) : purpose_(purpose), touches_(is_of_gradient) {}
 
   bool is_plan() const { return purpose_ == Purpose::plan; }
   /// Of no memory in a plan.
@@ -42,6 +44,7 @@ class RunMemory {
 
  private:
   const Purpose purpose_;
+  const bool touches_;
   int64_t bytes_ = 0;
   std::vector<std::pair<const dpde_program*, std::vector<OwnedMemory>>> programs_;
 };

@@ -127,13 +127,10 @@ void OperatorProbe::drop_memory() {
 
 GridOperator OperatorProbe::find(const LinearImage& image, StencilMatrix used) {
   take_memory();
-  if (may_be_constant_) {
-    if (std::optional<ConstantRows> rows = constant_rows(image)) {
-      drop_memory();
-      return {*rows, rounding_};
-    }
+  if (std::optional<ConstantRows> rows = constant_rows(image)) {
+    drop_memory();
+    return {*rows, rounding_};
   }
-  may_be_constant_ = false;
   return {matrix(image, std::move(used)), rounding_};
 }
 
@@ -252,15 +249,15 @@ OperatorProbe::Departure OperatorProbe::departure_of(const LinearImage& image, c
 
 /// Of a stencil whose entries are few of those in boxes. What is not found by its pattern is found in boxes.
 bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matrix) {
-  if (!std::exchange(knows_pattern_, true)) {
-    BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_);
-    if (boxes.count() > small_box) {
-      std::vector<std::array<int, 3>> offsets = boxes.some_offsets();
-      images_ += BoxProbe::images_of_some;
-      const auto entries = static_cast<std::int64_t>(offsets.size());
-      if (entries > 0 && 2 * entries < boxes.count())
-        pattern_ = PatternColours::of(std::move(offsets), cells_, periodic_, boxes.count() / 2);
-    }
+  BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_);
+  if (boxes.count() <= small_box) return false;
+  std::vector<std::array<int, 3>> offsets = boxes.some_offsets();
+  images_ += BoxProbe::images_of_some;
+  if (!pattern_ || pattern_->offsets() != offsets) {
+    const auto entries = static_cast<std::int64_t>(offsets.size());
+    pattern_.reset();
+    if (entries > 0 && 2 * entries < boxes.count())
+      pattern_ = PatternColours::of(std::move(offsets), cells_, periodic_, boxes.count() / 2);
   }
   if (!pattern_) return false;
   matrix.cells = cells_;
@@ -285,7 +282,6 @@ bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matri
     const Departure departure = departure_of(image, matrix);
     is_all = departure.difference <= departure.allowed;
   }
-  if (!is_all) pattern_.reset();
   return is_all;
 }
 

@@ -57,8 +57,6 @@ class OperatorProbe {
   std::array<bool, 3> periodic_{};
   double rounding_ = 0;
   std::string what_;
-  bool may_be_constant_ = true;  // the rows were alike, or nobody has looked
-  bool knows_pattern_ = false;   // or that there is none
   std::optional<PatternColours> pattern_;
   std::vector<double> values_, image_;
   int images_ = 0;

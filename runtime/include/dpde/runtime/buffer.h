@@ -20,13 +20,15 @@ class Buffer {
   Buffer(const std::string& folder, std::int64_t bytes);
 
   char* data() const { return memory_.get(); }
+  /// Takes all of its pages from the system now.
+  void touch() const;
   explicit operator bool() const { return memory_ != nullptr; }
 
  private:
   struct Release {
     Release() : mapped(0) {}
     explicit Release(std::int64_t bytes) : mapped(bytes) {}
-    std::int64_t mapped;  // bytes of pages; 0: of the heap
+    std::int64_t mapped;  // bytes of pages; 0: of the heap, which is touched
     void operator()(char* memory) const;
   };
   std::unique_ptr<char, Release> memory_;
