@@ -203,8 +203,8 @@ TEST(UpwindSchemes, KeepMass) {
 
 /// Of a constant the difference is 0, exactly.
 TEST(UpwindSchemes, LeaveAConstantAlone) {
-  for (std::size_t count = 0; const std::string advect : {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)",
-                                                          "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+  for (const std::string advect :
+       {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
     for (const double u : end_of(scene_on_ring("0.1 + 0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.1) << advect;
     for (const double u : end_of(scene_on_ring("0*s", advect, 10, 0.4, 1))) EXPECT_EQ(u, 0.0) << advect;
   }
@@ -212,8 +212,8 @@ TEST(UpwindSchemes, LeaveAConstantAlone) {
 
 /// A wind of both signs, walls, two axes, grids narrower than the stencil, single precision.
 TEST(UpwindSchemes, BackEndsAgree) {
-  for (const std::string advect :
-       {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
+  for (std::size_t count = 0; const std::string advect : {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)",
+                                                          "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
     for (const std::string real : {"f64", "f32"}) {
       for (const int cells : {1, 2, 3, 13}) {
         if (real == "f32" && cells < 13 && !testing::is_thorough()) continue;
