@@ -69,7 +69,7 @@ TEST(MemoryOfSolves, IsWhatIsSaid) {
           const SolveMemory said = memory_of(shape);
           const auto of_cells = static_cast<double>(8 * cells[0] * cells[1] * cells[2]);
           const double made = bytes_of_measured(one) + 2 * of_cells;  // a FieldSolve has two such arrays
-          EXPECT_NEAR(said.kept / made, 1, 0.12) << name_of(method) << " " << is_constant << " " << cells[2] << ": "
+          EXPECT_NEAR(said.kept / made, 1, 0.15) << name_of(method) << " " << is_constant << " " << cells[2] << ": "
                                                  << said.kept / of_cells << " fields, " << made / of_cells;
           EXPECT_GE(said.peak, said.kept);
         }

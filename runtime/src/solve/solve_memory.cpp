@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solve/half_rows.h"
 #include "solve/linear_solver.h"
 #include "solve/solve_inputs.h"
 
@@ -60,7 +61,9 @@ class SolveArrays {
       case DPDE_SOLVE_FOURIER: return waves();
       case DPDE_SOLVE_DIRECT: return factors();
       case DPDE_SOLVE_MULTIGRID: return cycles(true);
-      case DPDE_SOLVE_CG: cycles(has_neighbours_); return keep(vectors_of_cg + (has_neighbours_ ? 0 : 1));
+      case DPDE_SOLVE_CG:
+        cycles(has_neighbours_);
+        return keep(has_neighbours_ ? vectors_of_cg * packed(shape_.cells) : vectors_of_cg + 1);
       case DPDE_SOLVE_GMRES: preconditioner(); return keep(vectors_of_gmres + 3);
       default: preconditioner(); return keep(vectors_of_bicgstab);
     }
@@ -75,14 +78,25 @@ class SolveArrays {
     keep(gap + (become_complex ? 2 * gap : 0) + (has_rings ? 0.5 : 1) * gap);
   }
 
+  /// A vector in half rows, with the rooms between them (solve/half_rows.h), of a grid of cycles.
+  double packed(const std::array<std::int64_t, 3>& cells) const {
+    const HalfRows row(cells[0], shape_.periodic[0]);
+    return static_cast<double>(row.stride() * cells[1] * cells[2]) / cells_;
+  }
+
   /// Multigrid: MultigridLevel of a fine and a coarse grid, then CycleLevel of all.
   void cycles(bool are_there) {
     if (!are_there) return;
-    const double coarser = std::exp2(-axes_), of_levels = 1 / (1 - coarser), own = axes_ + 2;
-    const double level = 7, cycle = 1 + (shape_.is_constant ? 0 : own);
-    note(level * (1 + coarser) + cycle);
-    keep(cycle * of_levels + 2 * (of_levels - 1));
-    keep(2);  // packed right sides and solutions
+    double fine = packed(shape_.cells), coarse = 0;
+    std::array<std::int64_t, 3> cells = shape_.cells;
+    while (cells[0] * cells[1] * cells[2] > 64) {  // cells of the coarsest grid
+      for (std::int64_t& along : cells) along = (along + 1) / 2;
+      coarse += packed(cells);
+    }
+    const double level = 7, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
+    note(level * (1 + std::exp2(-axes_)) + cycle * fine);
+    keep(cycle * (fine + coarse) + 2 * coarse);
+    keep(2 * fine);  // packed right sides and solutions
   }
 
   void preconditioner() {
