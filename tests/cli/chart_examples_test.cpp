@@ -84,6 +84,7 @@ TEST_F(ChartExamples, SquareByLimitersAndLinearSchemes) {
 }
 
 TEST_F(ChartExamples, Plate) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   if (testing::is_thorough()) {
     const Json json = chart("heat/heat", "accuracy_of_plate", "--vary cells=16,32 --vary fraction=0.3");
     EXPECT_EQ(json["points"][0]["errors"].size(), 2u) << "l2 and linf";
@@ -110,6 +111,7 @@ TEST_F(ChartExamples, SpotOfGrayAndScott) {
 
 /// Fourier series beside differences of the same flow, whose stream function each of them solves for.
 TEST_F(ChartExamples, MergingVortices) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const Json json = chart("vorticity/vorticity", "accuracy_of_merger",
                           "--vary cells=32,64 --vary step=0.08 --set step=0.05 --reference-cells 96");
   EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-3);
@@ -145,6 +147,7 @@ TEST_F(ChartExamples, FirstRollsGrowAsRayleighSays) {
 }
 
 TEST_F(ChartExamples, Canal) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const Json json = chart("shallow_water/shallow_water", "accuracy_of_canal", "--vary time=rk4 --vary fraction=0.45");
   EXPECT_LT(json["reference"]["uncertainty"].get<double>(), 1e-6);
   EXPECT_NEAR(order(json, 200, "dx", "central(2)"), 2, 0.15);

@@ -225,6 +225,7 @@ task t : s {
 
 /// Departure points that depend on the state, cubic along one axis and along two.
 TEST_F(DerivativeCommand, CubicSemiLagrangianIsCertified) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   write("carry.dpde", R"(
 model line { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
 model plane { field u, v; param nu; dt(u) = -advect((u, v), u) + nu*lap(u); dt(v) = -advect((u, v), v) - u }

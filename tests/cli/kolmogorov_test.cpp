@@ -34,6 +34,7 @@ class KolmogorovFlow : public Command {
 };
 
 TEST_F(KolmogorovFlow, NetworksLastLongerThanTheirBase) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   make();
   std::vector<std::string> tasks = {"correct"};
   if (is_thorough()) tasks.insert(tasks.end(), {"curled", "interpolate_by_network", "curled_rotational"});

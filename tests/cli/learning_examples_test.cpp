@@ -41,6 +41,7 @@ TEST_F(LearningExamples, TwoSolutions) {
 /// A quarter of the example's data, windows and tests: the learned weights are better than the limiter on the same
 /// grid.
 TEST_F(LearningExamples, LearnedFlux) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/learned_flux/learned_flux.dpde");
   text = rewritten(text, {{"cells 512", "cells 256"},
                           {"step 0.005", "step 0.01"},
@@ -105,6 +106,7 @@ TEST_F(LearningExamples, LeastForceOfBurgers) {
 /// By 8 values on 22 x 8 cells: the search ends where no step lowers the loss, long before its 300 iterations, and what
 /// it finds is half the drag, the same flow through, and nothing that goes back.
 TEST_F(LearningExamples, LeastPullAtACylinder) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/incompressible_flow";
   const std::string small = " --set cells.x=22 --set cells.y=8 --set step=0.04";
   fs::copy(folder / "flow.dpde", path("flow.dpde"));
@@ -233,6 +235,7 @@ TEST_F(LearningExamples, MeansOfAFinerPlasma) {
 
 /// A tenth of the scenes and epochs: unseen goals are missed by less than a third of what they are missed by untrained.
 TEST_F(LearningExamples, ControllerOfBurgers) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/burgers_control/controller.dpde");
   const std::vector<std::pair<std::string, std::string>> smaller = {
       {"runs 400", "runs 40"}, {"runs 100", "runs 10"}, {"epochs 60", "epochs 12"}};

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "command_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -109,6 +110,7 @@ TEST_F(TrainingChart, HasPlainMethodsThatNobodyNamed) {
 /// along the wind survives. RK4 with central(4) is stable up to 2.828 h/1.372 = 0.81 (numerics.md, table 1.1): frames
 /// 2 apart take 3 steps at 0.9 of that, and 6 at half of it.
 TEST_F(TrainingChart, GivesPlainMethodsStepsThatTheyBear) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const std::string grid = "{\n  grid x = 0 .. 2*pi, cells 16, periodic\n  c = 1; a = 1\n  initial u = a*sin(x)\n";
   write("w.dpde",
         "model wind { field u; param c; param a; dt(u) = -advect(c, u) }\nscheme semi { advect = semi_lagrangian; time "
@@ -138,6 +140,7 @@ TEST_F(TrainingChart, GivesPlainMethodsStepsThatTheyBear) {
 
 /// The scene that made the data comes to them but for rounding: that is no error, and nothing is compared with it.
 TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   write("g.dpde", learn(both + ", fine on trajectories(\"unseen_64.nc\")"));
   std::string text = content(path("g.dpde"));
   text.insert(text.find("network"),
@@ -193,6 +196,7 @@ TEST_F(TrainingChart, TakesTheTrainingThatIsThere) {
 
 /// Tests have the plain methods beside them too: what a reader asks stands with the result.
 TEST_F(TrainingChart, StandsWithTheResult) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   const Outcome outcome = dpde("optimize f.dpde learn --out o --json");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json all = outcome.json(), test = all["test"]["err"], beside = test["beside"];

@@ -118,6 +118,7 @@ TEST_F(Wake, OnACoarseGridLosesWhatIsPublished) {
 /// The example's network of 954 weights on a quarter of its cells and a few of its frames: it is better than the plain
 /// scheme, and than that on twice the cells. Gradients are certified at a frame of the data.
 TEST_F(Wake, ANetworkGivesBackWhatACoarseGridLoses) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   write("hybrid.dpde",
         rewritten(content(DPDE_SOURCE_DIR "/dsl-examples/wake/hybrid.dpde"), {{"cells 128", "cells 32"},
                                                                               {"cells 256", "cells 64"},

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "host_support.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -152,6 +153,7 @@ TEST_P(HessianVector, IsTheDerivativeOfTheGradientAndSymmetric) {
 }
 
 TEST_P(HessianVector, IsTheSameOnEveryBackEndAndWithCheckpoints) {
+  if (!is_tried(GetParam(), 2)) GTEST_SKIP() << "at night";
   const Case& c = cases[GetParam()];
   Simulation sim = compile_text(c.text, {.name = "t", .second_order = true});
   const std::vector<double> v = random_values(sim.unknown_values().size(), 4), expected = sim.hessian_vector(v);

@@ -9,6 +9,7 @@
 #include "../driver/driver_support.h"
 #include "stencil/print_stencil.h"
 #include "support/scene_run.h"
+#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -67,6 +68,7 @@ TEST_P(SchemeCertificate, PassesInTwoDimensions) {
 }
 /// The programs of f32 agree with their adjoints as far as floats can: no weight or limiter divides by what they flush.
 TEST_P(SchemeCertificate, PassesInSinglePrecision) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   expect_single_certified(task(GetParam(), "euler", false, 1, "f64"), task(GetParam(), "euler", false, 1, "f32"));
 }
 
