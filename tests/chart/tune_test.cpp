@@ -256,6 +256,7 @@ TEST(Tune, ComesNearASweepInNineOfTenCases) {
 
 /// On 8 cells, which hold none of the waves that the fourth derivative damps, all methods are unstable at every step.
 TEST(Tune, GoesOnWhereTheCoarsestGridFails) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const Scene scene("start");
   std::string why;
   References references;

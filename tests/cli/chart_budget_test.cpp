@@ -59,6 +59,7 @@ TEST_F(ChartBudget, AddsUpToTheErrorOfExactSolutions) {
 /// A flow with a closed form (Taylor and Green 1937), whose pressure is solved for by steps: tolerances are points of
 /// one curve, and what a loose one costs in accuracy is a part of the budget.
 TEST_F(ChartBudget, TolerancesOfSolvesAreAnAxis) {
+  if (!is_thorough()) GTEST_SKIP() << "at night";
   write("s.dpde",
         "model flow { vector u on faces; field p; param nu\n  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n"
         "  0 = div(u) gives p }\nscheme plain { time = rk4; solve = cg(1e-1) }\nscene s : flow with plain {\n"

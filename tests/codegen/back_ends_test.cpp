@@ -126,6 +126,7 @@ TEST(BackEnds, JitAgreesWithTheInterpreter) {
   expect_all_agree(Precision::f64, by_jit, testing::is_thorough() ? 1 : 3);
 }
 TEST(BackEnds, JitAgreesWithTheInterpreterInSinglePrecision) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   expect_all_agree(Precision::f32, by_jit, testing::is_thorough() ? 1 : 6);
 }
 /// A compiler takes a second for each; the random programs are compiled by it too.

@@ -280,10 +280,12 @@ TEST(ImplicitSchemes, SolveForWhatLiesOnWalls) {
 }
 
 TEST(ImplicitCertificate, OfAllSchemes) {
-  for (const char* scheme : {"backward_euler", "crank_nicolson", "imex_euler", "ars222", "ars443"}) {
+  for (std::size_t count = 0;
+       const char* scheme : {"backward_euler", "crank_nicolson", "imex_euler", "ars222", "ars443"}) {
     for (const bool periodic : {true, false}) {
       for (const int rank : {1, 2}) {
         if (rank == 2 && periodic && !testing::is_thorough()) continue;
+        if (!testing::is_tried(count++, 2)) continue;
         SCOPED_TRACE(fmt::format("{} {} {}", scheme, periodic, rank));
         expect_certified(implicit_task(scheme, rank, periodic), rank == 1);
       }

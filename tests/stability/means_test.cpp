@@ -114,6 +114,7 @@ struct Turning {
 };
 
 TEST(Means, LimitsDoNotDependOnTheStep) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const std::string turning = "field u, v; dt(u) = 2*mean(q*v) + 1e-6*lap(u); dt(v) = -mean(q*u) ";
   const std::string starts = uneven + "initial u = 1; initial v = 1";
   for (const auto& [time, damped, driven, decay] :

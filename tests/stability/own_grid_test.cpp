@@ -299,6 +299,7 @@ std::string drawn_line(Lot& lot) {
 /// Runs grow beyond what is predicted, and not before. Where a flow meets a wall they may bear a little more, as what
 /// grows on its way there has an end.
 TEST(OwnGrid, LimitsBetweenWallsAreThoseOfRuns) {
+  if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   Lot lot(20261127);
   int limits = 0;
   const int count = testing::is_thorough() ? 18 : 9;
