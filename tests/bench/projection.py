@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""100 steps of decaying turbulence on [0, 2 pi]^2 by dpde and jax-cfd's finite volumes: seconds of a run and a gradient.
+"""100 steps of decaying turbulence on [0, 2 pi]^2 by dpde and jax-cfd's finite volumes: seconds of a run and of a
+gradient.
 
     python3 -m venv /tmp/venv && /tmp/venv/bin/pip install jax-cfd==0.2.1 jax==0.10.2
     for tool in dpde_rk4_stage dpde_rk4_step dpde_rk2_step jax_rk4 jax_rk2 jax_euler; do
@@ -7,8 +8,8 @@
     done
 
 Both take central differences of second order on faces and Fourier series for the pressure (solve_fast_diag). jax-cfd's
-Runge-Kutta methods have a projection behind each stage, and so has dpde_rk4_stage; those of `step` have one. The flow is
-that of decaying_turbulence.py, at a Courant number of about 0.4. The gradient is that of the mean energy at the end by
+Runge-Kutta methods have a projection behind each stage, and so has dpde_rk4_stage; those of `step` have one. The flow
+is that of decaying_turbulence.py, at a Courant number of about 0.4. The gradient is that of the mean energy at the end by
 the initial flow; jax-cfd's steps are checkpointed. One line a grid: tool, precision, cells, seconds of a run, and of a
 value with its gradient, both medians of 7 without compilation, and the mean energy at the end; one thread.
 """

@@ -92,7 +92,7 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem);
 /// The verdict for who asks why a run blew up; "" where it says nothing.
 std::string advice_on_blow_up(driver::Session& session);
 
-/// Reports a step that is too large: an error where it ruins the run (`force`: a warning), else a warning. False after
+/// Reports a step that is too large: an error where it ruins the run, else a warning. `force`: nobody looks. False after
 /// an error.
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
 /// The same of scenes that make data, for SessionOptions::judge.
