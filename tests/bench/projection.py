@@ -7,11 +7,12 @@ gradient.
       taskset -c 0 /tmp/venv/bin/python tests/bench/projection.py $tool f32 128 256
     done
 
-Both take central differences of second order on faces and Fourier series for the pressure (solve_fast_diag). jax-cfd's
-Runge-Kutta methods have a projection behind each stage, and so has dpde_rk4_stage; those of `step` have one. The flow
-is that of decaying_turbulence.py, at a Courant number of about 0.4. The gradient is that of the mean energy at the end by
-the initial flow; jax-cfd's steps are checkpointed. One line a grid: tool, precision, cells, seconds of a run, and of a
-value with its gradient, both medians of 7 without compilation, and the mean energy at the end; one thread.
+Both take central differences of second order on faces and Fourier series for the pressure (solve_fast_diag).
+jax-cfd's Runge-Kutta methods have a projection behind each stage, and so has dpde_rk4_stage; those of `step` have
+one. The flow is that of decaying_turbulence.py, at a Courant number of about 0.4. The gradient is that of the mean
+energy at the end by the initial flow; jax-cfd's steps are checkpointed. One line a grid: tool, precision, cells,
+seconds of a run, and of a value with its gradient, both medians of 7 without compilation, and the mean energy at the
+end; one thread.
 """
 
 import json
