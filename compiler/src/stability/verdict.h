@@ -92,8 +92,8 @@ std::string wave_text(const Verdict& verdict, const model::Problem& problem);
 /// The verdict for who asks why a run blew up; "" where it says nothing.
 std::string advice_on_blow_up(driver::Session& session);
 
-/// Reports a step that is too large: an error where it ruins the run, else a warning. `force`: nobody looks. False after
-/// an error.
+/// Reports a step that is too large: an error where it ruins the run, else a warning. `force`: nobody looks. False
+/// after an error.
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
 /// The same of scenes that make data, for SessionOptions::judge.
 std::function<bool(driver::Session& session, DiagnosticSink& sink)> judge_of_steps(bool force);
