@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -19,6 +18,7 @@
 #include "analysis/solve_tolerance.h"
 #include "analysis/taylor.h"
 #include "dpde/runtime/error.h"
+#include "driver/cpu_time.h"
 #include "driver/window_start.h"
 #include "network/symmetrise.h"
 
@@ -65,14 +65,12 @@ Precisions precisions_of(const driver::Compiled& compiled) {
 
 class RunChecker {
  public:
-  using Clock = std::chrono::steady_clock;
-
   /// At a point, along a direction.
   using Rounding = std::function<RunRounding(const Eigen::VectorXd&, const Eigen::VectorXd&)>;
 
   /// To be done `seconds` after `start`. `stop`: what the session looks at before each step.
-  RunChecker(driver::Session& session, driver::Inverse& inverse, Rounding rounding, Clock::time_point start,
-             double seconds, std::atomic<bool>& stop, RunCheck& result)
+  RunChecker(driver::Session& session, driver::Inverse& inverse, Rounding rounding, double start, double seconds,
+             std::atomic<bool>& stop, RunCheck& result)
       : session_(session),
         inverse_(inverse),
         rounding_(std::move(rounding)),
@@ -87,7 +85,7 @@ class RunChecker {
   bool check();
 
  private:
-  double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double spent() const { return driver::thread_cpu_seconds() - start_; }
   double not_at_rest(const SteadyAdjoint& adjoint) const;
   bool comes_to_rest();
   void watch_steady();
@@ -110,7 +108,7 @@ class RunChecker {
   std::atomic<bool>& stop_;
   Precisions precisions_;
   double seconds_;
-  Clock::time_point start_;
+  double start_;
   RunCheck& result_;
   Point point_;
   Eigen::VectorXd gradient_;
@@ -341,7 +339,7 @@ bool RunChecker::check_directions(const std::string& what) {
 
 /// Of so many steps; none: until steady. False where it cannot be made, or there is no time for it.
 bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
-                 std::optional<int> steps, RunChecker::Clock::time_point start, double seconds, RunCheck& result) {
+                 std::optional<int> steps, double start, double seconds, RunCheck& result) {
   const driver::FirstWindow window = driver::first_window(*compiled, source);
   if (!window.missing.empty())
     result.left_out.push_back("windows of the data: no frame is at hand, runs begin as the scene does: " +
@@ -374,7 +372,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
 /// As it was compiled.
 RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                        double seconds) {
-  const RunChecker::Clock::time_point start = RunChecker::Clock::now();
+  const double start = driver::thread_cpu_seconds();
   RunCheck result;
   if (!compiled->problem || !compiled->problem->task) return result;
   const model::Problem& problem = *compiled->problem;
