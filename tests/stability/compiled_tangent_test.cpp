@@ -7,11 +7,15 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <set>
+#include <utility>
 
 #include "stability/eigenvalues.h"
 #include "stability/equations.h"
+#include "stability/fixed_part.h"
 #include "stability/stability_support.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 
 namespace dpde::stability {
 namespace {
@@ -72,6 +76,54 @@ TEST(CompiledTangent, HasTheColumnsOfTheInterpreter) {
       "scene s : m with e {\n  grid x = 0 .. 1, cells 3\n  grid y = 0 .. 1, cells 4, periodic\n"
       "  grid z = 0 .. 1, cells 2\n"
       "  k = 0.1\n  boundary u: x = 0, z = zero_gradient\n  initial u = x + z\n  time 0 .. 1, step 1/100\n}\n");
+}
+
+/// Stages of the states are made once, before the steps: what follows reads them, halos and walls too. What a step of
+/// the tangent runs is then the stages of perturbations.
+TEST(CompiledTangent, MakesStagesOfStatesOnce) {
+  const std::string text =
+      "model m { vector u on faces; field h\n  dt(u) = -grad(h + 0.5*dot(u, u))\n  dt(h) = -div(interpolate(h)*u) }\n"
+      "scheme r { time = rk4; dx = central(2); lap = central(2); advect = central(2) }\n"
+      "scene s : m with r {\n  grid x = 0 .. 1, cells 5\n  grid y = 0 .. 2, cells 4, periodic\n"
+      "  boundary u.x: x = 0\n  boundary u.y: x = zero_gradient\n  boundary h: x = zero_gradient\n"
+      "  initial u = (x*(1 - x), 0.1*sin(pi*y))\n"
+      "  initial h = 1 + 0.1*x + 0.2*cos(pi*y)\n  time 0 .. 1, step 1/200\n}\n";
+  expect_columns_of_interpreter(text);
+  const auto session = open_scene(text);
+  std::string why;
+  const std::optional<LinearStep> linear = linear_step(*session, why);
+  ASSERT_TRUE(linear.has_value()) << why;
+  std::set<std::string> perturbations;
+  for (std::size_t s = 0; s < linear->states().size(); ++s) perturbations.insert(linear->perturbation_of(s));
+  const ApartModule apart = with_fixed_part_apart(linear->module(), perturbations);
+  ASSERT_FALSE(apart.fixed.empty());
+  for (const stencil::Kernel* kernel : kernels_run(apart.module, *apart.module.find_program(apart.fixed))) {
+    for (const stencil::Store& made : kernel->stores) EXPECT_FALSE(linear->is_perturbation(made.field)) << made.field;
+  }
+  for (const stencil::Kernel* kernel : kernels_run(apart.module, apart.module.programs.front())) {
+    for (const stencil::Store& made : kernel->stores) EXPECT_TRUE(linear->is_perturbation(made.field)) << made.field;
+  }
+}
+
+/// A field that is made again stays with what reads it in between.
+TEST(CompiledTangent, LeavesWhatIsMadeTwice) {
+  const auto kernel = [](const std::string& name, const std::string& to, stencil::Expr value) {
+    stencil::Kernel result{name, 1};
+    result.stores.push_back({to, false, std::move(value), {}});
+    return result;
+  };
+  const stencil::Expr s = stencil::access("s"), p = stencil::access("p"), a = stencil::access("a");
+  stencil::Module module;
+  module.kernels = {kernel("first", "a", s + 1.0), kernel("use", "b", a * p), kernel("second", "a", s + 2.0),
+                    kernel("next", "q", stencil::access("b") + a * p)};
+  const auto fixed_part_of = [&](const std::vector<std::string>& kernels) {
+    stencil::Program step{"step", {Topology::periodic}, {}, {{"p", "q"}}, {}};
+    for (const std::string& name : kernels) step.body.emplace_back(stencil::Run{name});
+    module.programs = {step};
+    return with_fixed_part_apart(module, {"p"}).fixed;
+  };
+  EXPECT_EQ(fixed_part_of({"first", "use", "second", "next"}), "");
+  EXPECT_NE(fixed_part_of({"first", "use", "next"}), "");
 }
 
 /// With parts of a step, and with the means in them.

@@ -47,6 +47,29 @@ Amplification::Readings Amplification::readings_of(const Form& form) {
   return readings;
 }
 
+namespace {
+
+bool is_same_symbol(const std::vector<NumberMonomial>& a, const std::vector<NumberMonomial>& b) {
+  return std::ranges::equal(a, b, [](const NumberMonomial& left, const NumberMonomial& right) {
+    return left.coefficient == right.coefficient && left.powers == right.powers && left.vanishes == right.vanishes;
+  });
+}
+
+bool is_same_multiplier(const WaveMultiplier& a, const WaveMultiplier& b) {
+  return a.function == b.function && a.within_two_thirds == b.within_two_thirds && a.means == b.means &&
+         is_same_symbol(a.argument, b.argument) && is_same_symbol(a.factor, b.factor);
+}
+
+}  // namespace
+
+/// Stages of an exponential scheme share multipliers.
+std::size_t Amplification::number_of(const WaveMultiplier& by) {
+  const auto known = std::ranges::find_if(multipliers_, [&](const auto& m) { return is_same_multiplier(m, by); });
+  const auto number = static_cast<std::size_t>(known - multipliers_.begin());
+  if (known == multipliers_.end()) multipliers_.push_back(by);
+  return number;
+}
+
 std::complex<double> Amplification::Reading::at(const std::vector<std::complex<double>>& phases) const {
   double real = 0, imaginary = 0;
   for (const auto& [place, coefficient] : weights) {
@@ -90,7 +113,7 @@ Amplification::Amplification(const Response& response, int rank)
     for (const Form& row : rows) rows_.push_back(readings_of(row));
     for (const WaveSum& sum : response.waves) {
       Wave& wave = waves_.emplace_back(Wave{{}, readings_of(sum.divisor)});
-      for (const WaveSum::Term& term : sum.terms) wave.terms.emplace_back(readings_of(term.form), term.by);
+      for (const WaveSum::Term& term : sum.terms) wave.terms.emplace_back(readings_of(term.form), number_of(term.by));
     }
     return;
   }
@@ -247,35 +270,6 @@ struct Amplification::Amplitudes {
   std::vector<bool> is_zero;
 };
 
-namespace {
-
-bool is_same_symbol(const std::vector<NumberMonomial>& a, const std::vector<NumberMonomial>& b) {
-  return std::ranges::equal(a, b, [](const NumberMonomial& left, const NumberMonomial& right) {
-    return left.coefficient == right.coefficient && left.powers == right.powers && left.vanishes == right.vanishes;
-  });
-}
-
-/// Multipliers of one wave, each found once: stages of an exponential scheme share them.
-class MultipliersOfWave {
- public:
-  explicit MultipliersOfWave(const Angles& angles) : angles_(angles) {}
-  std::complex<double> operator()(const WaveMultiplier& by) {
-    for (const auto& [known, value] : found_) {
-      if (known->function == by.function && known->within_two_thirds == by.within_two_thirds &&
-          known->means == by.means && is_same_symbol(known->argument, by.argument) &&
-          is_same_symbol(known->factor, by.factor))
-        return value;
-    }
-    return found_.emplace_back(&by, by.at(angles_)).second;
-  }
-
- private:
-  const Angles& angles_;
-  std::vector<std::pair<const WaveMultiplier*, std::complex<double>>> found_;
-};
-
-}  // namespace
-
 /// Sums of waves are rows too, each made of those before it. Multipliers know angles up to pi: a wave beyond is that of
 /// an angle within.
 Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
@@ -284,11 +278,12 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   const Phases along_axes = phases_of(angles);
   std::vector<std::complex<double>> phases;
   for (const stencil::Offset& offset : offsets_) phases.push_back(phase(along_axes, offset));
-  MultipliersOfWave multipliers(angles);
+  std::vector<std::complex<double>> multipliers;
+  for (const WaveMultiplier& by : multipliers_) multipliers.push_back(by.at(angles));
   Amplitudes amplitudes(size_, waves_.size() + rows_.size());
   Eigen::Index column = 0;
   for (const Wave& wave : waves_) {
-    for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, multipliers(by), phases, column);
+    for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, multipliers[by], phases, column);
     std::complex<double> divisor = 0;
     double size = 0;
     for (const Reading& reading : wave.divisor) {

@@ -53,6 +53,7 @@ class Amplification {
   };
   using Readings = std::vector<Reading>;
   Readings readings_of(const Form& form);
+  std::size_t number_of(const WaveMultiplier& by);
   struct Amplitudes;
   Eigen::MatrixXcd with_waves(const Angles& angles) const;
 
@@ -69,10 +70,11 @@ class Amplification {
   std::array<int, 3> reach_{};                                           // the farthest offset along each axis
   std::array<bool, 3> is_even_{}, is_as_before_{};                       // along each axis; as along the axis before it
   struct Wave {
-    std::vector<std::pair<Readings, WaveMultiplier>> terms;
+    std::vector<std::pair<Readings, std::size_t>> terms;  // and the number of the multiplier among `multipliers_`
     Readings divisor;
   };
-  std::vector<Wave> waves_;  // where transforms or solves make some
+  std::vector<Wave> waves_;                  // where transforms or solves make some
+  std::vector<WaveMultiplier> multipliers_;  // each once
   std::vector<Readings> rows_;
   std::vector<stencil::Offset> offsets_;  // that waves and rows read, each once
 };

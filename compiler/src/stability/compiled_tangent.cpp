@@ -2,9 +2,14 @@
 #include "stability/compiled_tangent.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <deque>
 #include <limits>
+#include <map>
 #include <random>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -13,6 +18,7 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "driver/pipeline.h"
+#include "stability/fixed_part.h"
 #include "stability/known_networks.h"
 #include "stencil/build.h"
 #include "support/match.h"
@@ -102,24 +108,30 @@ std::unique_ptr<CompiledTangent> CompiledTangent::of_coupled(const LinearStep& l
 std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear, const Module& module, bool with_more) {
   const Program& program = module.programs.front();
   if (!is_of_kernels(program.body, with_more)) return nullptr;
-  auto code = codegen::jit(driver::lower_to_loop(module, {program.name}, Precision::f64)).module;
-  if (code == nullptr || code->find(program.name) == nullptr) return nullptr;
-  return std::unique_ptr<CompiledTangent>(new CompiledTangent(linear, std::move(code)));
+  std::set<std::string> perturbations;
+  for (std::size_t s = 0; s < linear.states().size(); ++s) perturbations.insert(linear.perturbation_of(s));
+  ApartModule apart = with_fixed_part_apart(module, perturbations);
+  std::vector<std::string> programs{program.name};
+  if (!apart.fixed.empty()) programs.push_back(apart.fixed);
+  auto code = codegen::jit(driver::lower_to_loop(std::move(apart.module), programs, Precision::f64)).module;
+  const auto is_there = [&](const std::string& name) { return code->find(name) != nullptr; };
+  if (code == nullptr || !std::ranges::all_of(programs, is_there)) return nullptr;
+  return std::unique_ptr<CompiledTangent>(new CompiledTangent(linear, std::move(code), std::move(apart.fixed)));
 }
 
-/// The program with memory of its own, inputs in it and all perturbations 0.
+/// The program with memory of its own, inputs in it, what is made of these alone, and all perturbations 0.
 struct CompiledTangent::Run {
-  Run(const dpde_program& program, const State& inputs, const Params& params)
-      : layout(layout_of(program, inputs.grid())), executor(program, layout) {
+  Run(const CompiledTangent& tangent, const State& inputs, const Params& params)
+      : layout(layout_of(tangent, inputs.grid())), executor(tangent.step(), layout) {
+    const dpde_program& program = tangent.step();
+    std::map<std::string, Field*> known;
     for (int i = 0; i < program.field_count; ++i) {
-      fields.emplace_back(layout, i).fill(0);
-      if (inputs.has(program.fields[i])) copy_all_cells(inputs, program.fields[i], fields.back());
+      fields.push_back(new_field(program.fields[i], inputs, i));
+      known[program.fields[i]] = &fields.back();
+      executor.bind(i, fields.back().base());
     }
-    for (int i = 0; i < program.field_count; ++i) executor.bind(i, fields[static_cast<std::size_t>(i)].base());
-    for (const auto& [name, value] : params) {
-      if (const int index = executor.param_index(name); index >= 0) executor.set_param(index, value);
-    }
-    executor.update_uniforms();
+    set_params(executor, params);
+    if (const dpde_program* fixed = tangent.fixed()) make_fixed(*fixed, inputs, params, known);
     executor.prepare();
   }
   /// Of what is in the first field of each pair a step makes the second. False where a solve finds no solution.
@@ -137,18 +149,51 @@ struct CompiledTangent::Run {
   } catch (const NoSolution&) {
     return false;
   }
-  static dpde_layout layout_of(const dpde_program& program, const Grid& grid) {
-    const std::vector<std::int64_t> counts(grid.cells.begin(), grid.cells.begin() + grid.rank);
-    return make_layout(counts, {program.halo[0], program.halo[1], program.halo[2]}, program.real);
-  }
 
   dpde_layout layout;
   Executor executor;
-  std::vector<Field> fields;
+  std::deque<Field> fields;  // of the executor's program
+
+ private:
+  Field new_field(const char* name, const State& inputs, int number) const {
+    Field field(layout, number);
+    if (inputs.has(name)) copy_all_cells(inputs, name, field);
+    return field;
+  }
+  static void set_params(Executor& executor, const Params& params) {
+    for (const auto& [name, value] : params) {
+      if (const int index = executor.param_index(name); index >= 0) executor.set_param(index, value);
+    }
+    executor.update_uniforms();
+  }
+  /// Into the fields that are known; others are needed here alone.
+  void make_fixed(const dpde_program& program, const State& inputs, const Params& params,
+                  const std::map<std::string, Field*>& known) const {
+    Executor once(program, layout);
+    std::deque<Field> others;
+    for (int i = 0; i < program.field_count; ++i) {
+      const auto found = known.find(program.fields[i]);
+      Field& field =
+          found == known.end() ? others.emplace_back(new_field(program.fields[i], inputs, i)) : *found->second;
+      once.bind(i, field.base());
+    }
+    set_params(once, params);
+    once.prepare();
+    once.run();
+  }
+  static dpde_layout layout_of(const CompiledTangent& tangent, const Grid& grid) {
+    const std::vector<std::int64_t> counts(grid.cells.begin(), grid.cells.begin() + grid.rank);
+    std::array<std::int64_t, 3> halo{};
+    for (const dpde_program* program : {&tangent.step(), tangent.fixed()}) {
+      for (std::size_t axis = 0; program != nullptr && axis < halo.size(); ++axis)
+        halo[axis] = std::max<std::int64_t>(halo[axis], program->halo[axis]);
+    }
+    return make_layout(counts, halo, tangent.step().real);
+  }
 };
 
 Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& params) const {
-  Run run(*code_->find(linear_.program().name), inputs, params);
+  Run run(*this, inputs, params);
   const auto cells = static_cast<Eigen::Index>(cell_count(run.layout));
   const auto states = static_cast<Eigen::Index>(linear_.states().size());
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(cells * states, cells * states);
@@ -174,7 +219,7 @@ Eigen::MatrixXd CompiledTangent::matrix(const State& inputs, const Params& param
 }
 
 std::unique_ptr<CompiledTangent> CompiledTangent::flow() const {
-  auto result = std::unique_ptr<CompiledTangent>(new CompiledTangent(linear_, code_));
+  auto result = std::unique_ptr<CompiledTangent>(new CompiledTangent(linear_, code_, fixed_));
   result->is_flow_ = true;
   return result;
 }
@@ -226,7 +271,7 @@ struct CompiledTangent::Columns {
 };
 
 std::vector<std::string> CompiledTangent::states() const {
-  const dpde_program& program = *code_->find(linear_.program().name);
+  const dpde_program& program = step();
   const auto has = [&](const std::string& field) {
     const std::span<const char* const> fields(program.fields, static_cast<std::size_t>(program.field_count));
     return std::ranges::any_of(fields, [&](const char* name) { return field == name; });
@@ -240,7 +285,7 @@ std::vector<std::string> CompiledTangent::states() const {
 
 Eigen::MatrixXd CompiledTangent::applied(const State& inputs, const Params& params,
                                          Eigen::MatrixXd perturbation) const {
-  Run run(*code_->find(linear_.program().name), inputs, params);
+  Run run(*this, inputs, params);
   if (!Columns(run, linear_, is_flow_).advance(perturbation, 1))
     perturbation.fill(std::numeric_limits<double>::quiet_NaN());
   return perturbation;
@@ -248,7 +293,7 @@ Eigen::MatrixXd CompiledTangent::applied(const State& inputs, const Params& para
 
 CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps,
                                                     double enough) const {
-  Run run(*code_->find(linear_.program().name), inputs, params);
+  Run run(*this, inputs, params);
   const Columns columns(run, linear_, is_flow_);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1, 1);
@@ -275,7 +320,7 @@ CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const P
 KrylovSpace CompiledTangent::on_krylov_space(const State& inputs, const Params& params,
                                              const Eigen::MatrixXd& perturbation, int most) const {
   constexpr double nothing = 1e-13;  // of an image: rounding
-  Run run(*code_->find(linear_.program().name), inputs, params);
+  Run run(*this, inputs, params);
   const Columns columns(run, linear_, is_flow_);
   std::vector<Eigen::MatrixXd> basis{perturbation / perturbation.norm()};
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(most + 1, most);

@@ -73,11 +73,15 @@ class CompiledTangent {
   struct Run;
   struct Columns;
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear, const stencil::Module& module, bool with_more);
-  CompiledTangent(const LinearStep& linear, std::shared_ptr<codegen::CompiledModule> code)
-      : linear_(linear), code_(std::move(code)) {}
+  CompiledTangent(const LinearStep& linear, std::shared_ptr<codegen::CompiledModule> code, std::string fixed)
+      : linear_(linear), code_(std::move(code)), fixed_(std::move(fixed)) {}
+  const dpde_program& step() const { return *code_->find(linear_.program().name); }
+  /// What a step makes of its inputs alone; nullptr: nothing that it uses later.
+  const dpde_program* fixed() const { return fixed_.empty() ? nullptr : code_->find(fixed_); }
 
   const LinearStep& linear_;
   std::shared_ptr<codegen::CompiledModule> code_;
+  std::string fixed_;
   bool is_flow_ = false;
 };
 
