@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -240,8 +242,26 @@ void FieldSolve::keep_on_tape() {
   }
 }
 
+/// Without copies, where no tape asks for them.
+bool FieldSolve::solve_rows(void* const* fields) {
+  const bool is_taped = read_from_ != nullptr || (written_to_ != nullptr && written_to_->is_recording());
+  if (is_taped || solve_.rights[0] == solve_.unknowns[0]) return false;
+  const ProcessorWatch solving(note_->seconds, shelf_->team());
+  const auto read = [&, from = fields[solve_.rights[0]]](std::int64_t first, std::span<double> values) {
+    read_rows(layout_, from, first, values);
+  };
+  const auto write = [&, to = fields[solve_.unknowns[0]]](std::int64_t first, std::span<const double> values) {
+    write_rows(layout_, to, first, values);
+  };
+  const std::optional<SolveReport> report = solver_->solve_rows(std::ref(read), std::ref(write));
+  if (report) note(*report);
+  return report.has_value();
+}
+
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                      const std::function<void()>& precondition) {
+  if (inputs_.have_changed(fields, params)) drop_solver();
+  if (solver_ != nullptr && solve_rows(fields)) return;
   if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
   const Team& team = shelf_->team();
   read_cells(layout_, fields[solve_.rights[0]], vectors_->right, team);
@@ -252,8 +272,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
   const double factor = factor_into_range(vectors_->right, team);
   if (factor == 0) return give_up();
   multiply_all(vectors_->right, factor, team);
-  const bool has_changed = inputs_.have_changed(fields, params);
-  if (has_changed || solver_ == nullptr) {
+  if (solver_ == nullptr) {
     const ProcessorWatch setup(note_->setup, team);
     make_solver(fields, apply);
     // The operator may have solves of its own, which have worked on the same vectors.

@@ -56,6 +56,7 @@ class FieldSolve {
   }
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
+  bool solve_rows(void* const* fields);
   void read_guesses(void* const* fields);
   void begin();
   void drop_solver();

@@ -159,6 +159,36 @@ TEST(SolvesByTeams, SumsHaveTheBitsOfOneThread) {
   }
 }
 
+/// From rows to rows: what multiply makes of whole fields, on lines, planes and in space.
+TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
+  for (const GridCells& cells :
+       {GridCells{40, 1, 1}, {1, 31, 1}, {200, 176, 1}, {37, 19, 1}, {16, 12, 10}, {1, 9, 14}}) {
+    for (const auto& wall : all_walls) {
+      const StencilMatrix matrix = diffusion(cells, {wall, ring, slope}, 0.5, constant_one);
+      for (const int threads : {1, 2}) {
+        LinearSolver solver(matrix, {.method = SolverMethod::fourier}, Team(threads));
+        std::vector<double> b = arbitrary_values(matrix.size(), 4), x(b.size()), of_rows(b.size(), 7.0);
+        const auto read = [&](std::int64_t first, std::span<double> values) {
+          std::copy_n(b.begin() + first, values.size(), values.begin());
+        };
+        const auto write = [&](std::int64_t first, std::span<const double> values) {
+          std::ranges::copy(values, of_rows.begin() + first);
+        };
+        EXPECT_FALSE(solver.solve_rows(read, write)) << "nobody knows whether the series are right";
+        solver.solve(b, x);
+        const auto report = solver.solve_rows(read, write);
+        ASSERT_TRUE(report);
+        EXPECT_EQ(of_rows, x) << cells[0] << " " << cells[1] << " " << cells[2];
+        b.back() = NAN;
+        EXPECT_FALSE(solver.solve_rows(read, write));
+        b.back() = 1e200;
+        EXPECT_FALSE(solver.solve_rows(read, write)) << "squares are no numbers";
+        EXPECT_EQ(of_rows, x) << "nothing is written";
+      }
+    }
+  }
+}
+
 TEST(SolvesByTeams, NothingIsAllocatedInASolve) {
   const StencilMatrix matrix = diffusion({200, 176, 1}, {ring, ring, ring}, 0.5, constant_one);
   const std::vector<double> b = arbitrary_values(matrix.size(), 7);

@@ -26,6 +26,8 @@ void in_strands(std::span<const double> values, const F& f) {
   for (std::size_t k = 0; i < values.size(); ++i, ++k) f(k, values[i]);
 }
 
+bool are_squares_in_range(double largest) { return largest == 0 || (largest > 0x1p-400 && largest < 0x1p400); }
+
 double total(const Strands& parts) {
   double sum = 0;
   for (const double part : parts) sum += part;
@@ -59,8 +61,28 @@ double factor_into_range(std::span<const double> values, const Team& team) {
     if (zero != 0) return 0;
   }
   const double largest = *std::ranges::max_element(largest_of_parts);
-  const bool is_in_range = largest == 0 || (largest > 0x1p-400 && largest < 0x1p400);
-  return is_in_range ? 1 : std::exp2(std::clamp(-std::ilogb(largest), -1020, 1020));
+  return are_squares_in_range(largest) ? 1 : std::exp2(std::clamp(-std::ilogb(largest), -1020, 1020));
+}
+
+void Extent::join(const Extent& other) {
+  sums.sum += other.sums.sum;
+  sums.squares += other.sums.squares;
+  largest = std::max(largest, other.largest);
+  is_finite = is_finite && other.is_finite;
+}
+
+bool Extent::is_in_range() const { return is_finite && are_squares_in_range(largest); }
+
+Extent extent_of(std::span<const double> values) {
+  Strands sums{}, squares{}, zeros{}, most{};
+  in_strands(values, [&](std::size_t k, double value) {
+    const double size = std::abs(value);
+    sums[k] += value;
+    squares[k] += value * value;
+    zeros[k] += 0 * value;
+    most[k] = size > most[k] ? size : most[k];
+  });
+  return {{total(sums), total(squares)}, *std::ranges::max_element(most), total(zeros) == 0};
 }
 
 void multiply_all(std::span<double> values, double factor, const Team& team) {

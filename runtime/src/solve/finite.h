@@ -21,6 +21,17 @@ void multiply_all(std::span<double> values, double factor, const Team& team = 1)
 struct Sums {
   double sum = 0, squares = 0;
 };
+
+/// What there is to know of some values, found in one pass: `largest` is their largest size.
+struct Extent {
+  Sums sums;
+  double largest = 0;
+  bool is_finite = true;
+
+  void join(const Extent& other);
+  bool is_in_range() const;  // so that factor_into_range is 1
+};
+Extent extent_of(std::span<const double> values);
 Sums sums_of(std::span<const double> values, const Team& team = 1);
 
 }  // namespace dpde

@@ -29,6 +29,10 @@ class FourierSolver {
   bool drops_waves() const { return !dropped_.empty(); }
   /// Where it drops no waves: the same, and b stays.
   void divide(std::span<const double> b, std::span<double> x);
+  /// The same from field to field (GridWaves::multiply_rows).
+  std::optional<GridWaves::Passed> divide_rows(const ReadRows& b, const WriteRows& x) {
+    return waves_.multiply_rows(b, inverse_symbol_.data(), have_phases_, x);
+  }
   bool has_walls() const;
 
  private:

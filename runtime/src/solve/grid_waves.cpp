@@ -73,6 +73,8 @@ void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
     first_block_ = std::min(lines_, width);
     if (lines_ == 1) size_ = cells * width;  // as a column
   }
+  for (FirstLines& own : firsts_) own.values = AlignedValues(first_block_ * cells);
+  extents_.resize(static_cast<std::size_t>(planes_ * ((lines_ + first_block_ - 1) / first_block_)));
 }
 
 void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bool is_last) {
@@ -129,35 +131,30 @@ void GridWaves::for_each(
   }
 }
 
-/// f(transforms, first cell in a field, first wave, lines) of each block of lines along the first axis.
+/// f(number, transforms, first cell in a field, first wave, lines) of each block of lines along the first axis.
 template <class F>
 void GridWaves::for_each_block_of_first(const F& f) {
   const std::int64_t blocks = (lines_ + first_block_ - 1) / first_block_;
   team_.run(planes_ * blocks, [&](std::int64_t number, int thread) {
     const std::int64_t plane = number / blocks, line = number % blocks * first_block_;
-    f(firsts_[static_cast<std::size_t>(thread)], (plane * lines_ + line) * cells_[first_axis_],
-      first_.get() + plane * plane_ + line * first_row_, std::min(first_block_, lines_ - line));
+    f(static_cast<std::size_t>(number), firsts_[static_cast<std::size_t>(thread)],
+      (plane * lines_ + line) * cells_[first_axis_], first_.get() + plane * plane_ + line * first_row_,
+      std::min(first_block_, lines_ - line));
   });
 }
 
-void GridWaves::first_forward(const double* field) {
-  for_each_block_of_first([&](FirstLines& own, std::int64_t cell, double* to, std::int64_t lines) {
-    const double* const from = field + cell;
-    if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->forward(from, complex(to));
-    own.images->read(from, 1, own.images->cells(), lines);
-    own.images->forward();
-    own.images->write_waves(to, 1, first_row_, lines);
-  });
+void GridWaves::first_forward(FirstLines& own, const double* from, double* to, std::int64_t lines) const {
+  if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->forward(from, complex(to));
+  own.images->read(from, 1, own.images->cells(), lines);
+  own.images->forward();
+  own.images->write_waves(to, 1, first_row_, lines);
 }
 
-void GridWaves::first_backward(double* product) {
-  for_each_block_of_first([&](FirstLines& own, std::int64_t cell, double* from, std::int64_t lines) {
-    double* const to = product + cell;
-    if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->backward(complex(from), to);
-    own.images->read_waves(from, 1, first_row_, lines);
-    own.images->backward();
-    own.images->write(to, 1, own.images->cells(), lines);
-  });
+void GridWaves::first_backward(FirstLines& own, double* from, double* to, std::int64_t lines) const {
+  if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->backward(complex(from), to);
+  own.images->read_waves(from, 1, first_row_, lines);
+  own.images->backward();
+  own.images->write(to, 1, own.images->cells(), lines);
 }
 
 void GridWaves::read(const Stage& stage, LineWaves& lines, double* from) {
@@ -231,14 +228,55 @@ void GridWaves::multiply_line(const double* field, const double* factors, bool h
   own.ring->backward(complex(first_.get()), product);
 }
 
-void GridWaves::multiply(std::span<const double> field, const double* factors, bool have_phases,
-                         std::span<double> product) {
-  if (stages_.empty()) return multiply_line(field.data(), factors, have_phases, product.data());
-  first_forward(field.data());
+void GridWaves::multiply_behind_first(const double* factors, bool have_phases) {
   for (std::size_t i = 0; i + 1 < stages_.size(); ++i) forward(stages_[i]);
   multiply_last(stages_.back(), factors, have_phases);
   for (std::size_t i = stages_.size() - 1; i-- > 0;) backward(stages_[i]);
-  first_backward(product.data());
+}
+
+void GridWaves::multiply(std::span<const double> field, const double* factors, bool have_phases,
+                         std::span<double> product) {
+  if (stages_.empty()) return multiply_line(field.data(), factors, have_phases, product.data());
+  for_each_block_of_first([&](std::size_t, FirstLines& own, std::int64_t cell, double* waves, std::int64_t lines) {
+    first_forward(own, field.data() + cell, waves, lines);
+  });
+  multiply_behind_first(factors, have_phases);
+  for_each_block_of_first([&](std::size_t, FirstLines& own, std::int64_t cell, double* waves, std::int64_t lines) {
+    first_backward(own, waves, product.data() + cell, lines);
+  });
+}
+
+/// In the order of the blocks.
+Extent GridWaves::extent() const {
+  Extent all;
+  for (const Extent& one : extents_) all.join(one);
+  return all;
+}
+
+std::optional<GridWaves::Passed> GridWaves::multiply_rows(const ReadRows& read, const double* factors, bool have_phases,
+                                                          const WriteRows& write) {
+  const auto values_of = [&](FirstLines& own, std::int64_t lines) {
+    return std::span(own.values.get(), static_cast<std::size_t>(lines * cells_[first_axis_]));
+  };
+  for_each_block_of_first(
+      [&](std::size_t number, FirstLines& own, std::int64_t cell, double* waves, std::int64_t lines) {
+        const std::span<double> values = values_of(own, lines);
+        read(cell, values);
+        extents_[number] = extent_of(values);
+        if (!stages_.empty()) first_forward(own, values.data(), waves, lines);
+      });
+  const Extent of_field = extent();
+  if (!of_field.is_in_range()) return std::nullopt;
+  double* const line = firsts_.front().values.get();
+  stages_.empty() ? multiply_line(line, factors, have_phases, line) : multiply_behind_first(factors, have_phases);
+  for_each_block_of_first(
+      [&](std::size_t number, FirstLines& own, std::int64_t cell, double* waves, std::int64_t lines) {
+        const std::span<double> values = values_of(own, lines);
+        if (!stages_.empty()) first_backward(own, waves, values.data(), lines);
+        extents_[number] = extent_of(values);
+        write(cell, values);
+      });
+  return Passed{of_field.sums, extent().is_finite};
 }
 
 }  // namespace dpde

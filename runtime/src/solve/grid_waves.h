@@ -11,9 +11,14 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
+#include "solve/finite.h"
 #include "solve/line_waves.h"
 
 namespace dpde {
+
+/// Values of cells that follow one another, from the cell `first` on: whole rows along x. By several threads at once.
+using ReadRows = std::function<void(std::int64_t first, std::span<double> values)>;
+using WriteRows = std::function<void(std::int64_t first, std::span<const double> values)>;
 
 class GridWaves {
  public:
@@ -32,12 +37,21 @@ class GridWaves {
 
   /// Nothing is allocated. `have_phases`: the factors are complex. Arrays are aligned as `new` aligns them.
   void multiply(std::span<const double> field, const double* factors, bool have_phases, std::span<double> product);
+  /// The same between fields of any form, rows of which are read and written as they are transformed. Nothing where
+  /// squares of what is read may be no numbers, before anything is written; else whether what is written is finite.
+  struct Passed {
+    Sums read;
+    bool is_finite;
+  };
+  std::optional<Passed> multiply_rows(const ReadRows& read, const double* factors, bool have_phases,
+                                      const WriteRows& write);
 
  private:
   /// Transforms of a block of lines along the first axis, and of fewer lines, the last ones. Of one thread.
   struct FirstLines {
     std::optional<RealFft> ring, fewer;  // it is periodic
     std::optional<LineWaves> images;     // or bounded
+    AlignedValues values;                // of a block
   };
   /// An axis behind the first, of arrays with rows of `inner` doubles side by side.
   struct Stage {
@@ -55,8 +69,10 @@ class GridWaves {
   bool has_images() const { return firsts_.front().images.has_value(); }
   template <class F>
   void for_each_block_of_first(const F& f);
-  void first_forward(const double* field);
-  void first_backward(double* product);
+  void first_forward(FirstLines& own, const double* from, double* to, std::int64_t lines) const;
+  void first_backward(FirstLines& own, double* from, double* to, std::int64_t lines) const;
+  void multiply_behind_first(const double* factors, bool have_phases);
+  Extent extent() const;
   static void read(const Stage& stage, LineWaves& lines, double* from);
   static void write(const Stage& stage, const LineWaves& lines, double* to);
   template <class F>
@@ -73,6 +89,7 @@ class GridWaves {
   std::int64_t first_row_ = 0, plane_ = 0;  // doubles of a row and of a plane of its waves, with gaps
   std::int64_t first_block_ = 1;            // lines
   std::vector<FirstLines> firsts_;          // one a thread
+  std::vector<Extent> extents_;             // of blocks
   std::vector<Stage> stages_;
   std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
   bool are_complex_ = false;

@@ -422,6 +422,16 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   return report;
 }
 
+std::optional<SolveReport> LinearSolver::solve_rows(const ReadRows& b, const WriteRows& x) {
+  Impl& own = *impl_;
+  if (!own.fourier || !own.fourier_residual || own.fourier->drops_waves()) return std::nullopt;
+  const std::optional<GridWaves::Passed> passed = own.fourier->divide_rows(b, x);
+  if (!passed || !passed->is_finite) return std::nullopt;
+  return SolveReport{.method = own.method,
+                     .residual = *own.fourier_residual,
+                     .incompatible = own.null_space.share_of_mean(passed->read, own.right.size())};
+}
+
 /// min |b - A*G*m| over the multiples m of the guesses G is at R*m = Q'*b of A*G = Q*R, by the modified method of Gram
 /// and Schmidt, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998,
 /// 193). An image of which less is left than rounding made of it adds nothing.

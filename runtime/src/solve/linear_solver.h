@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 
 #include "dpde/runtime/team.h"
 #include "solve/grid_operator.h"
+#include "solve/grid_waves.h"
 #include "solve/smoother.h"
 #include "solve/stencil_matrix.h"
 #include "solve/vector_function.h"
@@ -64,6 +66,9 @@ class LinearSolver {
   /// Nothing is allocated. `x`: the first guess of methods that have one. `search`: where a network preconditions, what
   /// it makes of a residual whose mean square is 1; it may be anything.
   SolveReport solve(std::span<const double> b, std::span<double> x, const VectorFunction* search = nullptr);
+  /// By Fourier series that have been right before, from field to field, each number read and written once. Nothing
+  /// where there are none, or where b or x has numbers that are none: then x may be written, and solve() says why.
+  std::optional<SolveReport> solve_rows(const ReadRows& b, const WriteRows& x);
   /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
   void begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x);
   const std::shared_ptr<const GridOperator>& grid_operator() const;

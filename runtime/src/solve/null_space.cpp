@@ -138,20 +138,19 @@ void NullSpace::balance(StencilMatrix& matrix) const {
   }
 }
 
-double NullSpace::share_of_mean(std::span<const double> values, const Team& team) const {
-  if (parts_.empty()) return 0;
-  const auto [sum, squares] = sums_of(values, team);
-  return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * static_cast<double>(values.size()));
+double NullSpace::share_of_mean(const Sums& sums, std::size_t count) const {
+  if (parts_.empty() || sums.squares == 0) return 0;
+  return std::abs(sums.sum) / std::sqrt(sums.squares * static_cast<double>(count));
 }
 
 double NullSpace::remove(std::span<double> values, const Team& team) const {
   if (parts_.empty()) return 0;
   if (parts_.front().size() == values.size()) {
-    const auto [sum, squares] = sums_of(values, team);
-    const double count = static_cast<double>(values.size()), mean = sum / count;
+    const Sums sums = sums_of(values, team);
+    const double mean = sums.sum / static_cast<double>(values.size());
     set_each(
         team, values, [mean](double value) { return value - mean; }, values);
-    return squares == 0 ? 0 : std::abs(sum) / std::sqrt(squares * count);
+    return share_of_mean(sums, values.size());
   }
   const double whole = sums_of(values, team).squares;
   double removed = 0;

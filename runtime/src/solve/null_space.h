@@ -10,6 +10,7 @@
 
 #include "dpde/runtime/team.h"
 #include "solve/constant_rows.h"
+#include "solve/finite.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -26,7 +27,11 @@ class NullSpace {
   /// Takes the mean over each singular part away; |what is taken|/|values|.
   double remove(std::span<double> values, const Team& team = 1) const;
   /// That |what is taken|/|values|, where it is a mean over all cells; they stay.
-  double share_of_mean(std::span<const double> values, const Team& team = 1) const;
+  double share_of_mean(std::span<const double> values, const Team& team = 1) const {
+    return parts_.empty() ? 0 : share_of_mean(sums_of(values, team), values.size());
+  }
+  /// Of so many values with these sums.
+  double share_of_mean(const Sums& sums, std::size_t count) const;
 
   /// Takes away what rounding left of the sums of rows in the singular parts.
   void balance(StencilMatrix& matrix) const;

@@ -13,16 +13,25 @@
 namespace dpde {
 namespace {
 
-/// f(element of a field, number of the cell) of the first cell of each row.
+/// f(element of a field, place among the values) of the first cell of each row.
 template <class F>
-void for_each_row(const dpde_layout& layout, const Team& team, const F& f) {
-  const std::int64_t rows = layout.cells[1] * layout.cells[2], parts = std::min(rows, VectorParts::most);
-  const auto some = [&](std::int64_t part, int = 0) {
-    for (std::int64_t row = rows * part / parts; row < rows * (part + 1) / parts; ++row)
-      f(row % layout.cells[1] * layout.stride[1] + row / layout.cells[1] * layout.stride[2], row * layout.cells[0]);
+void for_each_row(const dpde_layout& layout, std::int64_t first, std::size_t count, const F& f) {
+  std::int64_t row = first / layout.cells[0];
+  for (std::size_t at = 0; at < count; at += static_cast<std::size_t>(layout.cells[0]), ++row)
+    f(row % layout.cells[1] * layout.stride[1] + row / layout.cells[1] * layout.stride[2], at);
+}
+
+/// f(first cell, cells) of whole rows.
+template <class F>
+void for_each_share(const dpde_layout& layout, const Team& team, const F& f) {
+  const std::int64_t n = layout.cells[0], rows = layout.cells[1] * layout.cells[2],
+                     shares = std::min(rows, VectorParts::most);
+  const auto one = [&](std::int64_t share, int = 0) {
+    const std::int64_t begin = rows * share / shares, end = rows * (share + 1) / shares;
+    f(begin * n, static_cast<std::size_t>((end - begin) * n));
   };
-  if (cells_of(layout) >= VectorParts::least_shared) return team.run(parts, some);
-  for (std::int64_t part = 0; part < parts; ++part) some(part);
+  if (cells_of(layout) >= VectorParts::least_shared) return team.run(shares, one);
+  for (std::int64_t share = 0; share < shares; ++share) one(share);
 }
 
 }  // namespace
@@ -52,27 +61,39 @@ std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& la
   return periodic;
 }
 
-void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team) {
+void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<double> values) {
   with_real(layout.real, [&](auto real) {
     const auto* const cells = static_cast<const decltype(real)*>(base);
-    for_each_row(layout, team, [&](std::int64_t at, std::int64_t first) {
-      std::copy_n(cells + at, layout.cells[0], values.begin() + first);
+    for_each_row(layout, first, values.size(), [&](std::int64_t row, std::size_t at) {
+      std::copy_n(cells + row, layout.cells[0], values.data() + at);
     });
   });
 }
 
-void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team) {
+void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const double> values) {
   with_real(layout.real, [&](auto real) {
     using Real = decltype(real);
     auto* const cells = static_cast<Real*>(base);
-    for_each_row(layout, team, [&](std::int64_t at, std::int64_t first) {
-      const double* const from = values.data() + first;
+    for_each_row(layout, first, values.size(), [&](std::int64_t row, std::size_t at) {
       if constexpr (std::is_same_v<Real, double>) {
-        std::copy_n(from, layout.cells[0], cells + at);
+        std::copy_n(values.data() + at, layout.cells[0], cells + row);
       } else {
-        for (std::int64_t x = 0; x < layout.cells[0]; ++x) cells[at + x] = static_cast<Real>(from[x]);
+        for (std::int64_t x = 0; x < layout.cells[0]; ++x)
+          cells[row + x] = static_cast<Real>(values[at + static_cast<std::size_t>(x)]);
       }
     });
+  });
+}
+
+void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team) {
+  for_each_share(layout, team, [&](std::int64_t first, std::size_t count) {
+    read_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
+  });
+}
+
+void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team) {
+  for_each_share(layout, team, [&](std::int64_t first, std::size_t count) {
+    write_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
   });
 }
 
