@@ -58,13 +58,6 @@ SmootherKind smoother_of(int32_t kind) {
   }
 }
 
-std::size_t bytes_of(std::span<const double> values) { return values.size() * sizeof(double); }
-
-/// To the last bit.
-bool are_equal(std::span<const double> values, const char* other) {
-  return values.empty() || std::memcmp(values.data(), other, bytes_of(values)) == 0;
-}
-
 std::vector<std::string> names_of_coefficients(const dpde_solve& solve, const dpde_program& program) {
   std::vector<std::string> names;
   for (int32_t i = 0; i < solve.coefficient_count; ++i) names.emplace_back(program.fields[solve.coefficients[i]]);
@@ -207,45 +200,41 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
   return solver_->solve(vectors_->right, vectors_->solution);
 }
 
-/// On a tape: the solver, and right side, guess and solution as the solver knows them.
 std::int64_t FieldSolve::tape_bytes() const {
-  const auto values = static_cast<std::int64_t>(cells_of(layout_) * sizeof(double)) * (2 + solve_.guess_count);
+  const auto values = static_cast<std::int64_t>(cells_of(layout_)) * bytes_of_real(layout_);
   return tape_header + (values + tape_header - 1) / tape_header * tape_header;
 }
 
-bool FieldSolve::find_on_tape() {
+/// What the solution depends on, where tapes are in use.
+FieldSolve::TapeKey FieldSolve::tape_key(void* const* fields) const {
+  const bool is_written = written_to_ != nullptr && written_to_->is_recording();
+  if (read_from_ == nullptr && !is_written) return {};
+  const Team& team = shelf_->team();
+  TapeKey key{.solver = solver_.get(), .hash = hash_of(layout_, fields[solve_.rights[0]], team)};
+  for (int32_t i = 0; solver_->has_first_guess() && i < solve_.guess_count; ++i)
+    key.hash = hash_of(layout_, fields[solve_.guesses[i]], team, key.hash);
+  return key;
+}
+
+bool FieldSolve::find_on_tape(void* const* fields, const TapeKey& key) {
   if (read_from_ == nullptr) return false;
-  char* const tape = read_from_->find([&](const char* other) {
-    const LinearSolver* solver = nullptr;
-    std::memcpy(&solver, other, sizeof solver);
-    const char* const right = other + tape_header;
-    return solver == solver_.get() && are_equal(vectors_->right, right) &&
-           are_equal(used_guesses(), right + bytes_of(vectors_->right));
-  });
+  char* const tape = read_from_->find([&](const char* other) { return std::memcmp(&key, other, sizeof key) == 0; });
   if (tape == nullptr) return false;
-  std::memcpy(vectors_->solution.data(), tape + tape_header + bytes_of(vectors_->right) + bytes_of(used_guesses()),
-              bytes_of(vectors_->solution));
+  copy_from_rows(layout_, tape + tape_header, fields[solve_.unknowns[0]], shelf_->team());
   read_from_->release(tape);
   return true;
 }
 
-void FieldSolve::keep_on_tape() {
+void FieldSolve::keep_on_tape(void* const* fields, const TapeKey& key) {
   if (written_to_ == nullptr || !written_to_->is_recording()) return;
   char* const tape = written_to_->take();
-  const LinearSolver* const solver = solver_.get();
-  std::memcpy(tape, &solver, sizeof solver);
-  char* to = tape + tape_header;
-  for (const auto values :
-       std::initializer_list<std::span<const double>>{vectors_->right, used_guesses(), vectors_->solution}) {
-    if (!values.empty()) std::memcpy(to, values.data(), bytes_of(values));
-    to += bytes_of(values);
-  }
+  std::memcpy(tape, &key, sizeof key);
+  copy_to_rows(layout_, fields[solve_.unknowns[0]], tape + tape_header, shelf_->team());
 }
 
-/// Without copies, where no tape asks for them.
+/// Without copies.
 bool FieldSolve::solve_rows(void* const* fields) {
-  const bool is_taped = read_from_ != nullptr || (written_to_ != nullptr && written_to_->is_recording());
-  if (is_taped || solve_.rights[0] == solve_.unknowns[0]) return false;
+  if (solve_.rights[0] == solve_.unknowns[0]) return false;
   const ProcessorWatch solving(note_->seconds, shelf_->team());
   const auto read = [&, from = fields[solve_.rights[0]]](std::int64_t first, std::span<double> values) {
     read_rows(layout_, from, first, values);
@@ -260,37 +249,50 @@ bool FieldSolve::solve_rows(void* const* fields) {
 
 void FieldSolve::run(void* const* fields, const double* params, const std::function<void()>& apply,
                      const std::function<void()>& precondition) {
-  if (inputs_.have_changed(fields, params)) drop_solver();
-  if (solver_ != nullptr && solve_rows(fields)) return;
+  if (inputs_.have_changed(fields, params, shelf_->team())) drop_solver();
+  const bool is_made = solver_ != nullptr;
+  TapeKey key;
+  if (is_made) {
+    key = tape_key(fields);
+    if (find_on_tape(fields, key)) return;
+    if (solve_rows(fields)) return keep_on_tape(fields, key);
+  }
   if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
-  const Team& team = shelf_->team();
-  read_cells(layout_, fields[solve_.rights[0]], vectors_->right, team);
-  const auto give_up = [&] {  // a run that has blown up: who looks after it finds it in the result
+  const double factor = read_right(fields);
+  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
     std::ranges::fill(vectors_->solution, std::nan(""));
-    write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
-  };
-  const double factor = factor_into_range(vectors_->right, team);
-  if (factor == 0) return give_up();
-  multiply_all(vectors_->right, factor, team);
-  if (solver_ == nullptr) {
-    const ProcessorWatch setup(note_->setup, team);
+    return write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
+  }
+  if (!is_made) {
+    const ProcessorWatch setup(note_->setup, shelf_->team());
     make_solver(fields, apply);
-    // The operator may have solves of its own, which have worked on the same vectors.
-    read_cells(layout_, fields[solve_.rights[0]], vectors_->right, team);
-    multiply_all(vectors_->right, factor, team);
+    key = tape_key(fields);
+    if (find_on_tape(fields, key)) return;
+    read_right(fields);  // the operator may have solves of its own, which have worked on the same vectors
   }
+  solve_cells(fields, factor, precondition);
+  keep_on_tape(fields, key);
+}
+
+/// Into the range of numbers, by the factor that is returned; 0: one is not finite.
+double FieldSolve::read_right(void* const* fields) {
+  read_cells(layout_, fields[solve_.rights[0]], vectors_->right, shelf_->team());
+  const double factor = factor_into_range(vectors_->right, shelf_->team());
+  if (factor != 0) multiply_all(vectors_->right, factor, shelf_->team());
+  return factor;
+}
+
+void FieldSolve::solve_cells(void* const* fields, double factor, const std::function<void()>& precondition) {
+  const Team& team = shelf_->team();
   if (solver_->has_first_guess()) read_guesses(fields);
-  if (!find_on_tape()) {
-    const auto search = [&](std::span<const double> left, std::span<double> towards) {
-      write_cells(layout_, fields[solve_.network->inputs[0]], left, team);
-      precondition();
-      read_cells(layout_, fields[solve_.network->results[0]], towards, team);
-    };
-    const SolveReport report = solve_timed(std::ref(search));  // which needs no memory
-    note(report);
-    check(report);
-    keep_on_tape();
-  }
+  const auto search = [&](std::span<const double> left, std::span<double> towards) {
+    write_cells(layout_, fields[solve_.network->inputs[0]], left, team);
+    precondition();
+    read_cells(layout_, fields[solve_.network->results[0]], towards, team);
+  };
+  const SolveReport report = solve_timed(std::ref(search));  // which needs no memory
+  note(report);
+  check(report);
   multiply_all(vectors_->solution, 1 / factor, team);
   write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution, team);
 }

@@ -4,7 +4,8 @@
 // The rows of the operator are found by running its operations on unit vectors (solve/operator_probe.h), when it is
 // first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
 // or with fields of the program, so that it remembers nothing of those before. What the step has solved its adjoint
-// finds on tapes: the same solver, the same right side and the same guesses, compared to the last bit.
+// finds on tapes, as they are in the field: those of the same solver, of the same right side and the same guesses by a
+// hash of 64 bits.
 #pragma once
 
 #include <array>
@@ -48,8 +49,11 @@ class FieldSolve {
   void read_tapes(std::shared_ptr<Tapes> tapes) { read_from_ = std::move(tapes); }
 
  private:
-  /// Those that the method looks at.
-  std::span<double> used_guesses() const { return solver_->has_first_guess() ? guesses() : std::span<double>(); }
+  /// Tapes are found by the solver and by a hash of the right side and of the guesses that it looks at.
+  struct TapeKey {
+    const LinearSolver* solver = nullptr;
+    std::uint64_t hash = 0;
+  };
   /// One behind the other.
   std::span<double> guesses() const {
     return std::span(vectors_->guesses).first(vectors_->right.size() * static_cast<std::size_t>(solve_.guess_count));
@@ -60,8 +64,11 @@ class FieldSolve {
   void read_guesses(void* const* fields);
   void begin();
   void drop_solver();
-  bool find_on_tape();
-  void keep_on_tape();
+  TapeKey tape_key(void* const* fields) const;
+  bool find_on_tape(void* const* fields, const TapeKey& key);
+  void keep_on_tape(void* const* fields, const TapeKey& key);
+  double read_right(void* const* fields);
+  void solve_cells(void* const* fields, double factor, const std::function<void()>& precondition);
   SolveReport solve_timed(const VectorFunction& search);
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);

@@ -52,7 +52,6 @@ const std::map<std::string, int> larger{
     {"runtime/src/newton_solve.h NewtonSolve", 21},
     {"runtime/src/solve/cycle_level.h CycleLevel", 24},
     {"runtime/src/solve/gmres.h Gmres", 19},
-    {"runtime/src/solve/grid_waves.h GridWaves", 17},
     {"runtime/src/solve/krylov.h Iterations", 18},
     {"runtime/src/solve/linear_solver.cpp LinearSolver::Impl", 26},
     {"runtime/src/sweep.h Sweep", 17},

@@ -3,16 +3,22 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "allocations.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/field.h"
+#include "dpde/runtime/layout.h"
 #include "solve/finite.h"
 #include "solve/krylov.h"
 #include "solve/linear_solver.h"
 #include "solve/multigrid.h"
+#include "solve/solve_inputs.h"
 #include "solve_operators.h"
 #include "support/setting.h"
 
@@ -186,6 +192,31 @@ TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
         EXPECT_EQ(of_rows, x) << "nothing is written";
       }
     }
+  }
+}
+
+/// Of the cells of the interior, each at its place, and of nothing else.
+TEST(SolvesByTeams, HashesAreOfTheInterior) {
+  for (const int real : {DPDE_F64, DPDE_F32}) {
+    const dpde_layout layout = with_three_axes(make_layout(std::vector<int64_t>{200, 176}, {2, 1, 0}, real));
+    Field field(layout, 1);
+    const auto base = static_cast<char*>(field.base());
+    const std::int64_t bytes = real == DPDE_F32 ? 4 : 8;
+    const std::vector<double> values = arbitrary_values(200 * 176, 3);
+    write_cells(layout, base, values);
+    const std::uint64_t hash = hash_of(layout, base);
+    EXPECT_EQ(hash_of(layout, base, Team(2)), hash);
+    EXPECT_NE(hash_of(layout, base, 1, hash), hash) << "what was before counts";
+    std::memset(base - bytes, 1, static_cast<std::size_t>(bytes));
+    EXPECT_EQ(hash_of(layout, base), hash) << "a ghost cell";
+    std::vector<char> rows(200 * 176 * static_cast<std::size_t>(bytes));
+    copy_to_rows(layout, base, rows.data(), Team(2));
+    base[17 * layout.stride[1] * bytes + 33 * bytes] ^= 1;
+    EXPECT_NE(hash_of(layout, base), hash);
+    copy_from_rows(layout, rows.data(), base, Team(2));
+    EXPECT_EQ(hash_of(layout, base), hash);
+    std::swap_ranges(base, base + bytes, base + layout.stride[1] * bytes);
+    EXPECT_NE(hash_of(layout, base), hash) << "the same values elsewhere";
   }
 }
 

@@ -39,8 +39,8 @@ GridWaves::GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<
     if (cells[axis] > 1) axes.push_back(axis);
   }
   if (axes.empty()) axes.push_back(0);
-  if (axes.size() > 1) lines_ = cells[axes[1]];
-  if (axes.size() > 2) planes_ = cells[axes[2]];
+  if (axes.size() > 1) lines_.count = cells[axes[1]];
+  if (axes.size() > 2) lines_.planes = cells[axes[2]];
   const Sides first = cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // of one cell: its mean
   make_first(axes.front(), cells[axes.front()], first);
   for (std::size_t i = 1; i < axes.size(); ++i)
@@ -48,16 +48,17 @@ GridWaves::GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<
 }
 
 void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
-  first_axis_ = axis;
+  lines_.axis = axis;
   are_complex_ = sides == Sides::periodic;
   modes_[axis] = are_complex_ ? cells / 2 + 1 : cells;
-  first_row_ = row_ = with_gap(are_complex_ ? 2 * modes_[axis] : cells);
-  plane_ = plane_with_gap(row_ * lines_);
-  first_ = AlignedValues(plane_ * planes_);
-  if (plane_ == row_ * lines_) lines_ *= std::exchange(planes_, 1);  // which also keeps lines of odd lengths aligned
+  lines_.row = row_ = with_gap(are_complex_ ? 2 * modes_[axis] : cells);
+  lines_.plane = plane_with_gap(row_ * lines_.count);
+  first_ = AlignedValues(lines_.plane * lines_.planes);
+  if (lines_.plane == row_ * lines_.count)
+    lines_.count *= std::exchange(lines_.planes, 1);  // which also keeps lines of odd lengths aligned
   size_ = row_;
-  first_block_ = std::min(lines_, width * std::max<std::int64_t>(1, cells_at_once / (width * cells)));
-  const std::int64_t fewer = lines_ % first_block_;
+  lines_.block = std::min(lines_.count, width * std::max<std::int64_t>(1, cells_at_once / (width * cells)));
+  const std::int64_t fewer = lines_.count % lines_.block;
   const auto ring = [&](std::int64_t lines) { return RealFft({cells, lines, 1, cells, 1, row_ / 2}); };
   for (int i = 0; i < team_.threads(); ++i) {
     FirstLines& own = firsts_.emplace_back();
@@ -65,16 +66,16 @@ void GridWaves::make_first(std::size_t axis, std::int64_t cells, Sides sides) {
       own.images.emplace(cells, sides, false, 1, width);
       continue;
     }
-    own.ring.emplace(ring(first_block_));
+    own.ring.emplace(ring(lines_.block));
     if (fewer != 0) own.fewer.emplace(ring(fewer));
   }
   scale_ *= are_complex_ ? static_cast<double>(cells) : firsts_.front().images->scale();
   if (!are_complex_) {
-    first_block_ = std::min(lines_, width);
-    if (lines_ == 1) size_ = cells * width;  // as a column
+    lines_.block = std::min(lines_.count, width);
+    if (lines_.count == 1) size_ = cells * width;  // as a column
   }
-  for (FirstLines& own : firsts_) own.values = AlignedValues(first_block_ * cells);
-  extents_.resize(static_cast<std::size_t>(planes_ * ((lines_ + first_block_ - 1) / first_block_)));
+  for (FirstLines& own : firsts_) own.values = AlignedValues(lines_.block * cells);
+  extents_.resize(static_cast<std::size_t>(lines_.planes * ((lines_.count + lines_.block - 1) / lines_.block)));
 }
 
 void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bool is_last) {
@@ -85,12 +86,12 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
   for (int i = 0; i < team_.threads(); ++i) stage.of_threads.emplace_back(cells, sides, are_complex_, inner, in_place);
   const LineWaves& lines = stage.lines();
   stage.from = stage.to = second_ ? second_.get() : first_.get();
-  stage.from_plane = plane_;
+  stage.from_plane = lines_.plane;
   scale_ *= lines.scale();
   modes_[axis] = lines.modes();
   row_ *= lines.growth();
   size_ *= lines.growth() * lines.modes();
-  stage.to_plane = lines.growth() == 1 ? plane_ : plane_with_gap(size_);
+  stage.to_plane = lines.growth() == 1 ? lines_.plane : plane_with_gap(size_);
   if (lines.growth() == 2) {
     are_complex_ = true;
     if (!is_last) {
@@ -103,7 +104,7 @@ void GridWaves::make_stage(std::size_t axis, std::int64_t cells, Sides sides, bo
 }
 
 std::int64_t GridWaves::period(std::size_t axis) const {
-  if (axis == first_axis_) return has_images() ? firsts_.front().images->period() : cells_[axis];
+  if (axis == lines_.axis) return has_images() ? firsts_.front().images->period() : cells_[axis];
   for (const Stage& stage : stages_) {
     if (stage.axis == axis) return stage.lines().period();
   }
@@ -125,34 +126,34 @@ void GridWaves::for_each(
   for (std::int64_t number = 0; number < modes_[0] * modes_[1] * modes_[2]; ++number) {
     const std::array<std::int64_t, 3> mode{number % modes_[0], number / modes_[0] % modes_[1],
                                            number / modes_[0] / modes_[1]};
-    turns[first_axis_] = has_images() ? firsts_.front().images->turns(mode[first_axis_]) : mode[first_axis_];
+    turns[lines_.axis] = has_images() ? firsts_.front().images->turns(mode[lines_.axis]) : mode[lines_.axis];
     for (const Stage& stage : stages_) turns[stage.axis] = stage.lines().turns(mode[stage.axis]);
-    f(number_of(number / modes_[first_axis_], mode[first_axis_]), turns);
+    f(number_of(number / modes_[lines_.axis], mode[lines_.axis]), turns);
   }
 }
 
 /// f(number, transforms, first cell in a field, first wave, lines) of each block of lines along the first axis.
 template <class F>
 void GridWaves::for_each_block_of_first(const F& f) {
-  const std::int64_t blocks = (lines_ + first_block_ - 1) / first_block_;
-  team_.run(planes_ * blocks, [&](std::int64_t number, int thread) {
-    const std::int64_t plane = number / blocks, line = number % blocks * first_block_;
+  const std::int64_t blocks = (lines_.count + lines_.block - 1) / lines_.block;
+  team_.run(lines_.planes * blocks, [&](std::int64_t number, int thread) {
+    const std::int64_t plane = number / blocks, line = number % blocks * lines_.block;
     f(static_cast<std::size_t>(number), firsts_[static_cast<std::size_t>(thread)],
-      (plane * lines_ + line) * cells_[first_axis_], first_.get() + plane * plane_ + line * first_row_,
-      std::min(first_block_, lines_ - line));
+      (plane * lines_.count + line) * cells_[lines_.axis], first_.get() + plane * lines_.plane + line * lines_.row,
+      std::min(lines_.block, lines_.count - line));
   });
 }
 
 void GridWaves::first_forward(FirstLines& own, const double* from, double* to, std::int64_t lines) const {
-  if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->forward(from, complex(to));
+  if (!own.images) return (lines == lines_.block ? own.ring : own.fewer)->forward(from, complex(to));
   own.images->read(from, 1, own.images->cells(), lines);
   own.images->forward();
-  own.images->write_waves(to, 1, first_row_, lines);
+  own.images->write_waves(to, 1, lines_.row, lines);
 }
 
 void GridWaves::first_backward(FirstLines& own, double* from, double* to, std::int64_t lines) const {
-  if (!own.images) return (lines == first_block_ ? own.ring : own.fewer)->backward(complex(from), to);
-  own.images->read_waves(from, 1, first_row_, lines);
+  if (!own.images) return (lines == lines_.block ? own.ring : own.fewer)->backward(complex(from), to);
+  own.images->read_waves(from, 1, lines_.row, lines);
   own.images->backward();
   own.images->write(to, 1, own.images->cells(), lines);
 }
@@ -221,7 +222,7 @@ void GridWaves::multiply_line(const double* field, const double* factors, bool h
     return own.images->write(product, 1, 1, 1);
   }
   own.ring->forward(field, complex(first_.get()));
-  for (std::int64_t i = 0; i < modes_[first_axis_]; ++i) {
+  for (std::int64_t i = 0; i < modes_[lines_.axis]; ++i) {
     complex(first_.get())[i] *=
         have_phases ? std::complex(factors[2 * i], factors[2 * i + 1]) : std::complex(factors[i], 0.0);
   }
@@ -256,7 +257,7 @@ Extent GridWaves::extent() const {
 std::optional<GridWaves::Passed> GridWaves::multiply_rows(const ReadRows& read, const double* factors, bool have_phases,
                                                           const WriteRows& write) {
   const auto values_of = [&](FirstLines& own, std::int64_t lines) {
-    return std::span(own.values.get(), static_cast<std::size_t>(lines * cells_[first_axis_]));
+    return std::span(own.values.get(), static_cast<std::size_t>(lines * cells_[lines_.axis]));
   };
   for_each_block_of_first(
       [&](std::size_t number, FirstLines& own, std::int64_t cell, double* waves, std::int64_t lines) {

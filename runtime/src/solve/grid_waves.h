@@ -47,6 +47,13 @@ class GridWaves {
                                       const WriteRows& write);
 
  private:
+  /// Lines along the first axis.
+  struct FirstShape {
+    std::size_t axis = 0;
+    std::int64_t count = 1, planes = 1;  // in each of so many planes
+    std::int64_t row = 0, plane = 0;     // doubles of a row and of a plane of its waves, with gaps
+    std::int64_t block = 1;              // lines that are transformed at once
+  };
   /// Transforms of a block of lines along the first axis, and of fewer lines, the last ones. Of one thread.
   struct FirstLines {
     std::optional<RealFft> ring, fewer;  // it is periodic
@@ -84,12 +91,9 @@ class GridWaves {
 
   Team team_;
   std::array<std::int64_t, 3> cells_, modes_{1, 1, 1};
-  std::size_t first_axis_ = 0;
-  std::int64_t lines_ = 1, planes_ = 1;     // along the first axis, in each of so many planes
-  std::int64_t first_row_ = 0, plane_ = 0;  // doubles of a row and of a plane of its waves, with gaps
-  std::int64_t first_block_ = 1;            // lines
-  std::vector<FirstLines> firsts_;          // one a thread
-  std::vector<Extent> extents_;             // of blocks
+  FirstShape lines_;
+  std::vector<FirstLines> firsts_;  // one a thread
+  std::vector<Extent> extents_;     // of blocks
   std::vector<Stage> stages_;
   std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
   bool are_complex_ = false;

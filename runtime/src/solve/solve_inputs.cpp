@@ -21,14 +21,14 @@ void for_each_row(const dpde_layout& layout, std::int64_t first, std::size_t cou
     f(row % layout.cells[1] * layout.stride[1] + row / layout.cells[1] * layout.stride[2], at);
 }
 
-/// f(first cell, cells) of whole rows.
+/// f(number of the share, first cell, cells) of whole rows.
 template <class F>
 void for_each_share(const dpde_layout& layout, const Team& team, const F& f) {
   const std::int64_t n = layout.cells[0], rows = layout.cells[1] * layout.cells[2],
                      shares = std::min(rows, VectorParts::most);
   const auto one = [&](std::int64_t share, int = 0) {
     const std::int64_t begin = rows * share / shares, end = rows * (share + 1) / shares;
-    f(begin * n, static_cast<std::size_t>((end - begin) * n));
+    f(share, begin * n, static_cast<std::size_t>((end - begin) * n));
   };
   if (cells_of(layout) >= VectorParts::least_shared) return team.run(shares, one);
   for (std::int64_t share = 0; share < shares; ++share) one(share);
@@ -42,6 +42,8 @@ dpde_layout with_three_axes(dpde_layout layout) {
 }
 
 double rounding_of(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 0x1p-23 : 0x1p-52; }
+
+std::int64_t bytes_of_real(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 4 : 8; }
 
 std::size_t cells_of(const dpde_layout& layout) {
   return static_cast<std::size_t>(layout.cells[0] * layout.cells[1] * layout.cells[2]);
@@ -85,14 +87,34 @@ void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::
   });
 }
 
+void copy_to_rows(const dpde_layout& layout, const void* base, char* rows, const Team& team) {
+  const std::int64_t bytes = bytes_of_real(layout), row = layout.cells[0] * bytes;
+  for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
+    for_each_row(layout, first, count, [&](std::int64_t from, std::size_t at) {
+      std::memcpy(rows + (first + static_cast<std::int64_t>(at)) * bytes, moved(base, from, bytes),
+                  static_cast<std::size_t>(row));
+    });
+  });
+}
+
+void copy_from_rows(const dpde_layout& layout, const char* rows, void* base, const Team& team) {
+  const std::int64_t bytes = bytes_of_real(layout), row = layout.cells[0] * bytes;
+  for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
+    for_each_row(layout, first, count, [&](std::int64_t to, std::size_t at) {
+      std::memcpy(moved(base, to, bytes), rows + (first + static_cast<std::int64_t>(at)) * bytes,
+                  static_cast<std::size_t>(row));
+    });
+  });
+}
+
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team) {
-  for_each_share(layout, team, [&](std::int64_t first, std::size_t count) {
+  for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
     read_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
   });
 }
 
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team) {
-  for_each_share(layout, team, [&](std::int64_t first, std::size_t count) {
+  for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
     write_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
   });
 }
@@ -140,21 +162,28 @@ class Hash {
   std::array<std::uint64_t, 4> sums_{first + second, second, 0, 0 - first};
 };
 
-std::uint64_t hash_of(const dpde_layout& layout, const void* base) {
+/// Of whole rows from the cell `first` on.
+std::uint64_t hash_of_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::size_t count) {
   Hash hash;
-  with_real(layout.real, [&](auto real) {
-    const auto* cells = static_cast<const decltype(real)*>(base);
-    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
-      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
-        const auto* row = cells + y * layout.stride[1] + z * layout.stride[2];
-        hash.add(reinterpret_cast<const char*>(row), static_cast<std::size_t>(layout.cells[0]) * sizeof real);
-      }
-    }
+  const std::int64_t bytes = bytes_of_real(layout);
+  for_each_row(layout, first, count, [&](std::int64_t row, std::size_t) {
+    hash.add(moved(base, row, bytes), static_cast<std::size_t>(layout.cells[0] * bytes));
   });
   return hash.value();
 }
 
 }  // namespace
+
+std::uint64_t hash_of(const dpde_layout& layout, const void* base, const Team& team, std::uint64_t before) {
+  std::array<std::uint64_t, VectorParts::most + 1> parts{};
+  parts.back() = before;
+  for_each_share(layout, team, [&](std::int64_t share, std::int64_t first, std::size_t count) {
+    parts[static_cast<std::size_t>(share)] = hash_of_rows(layout, base, first, count);
+  });
+  Hash hash;
+  hash.add(reinterpret_cast<const char*>(parts.data()), sizeof parts);
+  return hash.value();
+}
 
 SolveInputs::SolveInputs(const dpde_solve& solve, const dpde_layout& layout)
     : solve_(solve),
@@ -162,7 +191,7 @@ SolveInputs::SolveInputs(const dpde_solve& solve, const dpde_layout& layout)
       coefficients_(static_cast<std::size_t>(solve.coefficient_count), 0),
       params_(static_cast<std::size_t>(solve.param_count), 0.0) {}
 
-bool SolveInputs::have_changed(void* const* fields, const double* params) {
+bool SolveInputs::have_changed(void* const* fields, const double* params, const Team& team) {
   bool changed = std::exchange(is_new_, false);
   for (std::size_t i = 0; i < params_.size(); ++i) {
     const double now = params[solve_.params[i]];
@@ -170,7 +199,7 @@ bool SolveInputs::have_changed(void* const* fields, const double* params) {
     params_[i] = now;
   }
   for (std::size_t i = 0; i < coefficients_.size(); ++i) {
-    const std::uint64_t now = hash_of(layout_, fields[solve_.coefficients[i]]);
+    const std::uint64_t now = hash_of(layout_, fields[solve_.coefficients[i]], team);
     changed = changed || now != coefficients_[i];
     coefficients_[i] = now;
   }

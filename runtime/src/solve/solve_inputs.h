@@ -30,6 +30,14 @@ void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team = 1);
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team = 1);
 
+std::int64_t bytes_of_real(const dpde_layout& layout);
+/// The interior as it is, rows one behind the other.
+void copy_to_rows(const dpde_layout& layout, const void* base, char* rows, const Team& team = 1);
+void copy_from_rows(const dpde_layout& layout, const char* rows, void* base, const Team& team = 1);
+
+/// Of the bytes of the interior, and of `before`.
+std::uint64_t hash_of(const dpde_layout& layout, const void* base, const Team& team = 1, std::uint64_t before = 0);
+
 /// Coefficients and parameters that an operator was seen with. Of fields a hash of 64 bits is kept, not a copy: that of
 /// other values is the same with a probability of 2^-64.
 class SolveInputs {
@@ -38,7 +46,7 @@ class SolveInputs {
   SolveInputs(const dpde_solve& solve, const dpde_layout& layout);
 
   /// Whether they are others than before; keeps what is new.
-  bool have_changed(void* const* fields, const double* params);
+  bool have_changed(void* const* fields, const double* params, const Team& team = 1);
 
  private:
   dpde_solve solve_{};
