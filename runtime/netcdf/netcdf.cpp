@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that knows the NetCDF C library. It works in memory: files are read and written atomically elsewhere.
+// The only file that knows the NetCDF C library.
 #include "dpde/runtime/netcdf.h"
 
 #include <fmt/format.h>
@@ -18,6 +18,7 @@
 #include <string_view>
 #include <utility>
 
+#include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde {
@@ -48,7 +49,8 @@ constexpr std::size_t longest_in_header = 60000;
 constexpr const char* name_attribute = "dpde_name";
 
 /// Smaller variables are stored as they are; of others about so many values are compressed at once.
-constexpr std::size_t least_compressed = 4096, values_of_chunk = std::size_t{1} << 18;
+constexpr std::size_t least_compressed = 4096;
+constexpr auto values_of_chunk = static_cast<std::size_t>(NetcdfContent::values_at_once);
 
 /// The library rounds up: what lies behind the end that the file itself names is no part of it.
 std::size_t used_bytes(const char* bytes, std::size_t size) {
@@ -64,9 +66,15 @@ std::size_t used_bytes(const char* bytes, std::size_t size) {
 /// inside a file for anything from wrong numbers to a loop without end, so that it must not see any.
 constexpr std::string_view checksum_mark = "dpdesum1";
 
-std::string checksum_of(std::string_view bytes) {
-  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a
+constexpr std::uint64_t hash_of_nothing = 14695981039346656037ull;
+
+/// FNV-1a
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash = hash_of_nothing) {
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+  return hash;
+}
+
+std::string checksum_of(std::uint64_t hash) {
   return std::string(checksum_mark) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
 }
 
@@ -75,7 +83,7 @@ bool is_as_written(std::string_view bytes) {
   const std::size_t size = checksum_mark.size() + sizeof(std::uint64_t);
   if (bytes.size() < size) return true;
   const std::string_view content = bytes.substr(0, bytes.size() - size), end = bytes.substr(content.size());
-  return !end.starts_with(checksum_mark) || end == checksum_of(content);
+  return !end.starts_with(checksum_mark) || end == checksum_of(hash_of(content));
 }
 
 /// By the library's numbers.
@@ -83,14 +91,21 @@ struct Place {
   int group, variable;
 };
 
-/// A file that is being made in memory; thrown away unless it is finished.
+/// A file that is being made, in memory or under a name; thrown away unless it is finished.
 class Composer {
  public:
   Composer() {
     constexpr std::size_t first_bytes = 1 << 16;  // grows as needed
     must(nc_create_mem("memory.nc", NC_NETCDF4, first_bytes, &id_));
-    int old = 0;
-    must(nc_set_fill(id_, NC_NOFILL, &old));  // everything is written
+    begin();
+  }
+  /// The library breaks down where it cannot write: no byte is given to it for which there is no room.
+  explicit Composer(AtomicFile& file) : file_(&file) {
+    const std::string name = file.name();
+    file.reserve(room_of_headers);
+    must(nc_create(name.c_str(), NC_NETCDF4 | NC_CLOBBER, &id_));
+    begin();
+    file.reserve(room_of_headers);
   }
   ~Composer() {
     if (id_ >= 0) nc_abort(id_);
@@ -124,15 +139,31 @@ class Composer {
     Place place{id_of(variable.group), 0};
     must(nc_def_var(place.group, stored_name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE,
                     static_cast<int>(dimensions.size()), dimensions.data(), &place.variable));
-    if (variable.values.size() >= least_compressed) compress(place, dimensions);
+    if (count_of(dimensions) >= least_compressed) compress(place, dimensions);
+    if (file_ != nullptr && !dimensions.empty()) must(nc_set_var_chunk_cache(place.group, place.variable, 0, 0, 0));
     if (stored_name != variable.name) add({{name_attribute, variable.name}}, place);
     add(variable.attributes, place);
     return place;
   }
   void begin_data() { must(nc_enddef(id_)); }
-  static void put(const Place& place, const std::vector<double>& values) {
-    must(nc_put_var_double(place.group, place.variable, values.data()));
+  /// In parts, those that are compressed at once, so that the same bytes come of it.
+  void put(const Place& place, NetcdfVariable& variable) const {
+    const std::vector<double> values = std::exchange(variable.values, {});
+    if (!variable.part) {
+      reserve(values.size());
+      return must(nc_put_var_double(place.group, place.variable, values.data()));
+    }
+    std::vector<std::size_t> start(variable.dimensions.size(), 0), count = lengths_of(variable.dimensions);
+    const std::size_t all = count[0], at_once = indices_at_once(place, count);
+    for (; start[0] < all; start[0] += at_once) {
+      count[0] = std::min(at_once, all - start[0]);
+      const std::vector<double> part =
+          variable.part(static_cast<std::int64_t>(start[0]), static_cast<std::int64_t>(count[0]));
+      reserve(part.size());
+      must(nc_put_vara_double(place.group, place.variable, start.data(), count.data(), part.data()));
+    }
   }
+  void close() { must(nc_close(std::exchange(id_, -1))); }
   /// The bytes and their checksum.
   std::string finish() {
     NC_memio memory{};
@@ -140,7 +171,7 @@ class Composer {
     const std::unique_ptr<void, decltype(&std::free)> owner(memory.memory, &std::free);
     const char* bytes = static_cast<const char*>(memory.memory);
     const std::string_view used(bytes, used_bytes(bytes, memory.size));
-    const std::string checksum = checksum_of(used);
+    const std::string checksum = checksum_of(hash_of(used));
     std::string all;
     all.reserve(used.size() + checksum.size());
     all.append(used).append(checksum);
@@ -148,15 +179,46 @@ class Composer {
   }
 
  private:
+  void begin() const {
+    int old = 0;
+    must(nc_set_fill(id_, NC_NOFILL, &old));  // everything is written
+  }
+  void reserve(std::size_t values) const {
+    if (file_ != nullptr) file_->reserve(static_cast<std::int64_t>(values * sizeof(double)) + room_of_headers);
+  }
+  std::size_t length_of(int dimension) const {
+    std::size_t length = 0;
+    must(nc_inq_dimlen(id_, dimension, &length));
+    return length;
+  }
+  std::vector<std::size_t> lengths_of(const std::vector<std::string>& names) const {
+    std::vector<std::size_t> lengths;
+    for (const std::string& name : names) {
+      int dimension = 0;
+      must(nc_inq_dimid(id_, name.c_str(), &dimension));
+      lengths.push_back(length_of(dimension));
+    }
+    return lengths;
+  }
+  std::size_t count_of(const std::vector<int>& dimensions) const {
+    std::size_t count = 1;
+    for (const int dimension : dimensions) count *= length_of(dimension);
+    return count;
+  }
+  /// Of the first dimension: a chunk's, or all.
+  static std::size_t indices_at_once(const Place& place, const std::vector<std::size_t>& lengths) {
+    int storage = NC_CONTIGUOUS;
+    std::vector<std::size_t> chunk(lengths.size());
+    must(nc_inq_var_chunking(place.group, place.variable, &storage, chunk.data()));
+    return storage == NC_CHUNKED ? chunk[0] : lengths[0];
+  }
   /// Without loss. Chunks are whole along the last axes, so that a state is read without those before it.
   void compress(const Place& place, const std::vector<int>& dimensions) const {
     constexpr int with_shuffle = 1, with_deflate = 1, fastest = 1;
     std::vector<std::size_t> chunk(dimensions.size(), 1);
     std::size_t values = 1;
     for (std::size_t d = dimensions.size(); d-- > 0 && values < values_of_chunk;) {
-      std::size_t length = 0;
-      must(nc_inq_dimlen(id_, dimensions[d], &length));
-      chunk[d] = std::clamp(values_of_chunk / values, std::size_t{1}, length);
+      chunk[d] = std::clamp(values_of_chunk / values, std::size_t{1}, length_of(dimensions[d]));
       values *= chunk[d];
     }
     must(nc_def_var_chunking(place.group, place.variable, NC_CHUNKED, chunk.data()));
@@ -171,7 +233,9 @@ class Composer {
     return id;
   }
 
+  static constexpr std::int64_t room_of_headers = 1 << 20;  // of the file, and of what finds its chunks
   int id_ = -1;
+  AtomicFile* file_ = nullptr;  // none: in memory
 };
 
 /// What the variables are called in the file: without dots, each differently.
@@ -198,18 +262,61 @@ std::string stored_name(const NetcdfContent& content, const std::string& variabl
   return stored_names(content.variables)[static_cast<std::size_t>(found - content.variables.begin())];
 }
 
-std::string compose_netcdf(NetcdfContent content) {
-  const Turn turn;
-  Composer file;
+namespace {
+
+void write_content(Composer& file, NetcdfContent& content) {
   file.add(content.attributes);
   for (const NetcdfDimension& dimension : content.dimensions) file.add(dimension);
   std::vector<Place> places;
   const std::vector<std::string> names = stored_names(content.variables);
   for (std::size_t i = 0; i < names.size(); ++i) places.push_back(file.declare(content.variables[i], names[i]));
   file.begin_data();
-  for (std::size_t i = 0; i < places.size(); ++i)
-    Composer::put(places[i], std::exchange(content.variables[i].values, {}));
+  for (std::size_t i = 0; i < places.size(); ++i) file.put(places[i], content.variables[i]);
+}
+
+/// Cuts what lies behind the end of the file proper, and appends the checksum.
+void append_checksum(AtomicFile& file) {
+  std::vector<char> buffer(std::size_t{1} << 16);
+  std::error_code error;
+  const auto size = static_cast<std::size_t>(std::filesystem::file_size(file.name(), error));
+  const std::size_t used = used_bytes(file.read(0, buffer).data(), size);
+  file.cut(static_cast<std::int64_t>(used));
+  std::uint64_t hash = hash_of_nothing;
+  for (std::size_t at = 0; at < used;) {
+    const std::string_view part = file.read(static_cast<std::int64_t>(at), buffer);
+    if (part.empty()) break;
+    hash = hash_of(part, hash);
+    at += part.size();
+  }
+  file.append(checksum_of(hash));
+}
+
+}  // namespace
+
+std::string compose_netcdf(NetcdfContent content) {
+  const Turn turn;
+  Composer file;
+  write_content(file, content);
   return file.finish();
+}
+
+void write_netcdf(const std::filesystem::path& path, NetcdfContent content) {
+  AtomicFile file(path);
+  if (file.name().empty()) {  // a pipe or a device
+    file.append(compose_netcdf(std::move(content)));
+    return file.finish();
+  }
+  try {
+    const Turn turn;
+    Composer composer(file);
+    write_content(composer, content);
+    composer.close();
+  } catch (const Error& error) {
+    if (std::string_view(error.what()).starts_with("cannot write")) throw;
+    throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), error.what()));
+  }
+  append_checksum(file);
+  file.finish();
 }
 
 NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::move(bytes)), name_(std::move(name)) {

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -27,12 +28,12 @@ std::string temporary_name(const std::filesystem::path& path, int attempt) {
   return fmt::format("{}.tmp-{}-{}", path.string(), getpid(), attempt);
 }
 
-enum class Access { usual, of_owner };
+}  // namespace
 
 /// An open file that closes, and if it has a temporary name removes it, unless it was finished.
-class OutputFile {
+class AtomicFile::Output {
  public:
-  OutputFile(const std::filesystem::path& path, bool direct, Access access)
+  Output(const std::filesystem::path& path, bool direct, Access access)
       : path_(path), is_direct_(direct), access_(access) {
     if (direct) {
       descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
@@ -41,12 +42,12 @@ class OutputFile {
     }
     if (descriptor_ < 0) fail(path_, errno);
   }
-  ~OutputFile() {
+  ~Output() {
     if (descriptor_ >= 0) close(descriptor_);
     if (!temporary_.empty()) unlink(temporary_.c_str());
   }
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
 
   void write_all(std::string_view part) {
     while (!part.empty()) {
@@ -56,6 +57,35 @@ class OutputFile {
       if (written == 0) fail(path_, EIO);
       part.remove_prefix(static_cast<size_t>(written));
     }
+  }
+
+  std::string name() {
+    if (!is_direct_ && temporary_.empty()) give_name();
+    return temporary_;
+  }
+
+  /// The end stays where it is, so that the limit of files, which is none of the disk's, is looked at here.
+  void reserve(std::int64_t bytes) const {
+    struct stat now {};
+    rlimit limit{};
+    if (fstat(descriptor_, &now) != 0 || getrlimit(RLIMIT_FSIZE, &limit) != 0) fail(path_, errno);
+    if (limit.rlim_cur != RLIM_INFINITY && static_cast<rlim_t>(now.st_size + bytes) > limit.rlim_cur)
+      fail(path_, EFBIG);
+    if (fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, now.st_size, static_cast<off_t>(bytes)) == 0) return;
+    if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINTR) fail(path_, errno);
+  }
+
+  std::string_view read(std::int64_t offset, std::span<char> buffer) const {
+    while (true) {
+      const ssize_t count = pread(descriptor_, buffer.data(), buffer.size(), static_cast<off_t>(offset));
+      if (count >= 0) return {buffer.data(), static_cast<size_t>(count)};
+      if (errno != EINTR) fail(path_, errno);
+    }
+  }
+
+  void cut(std::int64_t bytes) {
+    if (ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0 || lseek(descriptor_, 0, SEEK_END) < 0)
+      fail(path_, errno);
   }
 
   void finish() {
@@ -75,7 +105,7 @@ class OutputFile {
  private:
   bool create_nameless() {
     const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-    descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, mode());
+    descriptor_ = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, mode());
     if (descriptor_ < 0) return false;
     std::error_code error;
     if (std::filesystem::exists(file_of_descriptor(), error)) return true;  // or it could get no name
@@ -98,7 +128,7 @@ class OutputFile {
   void create_temporary() {
     for (int attempt = 0; attempt < most_attempts; ++attempt) {
       const std::string name = temporary_name(path_, attempt);
-      descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode());
+      descriptor_ = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode());
       if (descriptor_ >= 0) temporary_ = name;
       if (descriptor_ >= 0 || errno != EEXIST) return;
     }
@@ -121,28 +151,58 @@ class OutputFile {
   int descriptor_ = -1;
 };
 
-void write_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts, Access access) {
+namespace {
+
+/// A link is followed: its target is replaced, the link stays. A special file is written directly.
+struct Target {
+  std::filesystem::path path;
+  bool is_special;
+};
+
+Target target_of(const std::filesystem::path& path) {
   struct stat status {};
   const bool exists = stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(path, EISDIR);
   const bool special = exists && !S_ISREG(status.st_mode);
-  // A link is followed: its target is replaced, the link stays.
   std::error_code error;
   const std::filesystem::path target = exists && !special ? std::filesystem::canonical(path, error) : path;
   if (error) fail(path, error.value());
-  OutputFile file(target, special, access);
-  for (std::string_view part : parts) file.write_all(part);
+  return {target, special};
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::filesystem::path& path, Access access) {
+  const Target target = target_of(path);
+  output_ = std::make_unique<Output>(target.path, target.is_special, access);
+}
+AtomicFile::~AtomicFile() = default;
+AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
+AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
+void AtomicFile::append(std::string_view part) { output_->write_all(part); }
+std::string AtomicFile::name() { return output_->name(); }
+void AtomicFile::reserve(std::int64_t bytes) const { output_->reserve(bytes); }
+std::string_view AtomicFile::read(std::int64_t offset, std::span<char> buffer) const {
+  return output_->read(offset, buffer);
+}
+void AtomicFile::cut(std::int64_t bytes) { output_->cut(bytes); }
+void AtomicFile::finish() { output_->finish(); }
+
+namespace {
+
+void write_atomically(AtomicFile file, std::initializer_list<std::string_view> parts) {
+  for (const std::string_view part : parts) file.append(part);
   file.finish();
 }
 
 }  // namespace
 
 void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
-  write_atomically(path, parts, Access::usual);
+  write_atomically(AtomicFile(path), parts);
 }
 
 void write_private_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
-  write_atomically(path, parts, Access::of_owner);
+  write_atomically(AtomicFile(path, AtomicFile::Access::of_owner), parts);
 }
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view content) {

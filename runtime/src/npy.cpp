@@ -209,20 +209,45 @@ NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
 
 NpyArray read_npy(const std::filesystem::path& path) { return parse_npy(read_file(path), path.string()); }
 
+namespace {
+
+void must_have(std::span<const int64_t> shape, size_t values) {
+  const std::optional<size_t> count = count_of({shape.begin(), shape.end()}, values);
+  if (!count || *count != values)
+    throw Error(ErrorKind::input, fmt::format("{} values do not have the shape ({})", values, fmt::join(shape, ", ")));
+}
+
+std::string_view bytes_of(std::span<const double> values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+}  // namespace
+
 std::string compose_npy(std::span<const int64_t> shape, std::span<const double> values, bool is_single) {
-  const std::optional<size_t> count = count_of({shape.begin(), shape.end()}, values.size());
-  if (!count || *count != values.size()) {
-    throw Error(ErrorKind::input,
-                fmt::format("{} values do not have the shape ({})", values.size(), fmt::join(shape, ", ")));
-  }
+  must_have(shape, values.size());
   std::string bytes = header_of(shape, is_single);
-  if (!is_single) return bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  if (!is_single) return bytes.append(bytes_of(values));
   const std::vector<float> rounded(values.begin(), values.end());
   return bytes.append(reinterpret_cast<const char*>(rounded.data()), rounded.size() * sizeof(float));
 }
 
 void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values) {
-  write_file_atomically(path, compose_npy(shape, values));
+  must_have(shape, values.size());
+  write_file_atomically(path, {header_of(shape, false), bytes_of(values)});
+}
+
+void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, int64_t count,
+               const std::function<std::vector<double>(int64_t)>& part) {
+  AtomicFile file(path);
+  file.append(header_of(shape, false));
+  size_t values = 0;
+  for (int64_t k = 0; k < count; ++k) {
+    const std::vector<double> next = part(k);
+    file.append(bytes_of(next));
+    values += next.size();
+  }
+  must_have(shape, values);
+  file.finish();
 }
 
 }  // namespace dpde

@@ -116,5 +116,17 @@ TEST_F(PeakMemory, OfOutputsIsPredicted) {
   expect_of_outputs(3000000);
 }
 
+/// States go to a file as they come, and come back one by one.
+TEST_F(PeakMemory, OfARunThatWritesManyStatesIsThatOfOneThatWritesTwo) {
+  write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
+  const auto of = [&](const std::string& every) {
+    return peak({"run", "heat.dpde", "s", "--quiet", "--set", "cells=256", "--set", "end=64/1024", "--every", every,
+                 "--out", "o"});
+  };
+  const double of_two = of("64"), of_many = of("1"), state = 8 * 256 * 256;
+  EXPECT_LT(of_many, of_two + 8 * state) << (of_many - of_two) / state << " of 63 states more";
+  EXPECT_EQ(fs::file_size(path("o/u_over_time.npy")), 128 + 65 * static_cast<std::size_t>(state));
+}
+
 }  // namespace
 }  // namespace dpde::testing

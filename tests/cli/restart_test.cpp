@@ -290,6 +290,11 @@ TEST_F(Restart, AFullDiskStopsNoRun) {
       shell("mkdir o; trap '' XFSZ; ulimit -f 2; $DPDE run tide.dpde --json --checkpoint-every 10 --out o");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_FALSE(fs::exists(path("o/bay.restart")));
+  const Outcome recorded = shell("mkdir p; trap '' XFSZ; ulimit -f 8; $DPDE run tide.dpde --json --every 10 --out p");
+  EXPECT_EQ(recorded.status, 3);
+  EXPECT_GT(recorded.json()["steps"].get<int>(), 0) << "what was computed is told";
+  for (const std::string name : {"bay.nc", "u_over_time.npy", "bay.frames"})
+    EXPECT_FALSE(fs::exists(path("p/" + name)));
 }
 
 }  // namespace

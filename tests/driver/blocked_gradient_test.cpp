@@ -9,6 +9,7 @@
 
 #include "driver/session.h"
 #include "driver_support.h"
+#include "support/setting.h"
 
 namespace dpde::driver {
 namespace {
@@ -180,7 +181,10 @@ TEST(BlockedGradient, IsThatOfSingleSteps) {
 }
 
 TEST(BlockedGradient, IsThatOfSingleStepsInSinglePrecision) {
-  for (const Case& example : cases()) expect_gradient_of_single_steps(example, Precision::f32);
+  std::size_t count = 0;
+  for (const Case& example : cases()) {
+    if (testing::is_tried(count++, 3)) expect_gradient_of_single_steps(example, Precision::f32);
+  }
 }
 
 }  // namespace

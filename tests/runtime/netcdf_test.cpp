@@ -72,6 +72,47 @@ TEST_F(NetcdfTest, ReadsBackAllOrOneState) {
 
 TEST_F(NetcdfTest, EqualContentGivesEqualBytes) { EXPECT_EQ(compose_netcdf(sample()), compose_netcdf(sample())); }
 
+/// Of a few values and of many, which are compressed; several instants in one chunk, and several chunks an instant.
+TEST_F(NetcdfTest, PartsAreWhatAllIsAtOnce) {
+  for (const auto& [instants, cells] : {std::pair<int, int>{3, 5}, {1, 5000}, {7, 90000}, {2, 300000}}) {
+    const auto values = [&, n = cells](std::int64_t first, std::int64_t count) {
+      std::vector<double> all;
+      for (std::int64_t i = first * n; i < (first + count) * n; ++i) all.push_back(std::sin(0.1 * double(i)));
+      return all;
+    };
+    const auto content = [&, n = cells, k = instants](bool in_parts) {
+      NetcdfContent result = sample();
+      result.dimensions = {{"time", k}, {"x", n}};
+      result.variables[0].values.assign(std::size_t(k), 0.5);
+      result.variables[1].values.clear();
+      result.variables[1].is_single = n == 90000;
+      if (in_parts) result.variables[1].part = values;
+      if (!in_parts) result.variables[1].values = values(0, k);
+      return result;
+    };
+    EXPECT_EQ(compose_netcdf(content(true)), compose_netcdf(content(false)));
+    write_netcdf(path(), content(true));
+    const NetcdfReader whole(compose_netcdf(content(false)), "memory"), file(bytes(), "file");
+    ASSERT_EQ(file.variables().size(), whole.variables().size());
+    for (const auto& variable : whole.variables())
+      EXPECT_EQ(file.read(*file.find(variable.name)), whole.read(variable)) << variable.name;
+    EXPECT_EQ(file.text("u", "units"), "1");
+    std::string damaged = bytes();
+    damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 1);
+    EXPECT_THROW(NetcdfReader(damaged, "bad.nc"), Error);
+  }
+}
+
+TEST_F(NetcdfTest, AFileThatFailsIsNotThere) {
+  NetcdfContent content = sample();
+  content.variables[1].part = [](std::int64_t, std::int64_t) -> std::vector<double> {
+    throw Error(ErrorKind::machine, "no such state");
+  };
+  EXPECT_THROW(write_netcdf(path(), content), Error);
+  EXPECT_TRUE(fs::is_empty(fs::path(path()).parent_path()));
+  EXPECT_THROW(write_netcdf(path() + "/below/f.nc", sample()), Error);
+}
+
 TEST_F(NetcdfTest, LongTextsSurvive) {
   NetcdfContent content = sample();
   const std::string text(3000000, 'x');

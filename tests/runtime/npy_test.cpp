@@ -161,6 +161,15 @@ TEST(Npy, WhatIsWrittenIsReadBack) {
   std::filesystem::remove(path);
 }
 
+TEST(Npy, PartsAreWhatAllIsAtOnce) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "dpde_npy_parts_test.npy";
+  write_npy(path, std::vector<int64_t>{3, 2}, 3, [](int64_t k) { return std::vector<double>{double(k), 0.5}; });
+  EXPECT_EQ(read_npy(path).values, (std::vector<double>{0, 0.5, 1, 0.5, 2, 0.5}));
+  EXPECT_THROW(write_npy(path, std::vector<int64_t>{3, 2}, 3, [](int64_t) { return std::vector<double>(1); }), Error);
+  EXPECT_EQ(read_npy(path).shape, (std::vector<int64_t>{3, 2})) << "what was there is untouched";
+  std::filesystem::remove(path);
+}
+
 TEST(Npy, DamagedFilesAreReadOrRefusedNeverMore) {
   const std::string good = file_of("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3), }     \n",
                                    bytes_of<double>({1, 2, 3, 4, 5, 6}));

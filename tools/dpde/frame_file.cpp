@@ -5,9 +5,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
+#include <vector>
 
 #include "dpde/runtime/error.h"
 #include "files/evaluation_log.h"
@@ -29,6 +30,7 @@ std::uint64_t empty_checksum() { return files::hash_bytes("", 0); }
 
 FrameFile::Descriptor::~Descriptor() {
   if (number >= 0) close(number);
+  if (!unmeant.empty()) unlink(unmeant.c_str());
 }
 
 FrameFile::FrameFile(const fs::path& checkpoint) : checkpoint_(checkpoint) {
@@ -43,11 +45,19 @@ fs::path FrameFile::path_of(int number) const {
          fmt::format("{}.frames{}", checkpoint_.stem().string(), number == 0 ? "" : fmt::format("-{}", number));
 }
 
+std::string FrameFile::descriptor_name() const { return fmt::format("/proc/self/fd/{}", file_.number); }
+
 void FrameFile::open_file() {
   if (file_.number >= 0) return;
-  const fs::path path = checkpoint_.parent_path() / mark_.file;
-  file_.number = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (file_.number < 0) fail(path);
+  const fs::path folder = checkpoint_.has_parent_path() ? checkpoint_.parent_path() : ".";
+  file_.number = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+  std::error_code error;
+  if (file_.number >= 0 && fs::exists(descriptor_name(), error)) return;  // or it could get no name
+  if (file_.number >= 0) close(file_.number);
+  file_.number = ::open(path().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // some systems know none without a name
+  if (file_.number < 0) fail(path());
+  file_.unmeant = path();
+  file_.has_name = true;
 }
 
 void FrameFile::append(std::span<const double> frame) {
@@ -65,12 +75,31 @@ void FrameFile::append(std::span<const double> frame) {
   mark_.checksum = files::hash_bytes(bytes, frame.size_bytes(), mark_.checksum);
 }
 
+void FrameFile::read(std::int64_t first, std::span<double> numbers) const {
+  char* const bytes = reinterpret_cast<char*>(numbers.data());
+  const std::int64_t begin = first * std::int64_t{sizeof(double)};
+  for (std::size_t done = 0; done < numbers.size_bytes();) {
+    const ssize_t count = pread(file_.number, bytes + done, numbers.size_bytes() - done,
+                                static_cast<off_t>(begin) + static_cast<off_t>(done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count == 0) errno = EIO;
+    if (count <= 0)
+      throw Error(ErrorKind::machine, fmt::format("cannot read {}: {}", mark_.file, std::strerror(errno)));
+    done += static_cast<std::size_t>(count);
+  }
+}
+
 FrameMark FrameFile::sync() {
-  if (file_.number >= 0 && fdatasync(file_.number) != 0) fail(mark_.file);
+  if (file_.number < 0) return mark_;
+  if (fdatasync(file_.number) != 0) fail(mark_.file);
+  if (!file_.has_name && linkat(AT_FDCWD, descriptor_name().c_str(), AT_FDCWD, path().c_str(), AT_SYMLINK_FOLLOW) != 0)
+    fail(path());
+  file_.has_name = true;
+  file_.unmeant.clear();
   return mark_;
 }
 
-std::vector<double> FrameFile::reopen(const FrameMark& mark) {
+void FrameFile::reopen(const FrameMark& mark) {
   const fs::path path = checkpoint_.parent_path() / fs::path(mark.file).filename();
   const auto damaged = [&] {
     throw Error(ErrorKind::input, fmt::format("{} is not the file its checkpoint means, or damaged", path.string()));
@@ -80,12 +109,19 @@ std::vector<double> FrameFile::reopen(const FrameMark& mark) {
   if (error || mark.bytes < 0 || mark.bytes % std::int64_t{sizeof(double)} != 0 ||
       size < static_cast<std::uintmax_t>(mark.bytes))
     damaged();
-  std::vector<double> values(static_cast<std::size_t>(mark.bytes) / sizeof(double));
-  std::ifstream in(path, std::ios::binary);
-  if (mark.bytes > 0 && !in.read(reinterpret_cast<char*>(values.data()), mark.bytes)) damaged();
-  if (files::hash_bytes(values.data(), values.size() * sizeof(double), empty_checksum()) != mark.checksum) damaged();
   mark_ = mark;
-  return values;
+  if (mark.bytes == 0) return;
+  file_.number = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (file_.number < 0) damaged();
+  file_.has_name = true;
+  std::vector<double> part(std::size_t{1} << 16);
+  std::uint64_t checksum = empty_checksum();
+  for (std::int64_t at = 0; at < count(); at += static_cast<std::int64_t>(part.size())) {
+    part.resize(static_cast<std::size_t>(std::min(count() - at, static_cast<std::int64_t>(part.size()))));
+    read(at, part);
+    checksum = files::hash_bytes(part.data(), part.size() * sizeof(double), checksum);
+  }
+  if (checksum != mark.checksum) damaged();
 }
 
 void FrameFile::remove_others() {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states that a run with checkpoints has recorded, one after the other, in a file that only grows: a checkpoint
-// appends what is new and keeps the length. What stands behind that length belongs to a checkpoint that a kill cut off,
-// and is written over.
+// The states that a run has recorded, one after the other, in a file that only grows, so that none is held in memory.
+// It has no name until a checkpoint means it and goes with the process; a checkpoint keeps its length. What stands
+// behind that length belongs to a checkpoint that a kill cut off, and is written over.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace dpde::tools {
 
@@ -27,22 +26,29 @@ class FrameFile {
 
   /// @throws Error(machine). A part that failed is written over by the next one.
   void append(std::span<const double> frame);
-  /// What was appended is on the disk.
+  /// Those numbers that begin at this one. @throws Error(machine)
+  void read(std::int64_t first, std::span<double> numbers) const;
+  /// Numbers that were appended.
+  std::int64_t count() const { return mark_.bytes / std::int64_t{sizeof(double)}; }
+  /// What was appended is on the disk, under its name.
   /// @throws Error(machine)
   FrameMark sync();
-  /// The numbers up to the mark; further ones are appended there.
+  /// Goes on behind the mark of another run's file.
   /// @throws Error(input) when the file is not the one that was marked.
-  std::vector<double> reopen(const FrameMark& mark);
+  void reopen(const FrameMark& mark);
   /// Removes the files of other runs, once the checkpoint means this one.
   void remove_others();
 
  private:
+  std::filesystem::path path() const { return checkpoint_.parent_path() / mark_.file; }
   std::filesystem::path path_of(int number) const;
+  std::string descriptor_name() const;
   void open_file();
 
   std::filesystem::path checkpoint_;
   FrameMark mark_;
   bool is_alone_ = false;
+  /// Closed in the end; a name that no checkpoint means goes too.
   class Descriptor {
    public:
     Descriptor() = default;
@@ -50,6 +56,8 @@ class FrameFile {
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
     int number = -1;
+    bool has_name = false;
+    std::filesystem::path unmeant;  // its name, where the system gives one at once
   };
   Descriptor file_;
 };

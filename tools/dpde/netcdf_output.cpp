@@ -50,16 +50,21 @@ std::string name_at_centres(std::string field) {
 }
 
 /// Copies at the centres of the series' fields on faces.
-void add_centres(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Series& series,
-                 const std::string& time, NetcdfNames& names) {
+void add_centres(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Record& record,
+                 const Series& series, const std::string& time, NetcdfNames& names) {
   for (const std::string& field : series.fields) {
     if (!is_on_faces(session, field)) continue;
     std::vector<std::string> dimensions{time};
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][0]);
-    content.variables.push_back({names.free(name_at_centres(field)), dimensions,
-                                 described("field " + field + " at the cell centres", session.problem().unit_of(field)),
-                                 at_centres(session, field, series.values.at(field)),
-                                 session.problem().scheme.real == Precision::f32});
+    NetcdfVariable variable{names.free(name_at_centres(field)),
+                            dimensions,
+                            described("field " + field + " at the cell centres", session.problem().unit_of(field)),
+                            {},
+                            session.problem().scheme.real == Precision::f32};
+    variable.part = [&session, &record, &series, field](std::int64_t first, std::int64_t count) {
+      return at_centres(session, field, record.states(series, field, first, count));
+    };
+    content.variables.push_back(std::move(variable));
   }
 }
 
@@ -75,9 +80,8 @@ XdmfSeries xdmf_series(const NetcdfContent& content, const AxisNames& axes, cons
   return series;
 }
 
-/// The states go from the series into the content.
-void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, Series& series,
-                const std::string& time) {
+void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Record& record,
+                const Series& series, const std::string& time) {
   content.dimensions.push_back({time, static_cast<std::int64_t>(series.times.size())});
   content.variables.push_back(time_variable(session.problem(), time, series.times));
   for (const std::string& field : series.fields) {
@@ -85,9 +89,11 @@ void add_series(NetcdfContent& content, const driver::Session& session, const Ax
     const bool is_single = session.problem().scheme.real == Precision::f32;
     std::vector<std::string> dimensions{time};
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    std::vector<double>& values = series.values.at(field);
     const std::string unit = session.problem().unit_of(field);
-    content.variables.push_back({field, dimensions, described("field " + field, unit), std::move(values), is_single});
+    content.variables.push_back({field, dimensions, described("field " + field, unit), {}, is_single});
+    content.variables.back().part = [&record, &series, field](std::int64_t first, std::int64_t count) {
+      return record.states(series, field, first, count);
+    };
   }
 }
 
@@ -206,7 +212,7 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
   }
 }
 
-void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bool with_centres) {
+void save_netcdf(Job& job, const driver::Session& session, const Record& record, bool with_centres) {
   if (job.options().out.empty()) return;
   NetcdfContent content;
   NetcdfNames names(session);
@@ -214,11 +220,11 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bo
   const AxisNames axes = add_axes(content, session, session.axes(), names);
   bool is_first = true;
   std::vector<std::string> times;
-  for (Series& series : all) {
+  for (const Series& series : record.series()) {
     const std::string time = names.free("time");
     times.push_back(time);
-    if (with_centres) add_centres(content, session, axes, series, time, names);
-    add_series(content, session, axes, series, time);
+    if (with_centres) add_centres(content, session, axes, record, series, time, names);
+    add_series(content, session, axes, record, series, time);
     if (is_first) add_observables(content, session.problem(), series, time);
     is_first = false;
   }
@@ -230,7 +236,7 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bo
   const std::string& scene = session.problem().scene;
   std::vector<XdmfSeries> described_series;
   for (const std::string& time : times) described_series.push_back(xdmf_series(content, axes, time));
-  guarded(job, [&] { save_text(job, scene + ".nc", compose_netcdf(std::move(content))); });
+  save_file(job, scene + ".nc", [&](const std::filesystem::path& path) { write_netcdf(path, std::move(content)); });
   const bool is_single = session.problem().scheme.real == Precision::f32;
   if (axes.size() == 3)
     save_text(job, scene + ".xdmf", xdmf_text(scene + ".nc", session.axes(), is_single, described_series));

@@ -57,6 +57,6 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
 
 /// SCENE.nc in the folder of --out, and on three axes SCENE.xdmf. `with_centres`: of what lies on faces also the values
 /// at the centres.
-void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all, bool with_centres);
+void save_netcdf(Job& job, const driver::Session& session, const Record& record, bool with_centres);
 
 }  // namespace dpde::tools

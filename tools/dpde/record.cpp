@@ -7,19 +7,19 @@
 #include <algorithm>
 #include <numeric>
 
+#include "dpde/runtime/error.h"
 #include "driver/restart_file.h"
 
 namespace dpde::tools {
 
-Record::Record(driver::Session& session, int every, bool keeps_states)
-    : session_(session), keeps_states_(keeps_states) {
+Record::Record(driver::Session& session, int every, FrameFile* frames) : session_(session), frames_(frames) {
   std::vector<std::string> all;
   for (int s = 0; s < session.rollout().state_count(); ++s) all.push_back(session.rollout().state_name(s));
   if (every == 0) {
     for (const model::Output& output : session.problem().outputs)
-      series_.push_back({output.fields, output.every, {}, {}, {}, {}});
+      series_.push_back({output.fields, output.every, {}, {}, {}});
   }
-  if (series_.empty()) series_.push_back({all, every, {}, {}, {}, {}});
+  if (series_.empty()) series_.push_back({all, every, {}, {}, {}});
 }
 
 int Record::interval() const {
@@ -36,20 +36,9 @@ std::string Record::plan() const {
   return plan;
 }
 
-std::string Record::save(FrameFile& frames) {
-  const std::size_t cells = session_.workspace().cell_count();
-  for (; keeps_states_ && saved_ < entries_.size(); ++saved_) {
-    const Entry entry = entries_[saved_];
-    const Series& series = series_[static_cast<std::size_t>(entry.series)];
-    std::vector<double> frame;
-    for (const std::string& field : series.fields) {
-      const auto begin = series.values.at(field).begin() +
-                         static_cast<std::ptrdiff_t>(static_cast<std::size_t>(entry.instant) * cells);
-      frame.insert(frame.end(), begin, begin + static_cast<std::ptrdiff_t>(cells));
-    }
-    frames.append(frame);
-  }
-  const FrameMark mark = frames.sync();
+std::string Record::save() {
+  if (!failure_.empty()) throw Error(ErrorKind::machine, failure_);
+  const FrameMark mark = frames_->sync();
   driver::ByteWriter out;
   out.text(mark.file);
   out.number(mark.bytes);
@@ -78,14 +67,13 @@ void Record::drop_former_end(int index) {
   series.steps.pop_back();
   series.times.pop_back();
   series.observables.pop_back();
-  for (auto& [field, values] : series.values)
-    values.resize(series.steps.size() * (keeps_states_ ? session_.workspace().cell_count() : 0));
+  series.places.pop_back();
   for (Entry& entry : entries_) {
     if (entry.series == index && entry.instant == static_cast<int>(series.steps.size())) entry.instant = -1;
   }
 }
 
-bool Record::restore(std::string_view bytes, FrameFile& frames) {
+bool Record::restore(std::string_view bytes) {
   driver::ByteReader in(bytes);
   FrameMark mark;
   mark.file = in.text();
@@ -99,8 +87,11 @@ bool Record::restore(std::string_view bytes, FrameFile& frames) {
   for (Series& series : series_) {
     if (!restore_series(series, in)) return false;
   }
-  if (!in.is_done() || !restore_states(frames.reopen(mark))) return false;
-  saved_ = entries_.size();
+  if (!in.is_done()) return false;
+  frames_->reopen(mark);
+  const bool is_whole = restore_places() == frames_->count();
+  if (!is_whole || std::ranges::any_of(series_, [](const Series& s) { return s.places.size() != s.steps.size(); }))
+    return false;
   for (std::size_t s = 0; s < series_.size(); ++s) drop_former_end(static_cast<int>(s));
   return true;
 }
@@ -121,25 +112,16 @@ bool Record::restore_series(Series& series, driver::ByteReader& in) {
   return true;
 }
 
-/// In the order of the entries, each with all fields of its series; those of dropped instants are passed over.
-bool Record::restore_states(std::span<const double> states) {
-  const std::size_t cells = keeps_states_ ? session_.workspace().cell_count() : 0;
+/// In the order of the entries, each with all fields of its series; those of dropped instants are passed over. The
+/// numbers of all.
+std::int64_t Record::restore_places() {
+  std::int64_t place = 0;
   for (const Entry& entry : entries_) {
     Series& series = series_[static_cast<std::size_t>(entry.series)];
-    for (const std::string& field : series.fields) {
-      if (states.size() < cells) return false;
-      std::vector<double>& all = series.values[field];
-      if (entry.instant >= 0)
-        all.insert(all.end(), states.begin(), states.begin() + static_cast<std::ptrdiff_t>(cells));
-      states = states.subspan(cells);
-    }
+    if (entry.instant == static_cast<int>(series.places.size())) series.places.push_back(place);
+    place += numbers_of(series);
   }
-  for (const Series& series : series_) {
-    for (const std::string& field : series.fields) {
-      if (!series.values.contains(field) || series.values.at(field).size() != series.steps.size() * cells) return false;
-    }
-  }
-  return states.empty();
+  return place;
 }
 
 void Record::renew(int step, const std::vector<void*>& states) {
@@ -147,7 +129,7 @@ void Record::renew(int step, const std::vector<void*>& states) {
     Series& series = series_[s];
     if (series.steps.empty() || series.steps.back() != step) continue;
     series.observables.back() = session_.observe(session_.time_of(step), states);
-    if (keeps_states_) renew_shown(static_cast<int>(s), step, states);
+    if (frames_ != nullptr) renew_shown(static_cast<int>(s), step, states);
   }
 }
 
@@ -155,16 +137,20 @@ void Record::renew(int step, const std::vector<void*>& states) {
 void Record::renew_shown(int index, int step, const std::vector<void*>& states) {
   Series& series = series_[static_cast<std::size_t>(index)];
   if (std::ranges::none_of(series.fields, [&](const std::string& field) { return is_shown(field); })) return;
-  for (const auto& [name, values] : session_.shown(session_.time_of(step), states)) {
-    const auto all = series.values.find(name);
-    if (all != series.values.end())
-      std::ranges::copy(values, all->second.end() - static_cast<std::ptrdiff_t>(values.size()));
+  const std::map<std::string, std::vector<double>> shown = session_.shown(session_.time_of(step), states);
+  const auto last = static_cast<std::int64_t>(series.steps.size()) - 1;
+  std::vector<double> frame;
+  for (const std::string& field : series.fields) {
+    const auto found = shown.find(field);
+    const std::vector<double> values = found != shown.end() ? found->second : this->states(series, field, last, 1);
+    frame.insert(frame.end(), values.begin(), values.end());
   }
-  const int last = static_cast<int>(series.steps.size()) - 1;
   for (Entry& entry : entries_) {
-    if (entry.series == index && entry.instant == last) entry.instant = -1;
+    if (entry.series == index && entry.instant == static_cast<int>(last)) entry.instant = -1;
   }
-  entries_.push_back({index, last});
+  series.places.back() = frames_->count();
+  frames_->append(frame);
+  entries_.push_back({index, static_cast<int>(last)});
 }
 
 void Record::look(const Snapshot& snapshot) {
@@ -182,25 +168,63 @@ void Record::look_at_end(int step, const std::vector<void*>& states) {
 }
 
 void Record::add(Series& series, const Snapshot& snapshot) {
-  entries_.push_back({static_cast<int>(&series - series_.data()), static_cast<int>(series.steps.size())});
+  if (frames_ != nullptr && failure_.empty()) append(series, snapshot);
   series.steps.push_back(snapshot.step);
   series.times.push_back(snapshot.t);
   series.observables.push_back(session_.observe(snapshot.t, snapshot.states));
-  if (!keeps_states_) return;
-  std::vector<double> values(session_.workspace().cell_count());
+}
+
+/// A disk that is full does not end the run.
+void Record::append(Series& series, const Snapshot& snapshot) {
+  const std::size_t cells = session_.workspace().cell_count();
   std::map<std::string, std::vector<double>> shown;
   if (std::ranges::any_of(series.fields, [&](const std::string& field) { return is_shown(field); }))
     shown = session_.shown(snapshot.t, snapshot.states);
-  for (const std::string& field : series.fields) {
-    std::vector<double>& all = series.values[field];
+  std::vector<double> frame(series.fields.size() * cells);
+  for (std::size_t f = 0; f < series.fields.size(); ++f) {
+    const std::string& field = series.fields[f];
+    const std::span<double> values(frame.data() + f * cells, cells);
     if (is_shown(field)) {
-      all.insert(all.end(), shown.at(field).begin(), shown.at(field).end());
-      continue;
+      std::ranges::copy(shown.at(field), values.begin());
+    } else {
+      const int state = session_.rollout().state_index(field);
+      copy_out(session_.workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
     }
-    const int state = session_.rollout().state_index(field);
-    copy_out(session_.workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
-    all.insert(all.end(), values.begin(), values.end());
   }
+  try {
+    const std::int64_t place = frames_->count();
+    frames_->append(frame);
+    series.places.push_back(place);
+    entries_.push_back({static_cast<int>(&series - series_.data()), static_cast<int>(series.steps.size())});
+  } catch (const Error& error) {
+    failure_ = error.what();
+  }
+}
+
+std::int64_t Record::numbers_of(const Series& series) const {
+  return static_cast<std::int64_t>(series.fields.size() * session_.workspace().cell_count());
+}
+
+std::vector<double> Record::states(const Series& series, const std::string& field, std::int64_t first,
+                                   std::int64_t count) const {
+  const std::size_t cells = session_.workspace().cell_count();
+  const auto index = std::ranges::find(series.fields, field) - series.fields.begin();
+  std::vector<double> all(static_cast<std::size_t>(count) * cells);
+  for (std::int64_t k = 0; k < count; ++k) {
+    const std::int64_t place = series.places.at(static_cast<std::size_t>(first + k));
+    frames_->read(place + index * static_cast<std::int64_t>(cells),
+                  std::span(all).subspan(static_cast<std::size_t>(k) * cells, cells));
+  }
+  return all;
+}
+
+std::optional<std::vector<double>> Record::last_state(const std::string& field) const {
+  for (const Series& series : series_) {
+    const auto instants = static_cast<std::int64_t>(series.places.size());
+    if (instants > 0 && failure_.empty() && std::ranges::find(series.fields, field) != series.fields.end())
+      return states(series, field, instants - 1, 1);
+  }
+  return std::nullopt;
 }
 
 }  // namespace dpde::tools

@@ -61,6 +61,7 @@ class Run {
   void report_drifts(Json& result);
   void warn_of_number(const std::string& name, double value);
   void write_files();
+  std::map<std::string, std::vector<double>> shown_at_end();
   void write_series(const Series& series);
   void draw_observables(const Series& series);
   void show_curve();
@@ -71,6 +72,7 @@ class Run {
   const RunOptions& options_;
   std::unique_ptr<driver::Session> session_;
   RunResult outcome_;
+  std::optional<FrameFile> frames_;  // with --out only
   std::unique_ptr<Record> record_;
   std::unique_ptr<analysis::SumMonitor> sums_;  // that single steps leave as they are
   std::unique_ptr<driver::BackFlowWatch> back_flow_;
@@ -84,7 +86,8 @@ class Run {
 Json Run::operator()() {
   Json result = Json::object();
   if (!open()) return result;
-  record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
+  if (!options_.out.empty()) frames_.emplace(RunCheckpoint::path_of(job_, *session_));
+  record_ = std::make_unique<Record>(*session_, options_.every, frames_ ? &*frames_ : nullptr);
   sums_ = std::make_unique<analysis::SumMonitor>(*session_,
                                                  analysis::conserved_sums(job_.source(), session_->shared_compiled())
                                                      .value_or(std::vector<analysis::ConservedSum>{}));
@@ -119,7 +122,7 @@ bool Run::check_options() {
 
 bool Run::prepare_checkpoints() {
   if (options_.out.empty()) return true;
-  checkpoint_ = std::make_unique<RunCheckpoint>(job_, *session_, *record_, interval_);
+  checkpoint_ = std::make_unique<RunCheckpoint>(job_, *session_, *record_, *frames_, interval_);
   if (!options_.resume) return true;
   const std::optional<int> step = checkpoint_->resume();
   first_step_ = step.value_or(0);
@@ -177,6 +180,7 @@ bool Run::step() {
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
+  if (!record_->failure().empty() && !job_.failed()) job_.sink().report("machine-failed", {}, {record_->failure()});
   if (is_one_cell()) add_to_course(session_->time_of(outcome_.steps_done), states);
   back_flow_->look(session_->time_of(outcome_.steps_done), states);
   back_flow_->report(job_.sink());
@@ -222,7 +226,7 @@ void Run::report(Json& result) {
     job_.say(fmt::format("steady at t = {:.6g}: the state changes by {:.3g} a unit of time\n", time,
                          outcome_.steady->change));
   Json observables = Json::object();
-  for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
+  for (const auto& [name, value] : record_->series()[0].observables.back()) {
     observables[name] = json_number(value);
     warn_of_number(name, value);
     job_.say(fmt::format("{} = {:.12g}{}\n", name, shown(value), behind_number(problem.unit_of(name))));
@@ -334,14 +338,13 @@ void Run::write_files() {
     add_state(panels, *session_, when,
               {name, std::move(values), placement_of(*session_, name), label_of(problem, name)});
   }
-  const auto shown = session_->shown(session_->time_of(outcome_.steps_done), rollout.final_states());
-  for (const auto& [name, values] : shown) {
+  for (const auto& [name, values] : shown_at_end()) {
     save_state(job_, session_->axes(), name, values);
     add_state(panels, *session_, when, {name, values, placement_of(*session_, name), label_of(problem, name)});
   }
-  if (options_.every > 0) write_series(record_->series()[0]);
+  if (options_.every > 0 && record_->failure().empty()) write_series(record_->series()[0]);
   draw_observables(record_->series()[0]);
-  save_netcdf(job_, *session_, record_->take_series(), options_.centres);
+  if (record_->failure().empty()) save_netcdf(job_, *session_, *record_, options_.centres);
   if (is_one_cell()) {
     panels.assign(1, course_);
   } else if (session_->axes().size() == 1) {
@@ -354,8 +357,24 @@ void Run::write_files() {
   save_picture(job_, session_->problem().scene, panels);
 }
 
+/// Computed where they are not recorded.
+std::map<std::string, std::vector<double>> Run::shown_at_end() {
+  std::map<std::string, std::vector<double>> all;
+  for (const model::Shown& shown : session_->problem().shown) {
+    std::optional<std::vector<double>> values = record_->last_state(shown.name);
+    if (!values) return session_->shown(session_->time_of(outcome_.steps_done), session_->rollout().final_states());
+    all.emplace(shown.name, std::move(*values));
+  }
+  return all;
+}
+
 void Run::write_series(const Series& series) {
-  for (const auto& [name, values] : series.values) save_state(job_, session_->axes(), name + "_over_time", values);
+  std::vector<std::string> fields = series.fields;
+  std::ranges::sort(fields);
+  for (const std::string& field : fields) {
+    save_states(job_, session_->axes(), field + "_over_time", static_cast<std::int64_t>(series.places.size()),
+                [&](std::int64_t instant) { return record_->states(series, field, instant, 1); });
+  }
   std::string table = "step,t";
   for (const auto& [name, value] : series.observables.front()) table += "," + name;
   for (std::size_t k = 0; k < series.steps.size(); ++k) {

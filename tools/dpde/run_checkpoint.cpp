@@ -20,14 +20,19 @@ std::optional<CheckpointInterval> parse_interval(const std::string& text) {
   return seconds > 0 ? std::optional(CheckpointInterval{0, value * seconds}) : std::nullopt;
 }
 
-RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval)
+std::filesystem::path RunCheckpoint::path_of(const Job& job, const driver::Session& session) {
+  return std::filesystem::path(job.options().out) / (session.problem().scene + ".restart");
+}
+
+RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record, FrameFile& frames,
+                             CheckpointInterval interval)
     : job_(job),
       session_(session),
       record_(record),
       interval_(interval),
-      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")),
+      path_(path_of(job, session)),
       identity_(driver::identity_of(session)),
-      frames_(path_) {
+      frames_(frames) {
   identity_.emplace_back("output", record.plan());
 }
 
@@ -45,7 +50,7 @@ std::optional<int> RunCheckpoint::resume() {
   for (const std::vector<double>& state : restart->states) fits = fits && state.size() == cells;
   std::string reason = "it is damaged";
   try {
-    fits = fits && record_.restore(restart->record, frames_);
+    fits = fits && record_.restore(restart->record);
   } catch (const Error& error) {
     fits = false;
     reason = error.what();
@@ -83,7 +88,7 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
 
 void RunCheckpoint::save(int step, const std::vector<void*>& states) {
   const bool is_saved = guarded(job_, [&] {
-    driver::Restart restart{identity_, step, {}, session_.rollout().controller(), record_.save(frames_)};
+    driver::Restart restart{identity_, step, {}, session_.rollout().controller(), record_.save()};
     for (void* state : states) {
       copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
     }

@@ -22,7 +22,9 @@ std::optional<CheckpointInterval> parse_interval(const std::string& text);
 
 class RunCheckpoint {
  public:
-  RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval);
+  RunCheckpoint(Job& job, driver::Session& session, Record& record, FrameFile& frames, CheckpointInterval interval);
+  /// SCENE.restart in the folder of --out.
+  static std::filesystem::path path_of(const Job& job, const driver::Session& session);
 
   /// Puts the run where the checkpoint was made; the number of that state. 0 when there is none; nullopt after a
   /// diagnostic.
@@ -38,7 +40,7 @@ class RunCheckpoint {
   CheckpointInterval interval_;
   std::filesystem::path path_;
   driver::RunIdentity identity_;
-  FrameFile frames_;
+  FrameFile& frames_;
   int last_step_ = 0;
   std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
 };

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <numeric>
 #include <set>
 
 #include "codegen/network_table.h"
@@ -27,6 +29,13 @@ std::vector<double> faces_of(const model::Axis& axis) {
   std::vector<double> faces;
   for (int i = 0; axis.stretch && i <= axis.cells; ++i) faces.push_back(axis.face(i));
   return faces;
+}
+
+/// z first, of the axes that there are.
+std::vector<std::int64_t> shape_of(const std::vector<model::Axis>& axes) {
+  std::vector<std::int64_t> shape;
+  for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
+  return shape;
 }
 
 /// Of a plane along the axes a and b, without values.
@@ -166,19 +175,27 @@ bool prepare_out(Job& job) {
   return out.empty() || files::make_folder(out, job.sink());
 }
 
+void save_file(Job& job, const std::string& name, const std::function<void(const fs::path&)>& write) {
+  if (job.options().out.empty()) return;
+  const fs::path path = out_path(job, name);
+  keep_file_of_others(job, path);
+  if (guarded(job, [&] { write(path); })) job.wrote(path.string());
+}
+
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {
-  if (job.options().out.empty()) return;
-  const fs::path path = out_path(job, name + ".npy");
-  std::vector<std::int64_t> shape;
-  std::size_t cells = 1;
-  for (const model::Axis& axis : axes) {
-    shape.insert(shape.begin(), axis.cells);
-    cells *= static_cast<std::size_t>(axis.cells);
-  }
-  if (values.size() != cells) shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / cells));
-  keep_file_of_others(job, path);
-  if (guarded(job, [&] { write_npy(path, shape, values); })) job.wrote(path.string());
+  std::vector<std::int64_t> shape = shape_of(axes);
+  const std::int64_t cells = std::reduce(shape.begin(), shape.end(), std::int64_t{1}, std::multiplies());
+  const auto count = static_cast<std::int64_t>(values.size());
+  if (count != cells) shape.insert(shape.begin(), count / cells);
+  save_file(job, name + ".npy", [&](const fs::path& path) { write_npy(path, shape, values); });
+}
+
+void save_states(Job& job, const std::vector<model::Axis>& axes, const std::string& name, std::int64_t count,
+                 const std::function<std::vector<double>(std::int64_t)>& state) {
+  std::vector<std::int64_t> shape = shape_of(axes);
+  if (count != 1) shape.insert(shape.begin(), count);
+  save_file(job, name + ".npy", [&](const fs::path& path) { write_npy(path, shape, count, state); });
 }
 
 void save_weights(Job& job, const network::Network& network, const std::vector<double>& values) {

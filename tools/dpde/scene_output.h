@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,11 @@ bool prepare_out(Job& job);
 /// values than cells, with their number in front.
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values);
+/// The same of `count` states, one after the other in one file, each asked for as it is written.
+void save_states(Job& job, const std::vector<model::Axis>& axes, const std::string& name, std::int64_t count,
+                 const std::function<std::vector<double>(std::int64_t)>& state);
+/// A file in the folder of --out that `write` writes, throwing what is told.
+void save_file(Job& job, const std::string& name, const std::function<void(const std::filesystem::path&)>& write);
 /// A text file in the folder of --out.
 void save_text(Job& job, const std::string& name, const std::string& text);
 /// NAME.svg and NAME.png in the folder of --out; says so when there is no gnuplot.

@@ -15,6 +15,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/netcdf.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/declared.h"
@@ -193,19 +194,19 @@ double peak_of_run(const Compiled& compiled) { return plan_of_run(compiled).peak
 
 double bytes_of_outputs(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
-  double states = 0;
-  for (const model::Output& output : problem.outputs) {
-    states += static_cast<double>(output.fields.size()) *
-              (problem.steps / std::max(output.every, 1) + 1 + (output.every > 0 && problem.steps % output.every != 0));
-  }
-  const double of_end = static_cast<double>(problem.states.size());
-  if (problem.outputs.empty()) states = 2 * of_end;
   const double cells = static_cast<double>(cell_count(layout_of(compiled)));
+  const double of_end = static_cast<double>(problem.states.size());
+  double fields = problem.outputs.empty() ? of_end : 0;  // of one instant
+  for (const model::Output& output : problem.outputs)
+    fields = std::max(fields, static_cast<double>(output.fields.size()));
+  // An instant at a time goes to the disk, and comes back field by field: as numbers, as they are stored, and
+  // compressed.
   const double stored = compiled.real() == Precision::f32 ? 4 : 8;
-  // What was recorded is given back as it goes into the bytes of the file, of which there is a copy in the end.
+  const double part = std::max(cells, std::min(cells * (problem.steps + 1), NetcdfContent::values_at_once));
+  const double written = (8 + (stored < 8 ? stored : 0)) * part + 3 * stored * NetcdfContent::values_at_once;
   // Pictures take all of a plane, and nothing of a line or a volume that counts.
   const double pictures = problem.axes.size() == 2 ? 8 * of_end * cells : 0;
-  return (8 + stored) * states * cells + 16 * numbers_of_axes(problem) + pictures;
+  return std::max(8 * fields * cells, written) + 8 * numbers_of_axes(problem) + pictures;
 }
 
 MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// NetCDF-4 files, as bytes in memory: whoever holds them reads and writes files the way all other files are.
+// NetCDF-4 files, as bytes in memory or written bit by bit.
 // A library of its own (dpde_netcdf): the rest of the runtime needs nothing but the compiler's standard library.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,11 +29,15 @@ struct NetcdfVariable {
   std::vector<double> values;
   bool is_single = false;
   std::string group = "";  // "": the one that holds all others
+  /// In place of `values`, where not all are held at once: those of the indices from `first` of the first dimension.
+  std::function<std::vector<double>(std::int64_t first, std::int64_t count)> part = {};
 };
 /// The group of what is one number, or one a state: readers of fields, as ParaView's, look for them above and complain
 /// of what is none.
 inline constexpr const char* group_of_numbers = "numbers";
 struct NetcdfContent {
+  /// About so many values are compressed, and asked for, at once: of larger states one.
+  static constexpr double values_at_once = 1 << 18;
   std::vector<NetcdfDimension> dimensions;
   std::vector<NetcdfVariable> variables;
   NetcdfAttributes attributes;
@@ -44,6 +50,9 @@ std::string stored_name(const NetcdfContent& content, const std::string& variabl
 /// proper, where other programs do not look. Values are given back as they are written.
 /// @throws Error(machine) when the library fails.
 std::string compose_netcdf(NetcdfContent content);
+/// The same bytes in a file, which is whole or not there (atomic_file.h). Of a variable given in parts no more is held
+/// than is compressed at once. @throws Error(machine)
+void write_netcdf(const std::filesystem::path& path, NetcdfContent content);
 
 /// Reads NetCDF-4 and the classic formats.
 class NetcdfReader {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,5 +31,9 @@ std::string compose_npy(std::span<const int64_t> shape, std::span<const double> 
 /// Writes float64, C order, version 1.0, atomically (see atomic_file.h).
 /// @throws Error(input) when shape and length disagree, Error(machine) when the file cannot be written.
 void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values);
+
+/// The same of values in `count` parts, each asked for as it is written, so that one is held at a time.
+void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, int64_t count,
+               const std::function<std::vector<double>(int64_t)>& part);
 
 }  // namespace dpde
