@@ -94,13 +94,13 @@ struct Place {
 /// A file that is being made, in memory or under a name; thrown away unless it is finished.
 class Composer {
  public:
-  Composer() {
+  Composer() : Composer(nullptr) {
     constexpr std::size_t first_bytes = 1 << 16;  // grows as needed
     must(nc_create_mem("memory.nc", NC_NETCDF4, first_bytes, &id_));
     begin();
   }
   /// The library breaks down where it cannot write: no byte is given to it for which there is no room.
-  explicit Composer(AtomicFile& file) : file_(&file) {
+  explicit Composer(AtomicFile& file) : Composer(&file) {
     const std::string name = file.name();
     file.reserve(room_of_headers);
     must(nc_create(name.c_str(), NC_NETCDF4 | NC_CLOBBER, &id_));
@@ -179,6 +179,8 @@ class Composer {
   }
 
  private:
+  /// What those above throw behind it closes what they have opened.
+  explicit Composer(AtomicFile* file) : file_(file) {}
   void begin() const {
     int old = 0;
     must(nc_set_fill(id_, NC_NOFILL, &old));  // everything is written
@@ -235,7 +237,7 @@ class Composer {
 
   static constexpr std::int64_t room_of_headers = 1 << 20;  // of the file, and of what finds its chunks
   int id_ = -1;
-  AtomicFile* file_ = nullptr;  // none: in memory
+  AtomicFile* file_;  // none: in memory
 };
 
 /// What the variables are called in the file: without dots, each differently.
