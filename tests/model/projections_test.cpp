@@ -48,6 +48,30 @@ TEST(Projections, SayWhatTheyCannotMakeTrue) {
             "sold is no mask: a field is held inside of one: E0569 did you mean solid?");
 }
 
+/// Velocities at the centres: by waves alone.
+TEST(Projections, AtCentresAreOfWaves) {
+  const auto refusal = [](const std::string& rates, const std::pair<const std::string, std::string>& dx) {
+    return refusal_of("model m {\n  vector u\n  field p\n  mask solid\n  param k\n  let r = 1 + k*sin(2*pi*x)\n" +
+                          rates +
+                          "  0 = div(u) gives p\n}\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n"
+                          "  k = 0.1; solid = x < 0.3\n  initial u = 0\n  time 0 .. 1, step 1/8\n}\n",
+                      {dx});
+  };
+  const std::string why = "the constraint that gives p: ";
+  EXPECT_EQ(refusal("  dt(u) = -grad(p)\n", {"dx", "spectral"}), "");
+  EXPECT_EQ(refusal("  dt(u) = -grad(p)/k\n", {"dx", "spectral"}), "");
+  EXPECT_EQ(refusal("  dt(u) = -grad(p)\n", {"dx", "central4"}),
+            why +
+                "no field of the constraint lies on the faces across x: E0568 declare the velocity with vector u on "
+                "faces, or take dx = spectral in the scheme");
+  for (const char* rates : {"  dt(u) = -grad(p)/r\n", "  dt(u) = -grad(p)\n  u = 0 inside solid\n"}) {
+    EXPECT_EQ(refusal(rates, {"dx", "spectral"}),
+              why +
+                  "by Fourier series it is solved wave by wave, without masks, and with coefficients that are the "
+                  "same everywhere: E0568 take dx and lap = central(2) and vector u on faces");
+  }
+}
+
 TEST(Projections, OfEachStepSayWhatTheyCannotTake) {
   const std::string each_step = "  0 = div(u) gives p each step\n", each_stage = "  0 = div(u) gives p each stage\n";
   for (const char* time : {"euler", "rk2", "rk4", "ssp_rk3", "bs32", "dopri5", "ab2", "imex_euler", "ars443"})

@@ -29,12 +29,13 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
 
 namespace {
 
-bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme) {
-  const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme); };
-  if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown;
+/// `order`: of the derivatives around `e`.
+bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme, int order) {
+  const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme, order); };
+  if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown && order % 2 == 0;
   if (const Neg* neg = std::get_if<Neg>(&e->kind)) return rest(neg->operand);
   if (const Derivative* d = std::get_if<Derivative>(&e->kind))
-    return d->order % 2 == 0 && is_spectral(scheme, e) && rest(d->operand);
+    return is_spectral(scheme, e) && is_of_waves(d->operand, unknown, scheme, order + d->order);
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (b == nullptr) return false;
   switch (b->op) {
@@ -62,7 +63,14 @@ bool holds_waves(const Solve& solve, const Scheme& scheme) {
 }
 
 bool is_of_waves(const Solve& solve, const Scheme& scheme) {
-  return holds_waves(solve, scheme) && is_of_waves(solve.operation, solve.name, scheme);
+  return holds_waves(solve, scheme) && is_of_waves(solve.operation, solve.name, scheme, 0);
+}
+
+bool holds_odd_orders(const Solve& solve) {
+  return any_part(solve.operation, [](const Expr& e) {
+    const Derivative* d = std::get_if<Derivative>(&e->kind);
+    return d != nullptr && d->order % 2 != 0;
+  });
 }
 
 bool comes_near_by_steps(SolveMethod method) {

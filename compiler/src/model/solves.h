@@ -13,10 +13,13 @@ std::vector<const Solve*> solves_of(const Problem& problem);
 
 /// Whether derivatives by Fourier series are in its operator.
 bool holds_waves(const Solve& solve, const Scheme& scheme);
-/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, of even
-/// orders, with coefficients that are the same everywhere. A wave of two cells is that of k and of -k: what odd orders
-/// make of it is their mean, so that the operator's inverse would not be the mean of the inverses.
+/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, with
+/// coefficients that are the same everywhere. Derivatives of odd orders come in pairs, as in div(grad(p)).
 bool is_of_waves(const Solve& solve, const Scheme& scheme);
+/// Whether derivatives of odd orders are among them. Those of a constraint are taken one by one, and each makes 0 of a
+/// wave of two cells, whose slope has no sign. In an equation the operator of a pair would be another than that of the
+/// derivative of second order.
+bool holds_odd_orders(const Solve& solve);
 
 /// Multigrid and Krylov methods; not so automatic.
 bool comes_near_by_steps(SolveMethod method);

@@ -34,7 +34,9 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
       transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
       continue;
     }
-    const std::vector<WavePart> operation = wave_parts(solve->operation, wave_reading());
+    WaveReading of_operation = wave_reading();
+    of_operation.one_by_one = true;
+    const std::vector<WavePart> operation = wave_parts(solve->operation, of_operation);
     require(operation.size() == 1, "the operator holds the unknown alone");
     std::vector<WavePart> rights = wave_parts(solve->right, wave_reading());
     // Of a wave of two cells the mean of a product is not the product of the means: derivatives stay by themselves.

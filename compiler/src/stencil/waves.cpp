@@ -27,8 +27,7 @@ class WaveParts {
     if (const model::Neg* neg = as<model::Neg>(e)) return add(neg->operand, -symbol);
     if (const model::Binary* b = as<model::Binary>(e); b && add_binary(*b, symbol)) return;
     if (const model::Derivative* d = as<model::Derivative>(e); d && reading_.is_multiplier(e)) {
-      const Expr waves = wave_number(d->axis);
-      return add(d->operand, symbol * (d->order == 1 ? waves : power(waves, d->order)));
+      return add(d->operand, symbol * multiplier_of(*d));
     }
     if (const model::Advect* a = as<model::Advect>(e); a && is_of_waves(e, reading_)) {
       for (std::size_t axis = 0; axis < a->velocity.size(); ++axis)
@@ -46,6 +45,13 @@ class WaveParts {
   std::vector<WavePart> all;
 
  private:
+  Expr multiplier_of(const model::Derivative& d) const {
+    const Expr waves = wave_number(d.axis);
+    if (d.order % 2 == 0 || !reading_.one_by_one) return d.order == 1 ? waves : power(waves, d.order);
+    const Expr slope = slope_number(d.axis);
+    return d.order == 1 ? slope : slope * power(waves, d.order - 1);
+  }
+
   bool add_binary(const model::Binary& b, const Expr& symbol) {
     if (is_sum(b)) {
       add(b.left, symbol);

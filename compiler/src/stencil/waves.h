@@ -21,6 +21,7 @@ struct WavePart {
 struct WaveReading {
   std::function<bool(const model::Expr& derivative)> is_multiplier;  // of a Derivative or an Advect
   std::function<Expr(const model::Expr& uniform)> value;
+  bool one_by_one = false;  // derivatives of odd orders make 0 of waves of two cells, as where each is a field
 };
 
 /// Those that the scheme takes by Fourier series.

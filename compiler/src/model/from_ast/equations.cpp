@@ -76,7 +76,7 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
                boundary_of_solved(draft, name)};
   const Scheme& scheme = draft.problem.scheme;
-  if (holds_waves(solved, scheme) && !is_of_waves(solved, scheme)) {
+  if (holds_waves(solved, scheme) && (!is_of_waves(solved, scheme) || holds_odd_orders(solved))) {
     draft.sink.report(
         "solve-does-not-fit", range,
         {name, "by Fourier series its derivatives are of even orders, with coefficients that are the same everywhere"},

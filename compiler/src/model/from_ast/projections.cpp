@@ -98,8 +98,6 @@ class Binder {
     const Scheme& scheme = draft_.problem.scheme;
     if (multiplier.placement != Placement{}) {
       refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
-    } else if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral) {
-      refuse(range_, "derivatives by Fourier series are in no solve", "take dx and lap = central(2) in the scheme");
     } else if (scheme.derivative_order > 2 && has_sides()) {
       refuse(range_,
              fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
@@ -190,6 +188,7 @@ class Binder {
     if (!boundary) return;
     multiplier.boundary = *boundary;
     Solve potential{name_, operation, negate(found), *boundary};
+    if (!fits_waves(potential)) return;
     potential.starts = starts;
     if (!add_preconditioner(draft_, item_.preconditioner, potential)) return;
     if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
@@ -207,6 +206,18 @@ class Binder {
     }
     if (made.is_each_step()) hold_between();
     draft_.problem.projections.push_back(std::move(made));
+  }
+
+  /// By Fourier series each wave is divided by what the constraint makes of the push of its own: to rounding, and
+  /// waves of two cells, whose slopes are 0, are left alone.
+  bool fits_waves(const Solve& potential) {
+    const Scheme& scheme = draft_.problem.scheme;
+    if (!holds_waves(potential, scheme) || is_of_waves(potential, scheme)) return true;
+    refuse(item_.value.range(),
+           "by Fourier series it is solved wave by wave, without masks, and with coefficients that are the same "
+           "everywhere",
+           "take dx and lap = central(2) and vector u on faces");
+    return false;
   }
 
   /// Masks hold in all stages.
@@ -230,9 +241,10 @@ class Binder {
         if (is_bound && changed.state->placement[axis]) across = changed.state;
       }
       const Axis& along = draft_.problem.axes[axis];
-      if (!across) {
+      const bool are_waves = draft_.problem.scheme.derivative_order == spectral;  // check_waves: along periodic axes
+      if (!across && !are_waves) {
         refuse(range_, fmt::format("no field of the constraint lies on the faces across {}", along.name),
-               "declare the velocity with vector u on faces");
+               "declare the velocity with vector u on faces, or take dx = spectral in the scheme");
         return std::nullopt;
       }
       if (along.topology == Topology::periodic) continue;
