@@ -40,14 +40,24 @@ Transport transport_of(const Response& response, std::size_t row, std::size_t ax
   return found;
 }
 
+/// Rows hold the weights of differences, and nothing of what transforms make: differences take their place.
+model::Problem without_waves(model::Problem problem) {
+  model::Scheme& scheme = problem.scheme;
+  if (model::is_spectral(scheme.transport)) scheme.transport = {};
+  for (auto& [state, own] : scheme.transports) {
+    if (model::is_spectral(own)) own = {};
+  }
+  for (int* order : {&scheme.derivative_order, &scheme.laplacian_order}) {
+    if (*order == model::spectral) *order = 2;
+  }
+  scheme.dealias = false;
+  return problem;
+}
+
 model::Problem with_central_advection(model::Problem problem) {
   problem.scheme.transport = {};
   problem.scheme.transports.clear();
-  for (int* order : {&problem.scheme.derivative_order, &problem.scheme.laplacian_order}) {
-    if (*order == model::spectral) *order = 2;
-  }
-  problem.scheme.dealias = false;
-  return problem;
+  return without_waves(std::move(problem));
 }
 
 /// Whether these are others than the problem has.
@@ -182,7 +192,8 @@ bool looks_downwind(const Response& own, const Response& central, std::size_t ro
 std::vector<Downwind> downwind_differences(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
   if (problem.scheme.follows_flow() || !problem.program.empty() || !has_other_differences(problem)) return {};
-  const std::optional<LinearStep> central = linear_step(with_central_advection(problem)), own = linear_step(problem);
+  const std::optional<LinearStep> central = linear_step(with_central_advection(problem)),
+                                  own = linear_step(without_waves(problem));
   if (!central || !own || central->states() != own->states()) return {};
   std::vector<Downwind> found;
   for (const ScenePoint& at : all_frozen_points(session, *central)) {
