@@ -18,7 +18,7 @@
 #include "solve/fourier.h"
 #include "solve/gmres.h"
 #include "solve/krylov.h"
-#include "solve/line_series.h"
+#include "solve/line_systems.h"
 #include "solve/multigrid.h"
 #include "solve/null_space.h"
 #include "solve/tridiagonal.h"
@@ -145,7 +145,7 @@ struct LinearSolver::Impl {
   std::optional<DirectSolver> direct;
   std::optional<TridiagonalSolver> tridiagonal;
   std::optional<FourierSolver> fourier;
-  std::optional<LineSeries> line_series;
+  std::optional<LineSystems> lines;
   std::optional<double> fourier_residual;  // of the first solve by either that came near enough
   std::optional<Multigrid> multigrid;
   Eigen::IncompleteLUT<double> incomplete;
@@ -173,13 +173,13 @@ bool LinearSolver::Impl::try_fourier() {
   } else {
     a->with_matrix([&](const StencilMatrix& matrix) {
       fourier = FourierSolver::of(matrix, options.rounding, is_singular, team);
-      if (!fourier && !is_singular) line_series = LineSeries::of(matrix, options.rounding, team);
+      if (!fourier) lines = LineSystems::of(matrix, null_space, options.rounding, team);
     });
   }
-  if (!fourier && !line_series) return false;
+  if (!fourier && !lines) return false;
   method = SolverMethod::fourier;
-  if (line_series) {
-    reason = "coupled along one periodic axis, with the same coefficients along it: Fourier series of each line";
+  if (lines) {
+    reason = lines->reason();
     return true;
   }
   reason = fourier->has_walls()
@@ -407,13 +407,13 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
   report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
-  if ((fourier || line_series) && report.converged && size > 0) fourier_residual = report.residual;
+  if ((fourier || lines) && report.converged && size > 0) fourier_residual = report.residual;
   report.is_singular = !report.converged && left > 1e-6 * size && out_of_reach(b, x) <= 1e-8 * largest_row * left;
 }
 
 /// Fourier series that have been right once are right: there only numbers that are none are looked for.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
-  fourier ? fourier->divide(b, x) : line_series->divide(b, x);
+  fourier ? fourier->divide(b, x) : lines->divide(b, x);
   SolveReport report{.method = method,
                      .residual = *fourier_residual,
                      .incompatible = null_space.share_of_mean(b, team),
@@ -475,7 +475,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   IterationReport way{.converged = true};
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
-  if (own.line_series) own.line_series->divide(own.right, x);
+  if (own.lines) own.lines->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.has_steps()) way = own.iterate(x);
   if (!own.fourier) own.null_space.remove(x, own.team);  // whose waves have none of it
