@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/field.h"
 #include "dpde/runtime/solve_memory.h"
 #include "dpde/runtime/unsolved.h"
 #include "processor_watch.h"
@@ -134,6 +135,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   SolveReport none;
   none.method = options_.method;
   none.residual = 1;
+  read_right(fields);  // of which advice is given
   fail(why_not_, none);
 }
 
@@ -257,18 +259,16 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     if (find_on_tape(fields, key)) return;
     if (solve_rows(fields)) return keep_on_tape(fields, key);
   }
-  if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
-  const double factor = read_right(fields);
-  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
-    std::ranges::fill(vectors_->solution, std::nan(""));
-    return write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
-  }
-  if (!is_made) {
+  if (!is_made && is_finite(layout_, fields[solve_.rights[0]])) {  // before there are vectors: making takes memory too
     const ProcessorWatch setup(note_->setup, shelf_->team());
     make_solver(fields, apply);
     key = tape_key(fields);
     if (find_on_tape(fields, key)) return;
-    read_right(fields);  // the operator may have solves of its own, which have worked on the same vectors
+  }
+  const double factor = read_right(fields);
+  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
+    std::ranges::fill(vectors_->solution, std::nan(""));
+    return write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
   }
   solve_cells(fields, factor, precondition);
   keep_on_tape(fields, key);
@@ -276,6 +276,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
 
 /// Into the range of numbers, by the factor that is returned; 0: one is not finite.
 double FieldSolve::read_right(void* const* fields) {
+  if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
   read_cells(layout_, fields[solve_.rights[0]], vectors_->right, shelf_->team());
   const double factor = factor_into_range(vectors_->right, shelf_->team());
   if (factor != 0) multiply_all(vectors_->right, factor, shelf_->team());

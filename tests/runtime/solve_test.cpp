@@ -97,7 +97,8 @@ TEST(LinearSolvers, BeginWithTheBestMultipleOfAGuess) {
       for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], solution[i], 1e-9 * std::abs(solution[i]));
       EXPECT_LE(solver.solve(b, x).iterations, 1);
     }
-    solver.begin(b, arbitrary_values(108, 2), x);
+    std::vector<double> other = arbitrary_values(108, 2);
+    solver.begin(b, other, x);
     std::vector<double> image(b.size());
     multiply(dense_of(matrix), x, image);
     double left = 0, size = 0;
@@ -110,7 +111,8 @@ TEST(LinearSolvers, BeginWithTheBestMultipleOfAGuess) {
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.iterations, cold + 2);
     for (const double nothing : {0.0, std::nan("")}) {
-      solver.begin(b, std::vector<double>(108, nothing), x);
+      std::vector<double> guess(108, nothing);
+      solver.begin(b, guess, x);
       EXPECT_EQ(x, std::vector<double>(108, 0.0));
     }
   }

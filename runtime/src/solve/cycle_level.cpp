@@ -15,6 +15,10 @@ Numbers copy_of(std::span<const double> values) {
   return result;
 }
 
+CoefficientRows taken(const HalfRows& rows, std::vector<double>& values) {
+  return CoefficientRows(rows, std::exchange(values, {}));
+}
+
 /// Of even or odd places.
 Numbers every_second_of(std::span<const double> values, std::size_t half) {
   Numbers result((values.size() + 1 - half) / 2);
@@ -53,25 +57,31 @@ double CycleLevel::sum_of_rows(const F& f) {
   return sum_of_counted();
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother, const Team& team)
+CycleLevel::CycleLevel(MultigridLevel level, bool is_symmetric, SmootherKind smoother, const Team& team)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
-      diagonal_(rows_, level.diagonal),
-      inverse_(rows_, level.inverse),
-      share_(rows_, level.share),
       is_share_restricted_(is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; })),
       from_(level.from),
       is_in_colours_(smoother == SmootherKind::red_black),
       is_chequered_(is_in_colours_),
       factors_(factors_of(smoother, least_share(level))),
       kernels_(row_kernels()) {
+  const auto even = even_couplings(level);
+  share_ = taken(rows_, level.share);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    coupling_[axis] = CoefficientRows(rows_, level.coupling[axis]);
+    coupling_[axis] = taken(rows_, level.coupling[axis]);
     if (cells_[axis] > 1) axes_ = axis;
     if (level.periodic[axis] && cells_[axis] % 2 == 1) is_chequered_ = false;
   }
   is_outer_ring_ = level.periodic[axes_];
-  level_ = level_rows(level);
+  diagonal_ = CoefficientRows(rows_, level.diagonal);
+  for (double& entry : level.diagonal) entry = entry > 0 ? 1 / entry : 0;
+  inverse_ = taken(rows_, level.diagonal);
+  level_ = level_rows(level.periodic);
+  if (even) {
+    level_.is_even = true;
+    std::ranges::copy(*even, level_.even);
+  }
   residual_ = Numbers(size());
   if (static_cast<std::int64_t>(cell_count()) >= least_cells_of_team) team_ = team;
   for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
@@ -106,11 +116,11 @@ void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
 }
 
 /// Memory of coefficients stays where it is when a level is moved.
-LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
+LevelRows CycleLevel::level_rows(const std::array<bool, 3>& periodic) const {
   LevelRows rows{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     rows.cells[axis] = cells_[axis];
-    rows.is_ring[axis] = level.periodic[axis];
+    rows.is_ring[axis] = periodic[axis];
     rows.coupling[axis] = coupling_[axis].rows();
   }
   rows.odd = rows_.begin(1);
@@ -120,10 +130,6 @@ LevelRows CycleLevel::level_rows(const MultigridLevel& level) const {
   rows.black = rows.stride * count_of_rows() + apart;
   rows.diagonal = diagonal_.rows();
   rows.inverse = inverse_.rows();
-  if (const auto even = even_couplings(level)) {
-    rows.is_even = true;
-    std::ranges::copy(*even, rows.even);
-  }
   return rows;
 }
 

@@ -23,7 +23,8 @@ namespace dpde {
 
 class CycleLevel {
  public:
-  CycleLevel(const MultigridLevel& level, bool is_symmetric, SmootherKind smoother, const Team& team);
+  /// Gives up what `level` has, array by array.
+  CycleLevel(MultigridLevel level, bool is_symmetric, SmootherKind smoother, const Team& team);
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }
@@ -80,7 +81,7 @@ class CycleLevel {
   /// Of a row, the one that the cells of a colour are.
   int half_of(const Row& row, int colour) const { return static_cast<int>((row.y + row.z + colour) % 2); }
   std::int64_t count_of_rows() const { return cells_[1] * cells_[2]; }
-  LevelRows level_rows(const MultigridLevel& level) const;
+  LevelRows level_rows(const std::array<bool, 3>& periodic) const;
   /// f(row) one after the other; f(row, thread) by all threads.
   template <class F>
   void for_each_row(const F& f) const;

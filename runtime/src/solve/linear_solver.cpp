@@ -98,7 +98,7 @@ struct LinearSolver::Impl {
     if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
     const auto size = static_cast<std::size_t>(a->size());
     choose();
-    right.assign(size, 0.0);
+    if (!is_packed || !null_space.is_empty()) right.assign(size, 0.0);
     if (has_steps() && !is_packed) size_iterations(size);
     reason += words_on_rooms(null_space, size);
   }
@@ -121,8 +121,8 @@ struct LinearSolver::Impl {
   void make_iterations(VectorFunction precondition);
   void size_iterations(std::size_t size);
   SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
-  IterationReport iterate(std::span<double> x);
-  IterationReport iterate_packed(std::span<double> x);
+  IterationReport iterate(std::span<const double> b, std::span<double> x);
+  IterationReport iterate_packed(std::span<const double> b, std::span<double> x);
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
   /// What rounding of the entries makes of A*x, over |x|.
   double rounding_of_x() const { return 8 * options.rounding * largest_row; }
@@ -135,11 +135,11 @@ struct LinearSolver::Impl {
   SolveOptions options;
   Team team;
   std::shared_ptr<const GridOperator> a;
-  const NullSpace& null_space;              // of it
-  std::vector<double> diagonal;             // where it is divided by
-  Eigen::MatrixXd columns, images, factor;  // guesses, their orthonormal images, and what makes these of them
-  double largest_row;                       // norm
-  std::string no_multigrid;                 // why
+  const NullSpace& null_space;     // of it
+  std::vector<double> diagonal;    // where it is divided by
+  Eigen::MatrixXd images, factor;  // of guesses behind the first, orthonormal; what makes these of them
+  double largest_row;              // norm
+  std::string no_multigrid;        // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   std::optional<DirectSolver> direct;
@@ -152,8 +152,8 @@ struct LinearSolver::Impl {
   std::optional<Iterations> iterations;
   std::optional<Gmres> gmres;
   const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
-  std::vector<double> right;
-  bool is_packed = false;  // multigrid, or conjugate gradients with it, in its order of cells
+  std::vector<double> right;               // without what A does not reach; empty: as it is given
+  bool is_packed = false;                  // multigrid, or conjugate gradients with it, in its order of cells
   Numbers packed_right, packed_x;
 };
 
@@ -255,8 +255,8 @@ void LinearSolver::Impl::precondition_by_multigrid() {
   });
 }
 
-IterationReport LinearSolver::Impl::iterate_packed(std::span<double> x) {
-  multigrid->pack_right(right, packed_right);
+IterationReport LinearSolver::Impl::iterate_packed(std::span<const double> b, std::span<double> x) {
+  multigrid->pack_right(b, packed_right);
   multigrid->pack(x, packed_x);
   const IterationReport report = iterations ? iterations->cg(packed_right, packed_x)
                                             : multigrid->iterate(packed_right, packed_x, options.tolerance,
@@ -265,11 +265,11 @@ IterationReport LinearSolver::Impl::iterate_packed(std::span<double> x) {
   return report;
 }
 
-IterationReport LinearSolver::Impl::iterate(std::span<double> x) {
-  if (is_packed) return iterate_packed(x);
-  if (gmres) return gmres->solve(right, x);
-  if (method == SolverMethod::cg) return is_flexible() ? iterations->flexible_cg(right, x) : iterations->cg(right, x);
-  return iterations->bicgstab(right, x);
+IterationReport LinearSolver::Impl::iterate(std::span<const double> b, std::span<double> x) {
+  if (is_packed) return iterate_packed(b, x);
+  if (gmres) return gmres->solve(b, x);
+  if (method == SolverMethod::cg) return is_flexible() ? iterations->flexible_cg(b, x) : iterations->cg(b, x);
+  return iterations->bicgstab(b, x);
 }
 
 /// Pivots of a singular matrix may be 0.
@@ -427,34 +427,38 @@ std::optional<SolveReport> LinearSolver::solve_rows(const ReadRows& b, const Wri
   if (!own.fourier || !own.fourier_residual || own.fourier->drops_waves()) return std::nullopt;
   const std::optional<GridWaves::Passed> passed = own.fourier->divide_rows(b, x);
   if (!passed || !passed->is_finite) return std::nullopt;
-  return SolveReport{.method = own.method,
-                     .residual = *own.fourier_residual,
-                     .incompatible = own.null_space.share_of_mean(passed->read, own.right.size())};
+  return SolveReport{
+      .method = own.method,
+      .residual = *own.fourier_residual,
+      .incompatible = own.null_space.share_of_mean(passed->read, static_cast<std::size_t>(own.a->size()))};
 }
 
 /// min |b - A*G*m| over the multiples m of the guesses G is at R*m = Q'*b of A*G = Q*R, by the modified method of Gram
 /// and Schmidt, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998,
 /// 193). An image of which less is left than rounding made of it adds nothing.
-void LinearSolver::begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x) {
-  Eigen::MatrixXd &images = impl_->images, &factor = impl_->factor;
+void LinearSolver::begin(std::span<const double> b, std::span<double> guesses, std::span<double> x) {
+  Eigen::MatrixXd& factor = impl_->factor;
   const auto cells = static_cast<Eigen::Index>(x.size()), count = static_cast<Eigen::Index>(guesses.size()) / cells;
-  images.resize(cells, count);
+  impl_->images.resize(cells, count - 1);
   factor.setZero(count, count + 1);  // behind R: Q'*b
-  Eigen::MatrixXd& columns = impl_->columns = Eigen::Map<const Eigen::MatrixXd>(guesses.data(), cells, count);
+  Eigen::Map<Eigen::MatrixXd> columns(guesses.data(), cells, count);
+  const auto image = [&](Eigen::Index i) {  // the first is in x until that is known
+    return Eigen::Map<Eigen::VectorXd>(i == 0 ? x.data() : impl_->images.col(i - 1).data(), cells);
+  };
   for (Eigen::Index i = 0; i < count; ++i) {
-    const std::span<double> column(columns.col(i).data(), x.size()), of_column(images.col(i).data(), x.size());
+    const std::span<double> column(columns.col(i).data(), x.size()), of_column(image(i).data(), x.size());
     impl_->null_space.remove(column, impl_->team);  // which has no image but by rounding
     impl_->a->multiply(column, of_column, impl_->team);
-    const double size = images.col(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
+    const double size = image(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
     for (Eigen::Index k = 0; k < i; ++k) {
-      factor(k, i) = images.col(k).dot(images.col(i));
-      images.col(i) -= factor(k, i) * images.col(k);
+      factor(k, i) = image(k).dot(image(i));
+      image(i) -= factor(k, i) * image(k);
     }
-    const double left = images.col(i).norm();
+    const double left = image(i).norm();
     const bool is_new = std::isfinite(left) && left > std::max(std::sqrt(impl_->options.rounding) * size, by_rounding);
     factor(i, i) = is_new ? left : 0;
-    images.col(i) *= is_new ? 1 / left : 0;
-    factor(i, count) = images.col(i).dot(vector_of(b));
+    image(i) *= is_new ? 1 / left : 0;
+    factor(i, count) = image(i).dot(vector_of(b));
   }
   vector_of(x).setZero();
   for (Eigen::Index i = count - 1; i >= 0; --i) {
@@ -470,18 +474,22 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   Impl& own = *impl_;
   own.search = search;
   if (own.fourier_residual && !(own.fourier && own.fourier->drops_waves())) return own.solve_by_known_waves(b, x);
-  copy_vector(b, own.right, own.team);
-  SolveReport report{.method = own.method, .incompatible = own.null_space.remove(own.right, own.team)};
+  SolveReport report{.method = own.method};
+  if (!own.right.empty()) {
+    copy_vector(b, own.right, own.team);
+    report.incompatible = own.null_space.remove(own.right, own.team);
+  }
+  const std::span<const double> right = own.right.empty() ? b : own.right;
   IterationReport way{.converged = true};
   if (own.tridiagonal) own.tridiagonal->solve(own.right, x);
   if (own.fourier) report.incompatible = std::hypot(report.incompatible, own.fourier->solve(own.right, x));
   if (own.lines) own.lines->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
-  if (own.has_steps()) way = own.iterate(x);
+  if (own.has_steps()) way = own.iterate(right, x);
   if (!own.fourier) own.null_space.remove(x, own.team);  // whose waves have none of it
   report.iterations = way.iterations;
   report.unaided = way.unaided;
-  own.judge(own.right, x, way.converged, report);
+  own.judge(right, x, way.converged, report);
   report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;
 }

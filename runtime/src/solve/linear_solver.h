@@ -70,7 +70,8 @@ class LinearSolver {
   /// where there are none, or where b or x has numbers that are none: then x may be written, and solve() says why.
   std::optional<SolveReport> solve_rows(const ReadRows& b, const WriteRows& x);
   /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
-  void begin(std::span<const double> b, std::span<const double> guesses, std::span<double> x);
+  /// What no image shows is taken from the guesses.
+  void begin(std::span<const double> b, std::span<double> guesses, std::span<double> x);
   const std::shared_ptr<const GridOperator>& grid_operator() const;
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is

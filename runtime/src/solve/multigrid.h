@@ -67,7 +67,7 @@ class Multigrid {
   /// `level`: couplings of the symmetric part, and the diagonal in its `rest`. `largest`: entry.
   static std::optional<Multigrid> of_level(MultigridLevel level, double largest, const NullSpace& null_space,
                                            const MultigridOptions& options, std::string& why);
-  void add_level(const MultigridLevel& level);
+  void add_level(MultigridLevel level);
   static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
                                        std::string& why);
   void know_null_space(const NullSpace& null_space);

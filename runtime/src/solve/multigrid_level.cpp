@@ -182,7 +182,6 @@ void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
 }
 
 void complete(MultigridLevel& level) {
-  level.inverse.assign(level.size(), 0.0);
   level.diagonal.assign(level.size(), 0.0);
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
     double diagonal = level.rest[number];
@@ -192,7 +191,6 @@ void complete(MultigridLevel& level) {
       if (before >= 0) diagonal += level.coupling[axis][static_cast<std::size_t>(before)];
     }
     level.diagonal[number] = diagonal;
-    if (diagonal > 0) level.inverse[number] = 1 / diagonal;
   });
   find_walls(level);
 }

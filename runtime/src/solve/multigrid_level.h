@@ -35,15 +35,15 @@ struct MultigridLevel {
   std::array<bool, 3> periodic{};
   std::array<std::vector<double>, 3> width;        // of cells along each axis; 1 on the finest level
   std::array<std::vector<double>, 3> coupling;     // of each cell with the next one along the axis
-  std::vector<double> rest, diagonal, inverse;     // e; 1/diagonal is 0 of cells without entries
+  std::vector<double> rest, diagonal;              // e, and with the couplings
   std::array<std::array<bool, 2>, 3> has_value{};  // walls at the low and the high side
   std::array<AxisInterpolation, 3> from;           // the next level; empty on the coarsest
   std::vector<double> share;  // of what is interpolated: more where some of the coarse cells have no equation
 
-  std::size_t size() const { return rest.size(); }
+  std::size_t size() const { return static_cast<std::size_t>(cells[0] * cells[1] * cells[2]); }
 };
 
-/// What the level lacks: 1/diagonal and walls.
+/// What the level lacks: its diagonal and walls.
 void complete(MultigridLevel& level);
 /// Whether a coarser level was made, with the interpolation from it. Restriction is the transpose, or the plain sum.
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);

@@ -183,8 +183,8 @@ std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double larges
 }
 
 /// A level of cycles is made of one of equations, which is then given up: it takes ten times the memory.
-void Multigrid::add_level(const MultigridLevel& level) {
-  CycleLevel& packed = levels_.emplace_back(level, is_symmetric_, smoother_, team_);
+void Multigrid::add_level(MultigridLevel level) {
+  CycleLevel& packed = levels_.emplace_back(std::move(level), is_symmetric_, smoother_, team_);
   if (levels_.size() == 1) return;
   packed.b = Numbers(packed.size());
   packed.x = Numbers(packed.size());
@@ -204,21 +204,23 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, con
   while (level.size() > most_of_coarsest) {
     MultigridLevel coarse;
     if (!make_coarser(level, coarse, options.is_symmetric)) break;
+    level.rest = {};
     complete(coarse);
     find_shares(level, coarse);
     if (!options.is_symmetric && result.levels_.empty()) {
       for (double& share : level.share) share *= over_correction;
     }
-    result.add_level(level);
+    result.add_level(std::move(level));
     level = std::move(coarse);
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
   if (level.size() > most_factored) return std::nullopt;
-  result.add_level(level);
   result.coarsest_.emplace(matrix_of(level));
+  const std::size_t size = level.size();
+  result.add_level(std::move(level));
   why = "the factors of the coarsest grid have a zero in their diagonal";
   if (!result.coarsest_->is_there()) return std::nullopt;
-  result.coarsest_b_.assign(level.size(), 0.0);
+  result.coarsest_b_.assign(size, 0.0);
   result.coarsest_x_ = result.coarsest_b_;
   return result;
 }

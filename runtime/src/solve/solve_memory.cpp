@@ -25,7 +25,6 @@ class SolveArrays {
       if (n > 1) entries_ += static_cast<double>(reach < 0 ? n - 1 : std::min(2 * reach, n - 1));
       has_neighbours_ = has_neighbours_ && reach >= 0 && reach <= 1;
     }
-    keep(2 + shape.guesses);  // the right side and the solution
   }
 
   SolveMemory memory() {
@@ -34,7 +33,8 @@ class SolveArrays {
     note(shape_.is_constant ? 0 : 2);
     keep(0.5);  // cells of the null space
     solver();
-    keep(1);  // its right side
+    keep(1);                   // its right side
+    keep(2 + shape_.guesses);  // those of the solve, and the solution
     return {bytes_of_number * cells_ * kept_, bytes_of_number * cells_ * peak_};
   }
 
@@ -93,8 +93,8 @@ class SolveArrays {
       for (std::int64_t& along : cells) along = (along + 1) / 2;
       coarse += packed(cells);
     }
-    const double level = 7, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
-    note(level * (1 + std::exp2(-axes_)) + cycle * fine);
+    const double level = 5, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
+    note(level * (1 + std::exp2(-axes_)) + (shape_.is_constant ? 0 : fine));
     keep(cycle * (fine + coarse) + 2 * coarse);
     keep(2 * fine);  // packed right sides and solutions
   }
