@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Doubles to work in, at whole cache lines; all 0 at first. Inside the runtime only.
+// Numbers to work in, at whole cache lines; all 0 at first. Inside the runtime only.
 #pragma once
 
 #include <complex>
@@ -9,15 +9,16 @@
 
 namespace dpde {
 
-class AlignedValues {
+template <class Real>
+class AlignedValuesOf {
  public:
-  AlignedValues() = default;
-  explicit AlignedValues(std::int64_t count)
-      : memory_(count * static_cast<std::int64_t>(sizeof(double))), count_(count) {}
+  AlignedValuesOf() = default;
+  explicit AlignedValuesOf(std::int64_t count)
+      : memory_(count * static_cast<std::int64_t>(sizeof(Real))), count_(count) {}
 
-  double* get() const { return reinterpret_cast<double*>(memory_.data()); }
+  Real* get() const { return reinterpret_cast<Real*>(memory_.data()); }
   /// The same as half as many complex numbers.
-  std::complex<double>* complex() const { return reinterpret_cast<std::complex<double>*>(memory_.data()); }
+  std::complex<Real>* complex() const { return reinterpret_cast<std::complex<Real>*>(memory_.data()); }
   std::int64_t count() const { return count_; }
   explicit operator bool() const { return static_cast<bool>(memory_); }
 
@@ -25,5 +26,6 @@ class AlignedValues {
   Buffer memory_;
   std::int64_t count_ = 0;
 };
+using AlignedValues = AlignedValuesOf<double>;
 
 }  // namespace dpde

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fourier transforms of many lines of one length: by FFTW (fft_fftw.cpp), or by Eigen's FFT where FFTW was not found
-// when the build was configured (fft_eigen.cpp). What is transformed there and back is multiplied by the length. Arrays
-// are aligned as `new` aligns them (is_aligned). Nothing is allocated by a transform; each object is for one thread at
-// a time.
+// Fourier transforms of many lines of one length, of doubles or floats: by FFTW (fft_fftw.cpp), or by Eigen's FFT where
+// FFTW was not found when the build was configured (fft_eigen.cpp). What is transformed there and back is multiplied by
+// the length. Arrays are aligned as `new` aligns them (is_aligned). Nothing is allocated by a transform; each object is
+// for one thread at a time.
 #pragma once
 
 #include <complex>
@@ -26,22 +26,24 @@ inline ComplexLines lines_in_place(std::int64_t length, std::int64_t lines, std:
 }
 
 /// Complex lines, in place (then `waves` are `values`) or from one array to another, which leaves the first as it is.
-class ComplexFft {
+template <class Real>
+class ComplexFftOf {
  public:
-  explicit ComplexFft(const ComplexLines& lines);
-  ComplexFft(ComplexFft&&) noexcept;
-  ComplexFft& operator=(ComplexFft&&) noexcept;
-  ~ComplexFft();
+  explicit ComplexFftOf(const ComplexLines& lines);
+  ComplexFftOf(ComplexFftOf&&) noexcept;
+  ComplexFftOf& operator=(ComplexFftOf&&) noexcept;
+  ~ComplexFftOf();
 
-  void forward(std::complex<double>* values, std::complex<double>* waves);
-  void backward(std::complex<double>* waves, std::complex<double>* values);
-  void forward(std::complex<double>* values) { forward(values, values); }
-  void backward(std::complex<double>* values) { backward(values, values); }
+  void forward(std::complex<Real>* values, std::complex<Real>* waves);
+  void backward(std::complex<Real>* waves, std::complex<Real>* values);
+  void forward(std::complex<Real>* values) { forward(values, values); }
+  void backward(std::complex<Real>* values) { backward(values, values); }
 
  private:
   struct Plans;
   std::unique_ptr<Plans> plans_;
 };
+using ComplexFft = ComplexFftOf<double>;
 
 struct RealLines {
   std::int64_t length, lines;          // length: 2 or more
@@ -50,20 +52,22 @@ struct RealLines {
 };
 
 /// Real lines, and the half of their waves that has all there is to know.
-class RealFft {
+template <class Real>
+class RealFftOf {
  public:
-  explicit RealFft(const RealLines& lines);
-  RealFft(RealFft&&) noexcept;
-  RealFft& operator=(RealFft&&) noexcept;
-  ~RealFft();
+  explicit RealFftOf(const RealLines& lines);
+  RealFftOf(RealFftOf&&) noexcept;
+  RealFftOf& operator=(RealFftOf&&) noexcept;
+  ~RealFftOf();
 
-  void forward(const double* values, std::complex<double>* waves);
+  void forward(const Real* values, std::complex<Real>* waves);
   /// The waves are lost.
-  void backward(std::complex<double>* waves, double* values);
+  void backward(std::complex<Real>* waves, Real* values);
 
  private:
   struct Plans;
   std::unique_ptr<Plans> plans_;
 };
+using RealFft = RealFftOf<double>;
 
 }  // namespace dpde

@@ -8,15 +8,16 @@
 namespace dpde {
 namespace {
 
+template <class Real>
 struct Line {
-  using Fft = Eigen::FFT<double>;
-  Fft fft{Fft::impl_type(), static_cast<Fft::Flag>(Fft::HalfSpectrum | Fft::Unscaled)};
+  using Fft = Eigen::FFT<Real>;
+  Fft fft{typename Fft::impl_type(), static_cast<typename Fft::Flag>(Fft::HalfSpectrum | Fft::Unscaled)};
   std::int64_t length;
-  std::vector<std::complex<double>> from, to;
-  std::vector<double> real;
+  std::vector<std::complex<Real>> from, to;
+  std::vector<Real> real;
 
   explicit Line(std::int64_t n)
-      : length(n), from(static_cast<std::size_t>(n)), to(from.size()), real(from.size(), 0.0) {}
+      : length(n), from(static_cast<std::size_t>(n)), to(from.size()), real(from.size(), Real(0)) {}
   /// One value stays as it is: Eigen breaks down on it.
   void run_complex(bool is_forward) {
     if (length == 1) {
@@ -48,21 +49,27 @@ void scatter(const Value* from, std::int64_t count, Value* to, std::int64_t step
 
 }  // namespace
 
-struct ComplexFft::Plans {
-  Line line;
+template <class Real>
+struct ComplexFftOf<Real>::Plans {
+  Line<Real> line;
   ComplexLines lines;
 };
 
-ComplexFft::ComplexFft(const ComplexLines& lines) : plans_(new Plans{Line(lines.length), lines}) {
+template <class Real>
+ComplexFftOf<Real>::ComplexFftOf(const ComplexLines& lines) : plans_(new Plans{Line<Real>(lines.length), lines}) {
   for (const bool is_forward : {true, false}) plans_->line.run_complex(is_forward);
 }
-ComplexFft::ComplexFft(ComplexFft&&) noexcept = default;
-ComplexFft& ComplexFft::operator=(ComplexFft&&) noexcept = default;
-ComplexFft::~ComplexFft() = default;
+template <class Real>
+ComplexFftOf<Real>::ComplexFftOf(ComplexFftOf&&) noexcept = default;
+template <class Real>
+ComplexFftOf<Real>& ComplexFftOf<Real>::operator=(ComplexFftOf&&) noexcept = default;
+template <class Real>
+ComplexFftOf<Real>::~ComplexFftOf() = default;
 
-void ComplexFft::forward(std::complex<double>* values, std::complex<double>* waves) {
+template <class Real>
+void ComplexFftOf<Real>::forward(std::complex<Real>* values, std::complex<Real>* waves) {
   const ComplexLines& lines = plans_->lines;
-  Line& line = plans_->line;
+  Line<Real>& line = plans_->line;
   for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
     gather(values, lines.step, lines.length, line.from.data());
     line.run_complex(true);
@@ -70,9 +77,10 @@ void ComplexFft::forward(std::complex<double>* values, std::complex<double>* wav
   }
 }
 
-void ComplexFft::backward(std::complex<double>* waves, std::complex<double>* values) {
+template <class Real>
+void ComplexFftOf<Real>::backward(std::complex<Real>* waves, std::complex<Real>* values) {
   const ComplexLines& lines = plans_->lines;
-  Line& line = plans_->line;
+  Line<Real>& line = plans_->line;
   for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
     gather(waves, lines.wave_step, lines.length, line.from.data());
     line.run_complex(false);
@@ -80,22 +88,28 @@ void ComplexFft::backward(std::complex<double>* waves, std::complex<double>* val
   }
 }
 
-struct RealFft::Plans {
-  Line line;
+template <class Real>
+struct RealFftOf<Real>::Plans {
+  Line<Real> line;
   RealLines lines;
 };
 
 // Both constructors run both ways once, so that Eigen has made its tables.
-RealFft::RealFft(const RealLines& lines) : plans_(new Plans{Line(lines.length), lines}) {
+template <class Real>
+RealFftOf<Real>::RealFftOf(const RealLines& lines) : plans_(new Plans{Line<Real>(lines.length), lines}) {
   for (const bool is_forward : {true, false}) plans_->line.run_real(is_forward);
 }
-RealFft::RealFft(RealFft&&) noexcept = default;
-RealFft& RealFft::operator=(RealFft&&) noexcept = default;
-RealFft::~RealFft() = default;
+template <class Real>
+RealFftOf<Real>::RealFftOf(RealFftOf&&) noexcept = default;
+template <class Real>
+RealFftOf<Real>& RealFftOf<Real>::operator=(RealFftOf&&) noexcept = default;
+template <class Real>
+RealFftOf<Real>::~RealFftOf() = default;
 
-void RealFft::forward(const double* values, std::complex<double>* waves) {
+template <class Real>
+void RealFftOf<Real>::forward(const Real* values, std::complex<Real>* waves) {
   const RealLines& lines = plans_->lines;
-  Line& line = plans_->line;
+  Line<Real>& line = plans_->line;
   for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
     gather(values, lines.step, lines.length, line.real.data());
     line.run_real(true);
@@ -103,14 +117,20 @@ void RealFft::forward(const double* values, std::complex<double>* waves) {
   }
 }
 
-void RealFft::backward(std::complex<double>* waves, double* values) {
+template <class Real>
+void RealFftOf<Real>::backward(std::complex<Real>* waves, Real* values) {
   const RealLines& lines = plans_->lines;
-  Line& line = plans_->line;
+  Line<Real>& line = plans_->line;
   for (std::int64_t i = 0; i < lines.lines; ++i, values += lines.apart, waves += lines.wave_apart) {
     gather(waves, lines.wave_step, lines.length / 2 + 1, line.from.data());
     line.run_real(false);
     scatter(line.real.data(), lines.length, values, lines.step);
   }
 }
+
+template class ComplexFftOf<double>;
+template class ComplexFftOf<float>;
+template class RealFftOf<double>;
+template class RealFftOf<float>;
 
 }  // namespace dpde

@@ -19,10 +19,34 @@ std::mutex& planner() {  // FFTW has one for all threads
   return mutex;
 }
 
-/// Estimating does not look at arrays, only at how they are aligned and whether they are one.
-alignas(64) double some_values[8];
-alignas(64) fftw_complex some_waves[4], other_waves[4];
+/// What FFTW calls fftw_ of doubles and fftwf_ of floats.
+template <class Real>
+struct Fftw;
+#define DPDE_FFTW_OF(REAL, PREFIX)                                  \
+  template <>                                                       \
+  struct Fftw<REAL> {                                               \
+    using Plan = PREFIX##_plan;                                     \
+    using Complex = PREFIX##_complex;                               \
+    static constexpr auto destroy = PREFIX##_destroy_plan;          \
+    static constexpr auto plan_complex = PREFIX##_plan_guru64_dft;  \
+    static constexpr auto plan_real = PREFIX##_plan_guru64_dft_r2c; \
+    static constexpr auto plan_back = PREFIX##_plan_guru64_dft_c2r; \
+    static constexpr auto execute = PREFIX##_execute_dft;           \
+    static constexpr auto execute_real = PREFIX##_execute_dft_r2c;  \
+    static constexpr auto execute_back = PREFIX##_execute_dft_c2r;  \
+  };
+DPDE_FFTW_OF(double, fftw)
+DPDE_FFTW_OF(float, fftwf)
+#undef DPDE_FFTW_OF
 
+/// Estimating does not look at arrays, only at how they are aligned and whether they are one.
+template <class Real>
+struct Some {
+  alignas(64) static inline Real values[8];
+  alignas(64) static inline typename Fftw<Real>::Complex waves[4], others[4];
+};
+
+template <class Real>
 class Plan {
  public:
   template <class Make>
@@ -32,72 +56,97 @@ class Plan {
   }
   ~Plan() {
     const std::lock_guard lock(planner());
-    fftw_destroy_plan(plan_);
+    Fftw<Real>::destroy(plan_);
   }
   Plan(const Plan&) = delete;
   Plan& operator=(const Plan&) = delete;
-  fftw_plan get() const { return plan_; }
+  typename Fftw<Real>::Plan get() const { return plan_; }
 
  private:
-  fftw_plan plan_;
+  typename Fftw<Real>::Plan plan_;
 };
 
-fftw_complex* fftw(std::complex<double>* values) { return reinterpret_cast<fftw_complex*>(values); }
+template <class Real>
+auto* fftw(std::complex<Real>* values) {
+  return reinterpret_cast<typename Fftw<Real>::Complex*>(values);
+}
 
-fftw_plan complex_plan(const ComplexLines& lines, bool is_forward) {
+template <class Real>
+auto complex_plan(const ComplexLines& lines, bool is_forward) {
   fftw_iodim64 along{lines.length, lines.step, lines.wave_step}, across{lines.lines, lines.apart, lines.wave_apart};
   if (!is_forward) {
     std::swap(along.is, along.os);
     std::swap(across.is, across.os);
   }
   const bool is_in_place = lines.step == lines.wave_step && lines.apart == lines.wave_apart;
-  return fftw_plan_guru64_dft(1, &along, 1, &across, some_waves, is_in_place ? some_waves : other_waves,
-                              is_forward ? FFTW_FORWARD : FFTW_BACKWARD, rigour);
+  using Any = Some<Real>;
+  return Fftw<Real>::plan_complex(1, &along, 1, &across, Any::waves, is_in_place ? Any::waves : Any::others,
+                                  is_forward ? FFTW_FORWARD : FFTW_BACKWARD, rigour);
 }
 
 }  // namespace
 
-struct ComplexFft::Plans {
-  Plan forward, backward;
+template <class Real>
+struct ComplexFftOf<Real>::Plans {
+  Plan<Real> forward, backward;
 };
 
-ComplexFft::ComplexFft(const ComplexLines& lines)
-    : plans_(new Plans{Plan([&] { return complex_plan(lines, true); }),
-                       Plan([&] { return complex_plan(lines, false); })}) {}
-ComplexFft::ComplexFft(ComplexFft&&) noexcept = default;
-ComplexFft& ComplexFft::operator=(ComplexFft&&) noexcept = default;
-ComplexFft::~ComplexFft() = default;
+template <class Real>
+ComplexFftOf<Real>::ComplexFftOf(const ComplexLines& lines)
+    : plans_(new Plans{Plan<Real>([&] { return complex_plan<Real>(lines, true); }),
+                       Plan<Real>([&] { return complex_plan<Real>(lines, false); })}) {}
+template <class Real>
+ComplexFftOf<Real>::ComplexFftOf(ComplexFftOf&&) noexcept = default;
+template <class Real>
+ComplexFftOf<Real>& ComplexFftOf<Real>::operator=(ComplexFftOf&&) noexcept = default;
+template <class Real>
+ComplexFftOf<Real>::~ComplexFftOf() = default;
 
-void ComplexFft::forward(std::complex<double>* values, std::complex<double>* waves) {
-  fftw_execute_dft(plans_->forward.get(), fftw(values), fftw(waves));
+template <class Real>
+void ComplexFftOf<Real>::forward(std::complex<Real>* values, std::complex<Real>* waves) {
+  Fftw<Real>::execute(plans_->forward.get(), fftw(values), fftw(waves));
 }
-void ComplexFft::backward(std::complex<double>* waves, std::complex<double>* values) {
-  fftw_execute_dft(plans_->backward.get(), fftw(waves), fftw(values));
+template <class Real>
+void ComplexFftOf<Real>::backward(std::complex<Real>* waves, std::complex<Real>* values) {
+  Fftw<Real>::execute(plans_->backward.get(), fftw(waves), fftw(values));
 }
 
-struct RealFft::Plans {
-  Plan forward, backward;
+template <class Real>
+struct RealFftOf<Real>::Plans {
+  Plan<Real> forward, backward;
 };
 
-RealFft::RealFft(const RealLines& lines) {
+template <class Real>
+RealFftOf<Real>::RealFftOf(const RealLines& lines) {
   const fftw_iodim64 along{lines.length, lines.step, lines.wave_step},
       across{lines.lines, lines.apart, lines.wave_apart};
   const fftw_iodim64 back_along{lines.length, lines.wave_step, lines.step};
   const fftw_iodim64 back_across{lines.lines, lines.wave_apart, lines.apart};
+  using Any = Some<Real>;
   plans_.reset(new Plans{
-      Plan([&] { return fftw_plan_guru64_dft_r2c(1, &along, 1, &across, some_values, some_waves, rigour); }), Plan([&] {
-        return fftw_plan_guru64_dft_c2r(1, &back_along, 1, &back_across, some_waves, some_values, rigour);
-      })});
+      Plan<Real>([&] { return Fftw<Real>::plan_real(1, &along, 1, &across, Any::values, Any::waves, rigour); }),
+      Plan<Real>(
+          [&] { return Fftw<Real>::plan_back(1, &back_along, 1, &back_across, Any::waves, Any::values, rigour); })});
 }
-RealFft::RealFft(RealFft&&) noexcept = default;
-RealFft& RealFft::operator=(RealFft&&) noexcept = default;
-RealFft::~RealFft() = default;
+template <class Real>
+RealFftOf<Real>::RealFftOf(RealFftOf&&) noexcept = default;
+template <class Real>
+RealFftOf<Real>& RealFftOf<Real>::operator=(RealFftOf&&) noexcept = default;
+template <class Real>
+RealFftOf<Real>::~RealFftOf() = default;
 
-void RealFft::forward(const double* values, std::complex<double>* waves) {
-  fftw_execute_dft_r2c(plans_->forward.get(), const_cast<double*>(values), fftw(waves));
+template <class Real>
+void RealFftOf<Real>::forward(const Real* values, std::complex<Real>* waves) {
+  Fftw<Real>::execute_real(plans_->forward.get(), const_cast<Real*>(values), fftw(waves));
 }
-void RealFft::backward(std::complex<double>* waves, double* values) {
-  fftw_execute_dft_c2r(plans_->backward.get(), fftw(waves), values);
+template <class Real>
+void RealFftOf<Real>::backward(std::complex<Real>* waves, Real* values) {
+  Fftw<Real>::execute_back(plans_->backward.get(), fftw(waves), values);
 }
+
+template class ComplexFftOf<double>;
+template class ComplexFftOf<float>;
+template class RealFftOf<double>;
+template class RealFftOf<float>;
 
 }  // namespace dpde

@@ -234,18 +234,23 @@ void FieldSolve::keep_on_tape(void* const* fields, const TapeKey& key) {
   copy_to_rows(layout_, fields[solve_.unknowns[0]], tape + tape_header, shelf_->team());
 }
 
+template <class Real>
+std::optional<SolveReport> FieldSolve::solve_rows_as(void* const* fields) {
+  const auto read = [&, from = fields[solve_.rights[0]]](std::int64_t first, std::span<Real> values) {
+    read_rows<Real>(layout_, from, first, values);
+  };
+  const auto write = [&, to = fields[solve_.unknowns[0]]](std::int64_t first, std::span<const Real> values) {
+    write_rows<Real>(layout_, to, first, values);
+  };
+  return solver_->solve_rows(ReadRowsOf<Real>(std::ref(read)), WriteRowsOf<Real>(std::ref(write)));
+}
+
 /// Without copies.
-bool FieldSolve::solve_rows(void* const* fields) {
+bool FieldSolve::solve_rows(void* const* fields, bool is_counted) {
   if (solve_.rights[0] == solve_.unknowns[0]) return false;
   const ProcessorWatch solving(note_->seconds, shelf_->team());
-  const auto read = [&, from = fields[solve_.rights[0]]](std::int64_t first, std::span<double> values) {
-    read_rows(layout_, from, first, values);
-  };
-  const auto write = [&, to = fields[solve_.unknowns[0]]](std::int64_t first, std::span<const double> values) {
-    write_rows(layout_, to, first, values);
-  };
-  const std::optional<SolveReport> report = solver_->solve_rows(std::ref(read), std::ref(write));
-  if (report) note(*report);
+  const auto report = solver_->has_floats() ? solve_rows_as<float>(fields) : solve_rows_as<double>(fields);
+  if (report && is_counted) note(*report);
   return report.has_value();
 }
 
@@ -271,6 +276,10 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     return write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
   }
   solve_cells(fields, factor, precondition);
+  // As all that follow are solved, so that none depends on the order; that by doubles has shown that the series are
+  // right.
+  if (!is_made && solver_->has_floats() && !solve_rows(fields, false))
+    write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution, shelf_->team());
   keep_on_tape(fields, key);
 }
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,7 +61,9 @@ class FieldSolve {
   }
   void make_solver(void* const* fields, const std::function<void()>& apply);
   bool fits(SolverMethod method);
-  bool solve_rows(void* const* fields);
+  template <class Real>
+  std::optional<SolveReport> solve_rows_as(void* const* fields);
+  bool solve_rows(void* const* fields, bool is_counted = true);
   void read_guesses(void* const* fields);
   void begin();
   void drop_solver();

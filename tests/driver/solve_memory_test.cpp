@@ -92,6 +92,11 @@ task t : s { unknown nu; unknown initial u; minimise mean(u.x^2) + mean(u.y^2) o
 /// The last stage is linear: its adjoint needs no solution.
 TEST(SolveMemory, HoldsThePressuresOfAllStages) { SolveMemory(box("time = rk4")).expect_same(3 * 10); }
 
+/// The first solve, which shows that the series are right, and those that follow are of the same bits.
+TEST(SolveMemory, HoldsThoseOfFloats) {
+  SolveMemory(box("time = rk4; real = f32; solve = fourier")).expect_same(3 * 10);
+}
+
 TEST(SolveMemory, KnowsWhatSolvesBeginWith) {
   SolveMemory(box("time = rk2; solve = cg(1e-6)")).expect_same(1 * 10);
   SolveMemory(box("time = rk2; solve = multigrid(1e-3, 50); guess = last")).expect_same(1 * 10);

@@ -174,10 +174,10 @@ TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
       for (const int threads : {1, 2}) {
         LinearSolver solver(matrix, {.method = SolverMethod::fourier}, Team(threads));
         std::vector<double> b = arbitrary_values(matrix.size(), 4), x(b.size()), of_rows(b.size(), 7.0);
-        const auto read = [&](std::int64_t first, std::span<double> values) {
+        const ReadRowsOf<double> read = [&](std::int64_t first, std::span<double> values) {
           std::copy_n(b.begin() + first, values.size(), values.begin());
         };
-        const auto write = [&](std::int64_t first, std::span<const double> values) {
+        const WriteRowsOf<double> write = [&](std::int64_t first, std::span<const double> values) {
           std::ranges::copy(values, of_rows.begin() + first);
         };
         EXPECT_FALSE(solver.solve_rows(read, write)) << "nobody knows whether the series are right";
@@ -190,6 +190,41 @@ TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
         b.back() = 1e200;
         EXPECT_FALSE(solver.solve_rows(read, write)) << "squares are no numbers";
         EXPECT_EQ(of_rows, x) << "nothing is written";
+      }
+    }
+  }
+}
+
+/// In floats where entries are no more exact: as near as rounding of a transform lets them be, by any number of
+/// threads.
+TEST(SolvesByTeams, SeriesOfFloatsAreThoseOfDoubles) {
+  for (const GridCells& cells :
+       {GridCells{40, 1, 1}, {1, 31, 1}, {200, 176, 1}, {37, 19, 1}, {16, 12, 10}, {1, 9, 14}, {4, 3, 1}}) {
+    for (const auto& wall : all_walls) {
+      for (const double shift : {0.0, 0.5}) {
+        const StencilMatrix matrix = diffusion(cells, {wall, ring, slope}, shift, constant_one);
+        std::vector<float> first;
+        for (const int threads : {1, 2}) {
+          LinearSolver solver(matrix, {.method = SolverMethod::fourier, .rounding = 0x1p-23}, Team(threads));
+          std::vector<double> b(static_cast<std::size_t>(matrix.size())), x(b.size());
+          std::ranges::copy(arbitrary_values(matrix.size(), 4), b.begin());
+          std::vector<float> right(b.begin(), b.end()), made(b.size());
+          solver.solve(b, x);
+          if (!solver.has_floats()) continue;
+          const ReadRowsOf<float> read = [&](std::int64_t from, std::span<float> values) {
+            std::copy_n(right.begin() + from, values.size(), values.begin());
+          };
+          const WriteRowsOf<float> write = [&](std::int64_t from, std::span<const float> values) {
+            std::ranges::copy(values, made.begin() + from);
+          };
+          ASSERT_TRUE(solver.solve_rows(read, write));
+          const double largest =
+              std::abs(*std::ranges::max_element(x, {}, [](double value) { return std::abs(value); }));
+          for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(made[i], x[i], 1e-5 * largest) << i;
+          if (first.empty()) first = made;
+          EXPECT_EQ(made, first);
+        }
+        if (cells[0] == 200) EXPECT_FALSE(first.empty()) << "by doubles";
       }
     }
   }

@@ -16,8 +16,8 @@ constexpr std::size_t strands = 16;
 using Strands = std::array<double, strands>;
 
 /// f(strand, value) of all values.
-template <class F>
-void in_strands(std::span<const double> values, const F& f) {
+template <class Real, class F>
+void in_strands(std::span<const Real> values, const F& f) {
   std::size_t i = 0;
   for (; i + strands <= values.size(); i += strands) {
 #pragma omp simd
@@ -71,9 +71,17 @@ void Extent::join(const Extent& other) {
   is_finite = is_finite && other.is_finite;
 }
 
-bool Extent::is_in_range() const { return is_finite && are_squares_in_range(largest); }
+template <>
+bool Extent::is_in_range<double>() const {
+  return is_finite && are_squares_in_range(largest);
+}
+template <>
+bool Extent::is_in_range<float>() const {
+  return is_finite && (largest == 0 || (largest > 0x1p-60 && largest < 0x1p60));
+}
 
-Extent extent_of(std::span<const double> values) {
+template <class Real>
+Extent extent_of(std::span<const Real> values) {
   Strands sums{}, squares{}, zeros{}, most{};
   in_strands(values, [&](std::size_t k, double value) {
     const double size = std::abs(value);
@@ -84,6 +92,8 @@ Extent extent_of(std::span<const double> values) {
   });
   return {{total(sums), total(squares)}, *std::ranges::max_element(most), total(zeros) == 0};
 }
+template Extent extent_of(std::span<const double> values);
+template Extent extent_of(std::span<const float> values);
 
 void multiply_all(std::span<double> values, double factor, const Team& team) {
   if (factor == 1) return;

@@ -29,9 +29,13 @@ struct Extent {
   bool is_finite = true;
 
   void join(const Extent& other);
-  bool is_in_range() const;  // so that factor_into_range is 1
+  /// So that what is made of squares, or of transforms, is in the range of the numbers; of doubles factor_into_range is
+  /// then 1.
+  template <class Real>
+  bool is_in_range() const;
 };
-Extent extent_of(std::span<const double> values);
+template <class Real>
+Extent extent_of(std::span<const Real> values);
 Sums sums_of(std::span<const double> values, const Team& team = 1);
 
 }  // namespace dpde

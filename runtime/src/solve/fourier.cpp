@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <random>
 #include <utility>
 
 #include "solve/finite.h"
@@ -56,20 +58,55 @@ void FourierSolver::drop(std::size_t number) {
 }
 
 FourierSolver::FourierSolver(const ConstantRows& rows, bool is_singular, const Team& team)
-    : rows_(rows), team_(team), waves_(rows_.cells(), rows_.sides(), team) {
-  const double size = rows_.row_size();
-  const double zero = 64 * 0x1p-52 * size;  // rows of singular operators are balanced: what is less is of this sum
-  have_phases_ = waves_.are_complex() && !rows_.is_even(rows_.periodic(), 4 * 0x1p-52 * size);
-  inverse_symbol_.assign(static_cast<std::size_t>(waves_.size() * (have_phases_ ? 2 : 1)), 0.0);
+    : rows_(rows), team_(team), waves_(rows_.cells(), rows_.sides(), team), is_singular_(is_singular) {
+  have_phases_ = waves_.are_complex() && !rows_.is_even(rows_.periodic(), 4 * 0x1p-52 * rows_.row_size());
+  find_inverse(waves_, inverse_symbol_);
+}
+
+/// Rounding of a fast transform of n numbers is at most log2(n) times that of its values (W. M. Gentleman, G. Sande,
+/// AFIPS Conf. Proc. 29, 1966, 563), which x has anyway where it is stored. Tried with a right side that has all waves,
+/// the same for each operator: what a run solves first says nothing about what follows.
+void FourierSolver::try_floats(const GridOperator& a) {
+  if (drops_waves()) return;
+  const auto size = static_cast<std::size_t>(rows_.size());
+  std::vector<float> right(size);
+  std::minstd_rand random;
+  for (float& value : right) value = static_cast<float>(random() % 1024) - 511.5F;
+  std::vector<double> stored(right.begin(), right.end()), x(size);
+  a.null_space().remove(stored, team_);
+  divide(stored, x);
+  std::vector<float> made(x.begin(), x.end());
+  const auto residual = [&] {
+    std::ranges::copy(made, x.begin());
+    return a.residual(stored, x, team_);
+  };
+  const double by_rounding = residual();
+  floats_.emplace(rows_.cells(), rows_.sides(), team_);
+  find_inverse(*floats_, inverse_of_floats_);
+  const auto read = [&](std::int64_t first, std::span<float> values) {
+    std::copy_n(right.begin() + first, values.size(), values.begin());
+  };
+  const auto write = [&](std::int64_t first, std::span<const float> values) {
+    std::ranges::copy(values, made.begin() + first);
+  };
+  const auto passed = divide_rows(ReadRowsOf<float>(std::ref(read)), WriteRowsOf<float>(std::ref(write)));
+  const double most = (1 + std::log2(static_cast<double>(size))) * by_rounding;
+  if (!passed || !passed->is_finite || !(residual() <= most)) floats_.reset();
+}
+
+template <class Real>
+void FourierSolver::find_inverse(const GridWavesOf<Real>& waves, std::vector<Real>& inverse_symbol) {
+  const double zero = 64 * 0x1p-52 * rows_.row_size();  // of balanced rows: what is less is of this sum
+  inverse_symbol.assign(static_cast<std::size_t>(waves.size() * (have_phases_ ? 2 : 1)), Real(0));
   const Turns factors = all_turns();
-  waves_.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
-    if (is_singular && turns == std::array<std::int64_t, 3>{}) return;  // the mean
+  waves.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
+    if (is_singular_ && turns == std::array<std::int64_t, 3>{}) return;  // the mean
     Complex symbol = symbol_of(turns, factors);
     if (!have_phases_) symbol = symbol.real();
     if (std::abs(symbol) <= zero) return drop(number);
-    const Complex inverse = 1.0 / (symbol * waves_.scale());
-    inverse_symbol_[have_phases_ ? 2 * number : number] = inverse.real();
-    if (have_phases_) inverse_symbol_[2 * number + 1] = inverse.imag();
+    const Complex inverse = 1.0 / (symbol * waves.scale());
+    inverse_symbol[have_phases_ ? 2 * number : number] = static_cast<Real>(inverse.real());
+    if (have_phases_) inverse_symbol[2 * number + 1] = static_cast<Real>(inverse.imag());
   });
 }
 

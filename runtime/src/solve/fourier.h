@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "solve/constant_rows.h"
+#include "solve/grid_operator.h"
 #include "solve/grid_waves.h"
 #include "solve/stencil_matrix.h"
 
@@ -30,9 +31,16 @@ class FourierSolver {
   /// Where it drops no waves: the same, and b stays.
   void divide(std::span<const double> b, std::span<double> x);
   /// The same from field to field (GridWaves::multiply_rows).
-  std::optional<GridWaves::Passed> divide_rows(const ReadRows& b, const WriteRows& x) {
+  std::optional<PassedRows> divide_rows(const ReadRowsOf<double>& b, const WriteRowsOf<double>& x) {
     return waves_.multiply_rows(b, inverse_symbol_.data(), have_phases_, x);
   }
+  /// In floats, where these will do.
+  std::optional<PassedRows> divide_rows(const ReadRowsOf<float>& b, const WriteRowsOf<float>& x) {
+    return floats_->multiply_rows(b, inverse_of_floats_.data(), have_phases_, x);
+  }
+  /// Whether floats will do for the operator, which has the same rows: memory is taken for it once.
+  void try_floats(const GridOperator& a);
+  bool has_floats() const { return floats_.has_value(); }
   bool has_walls() const;
 
  private:
@@ -41,16 +49,20 @@ class FourierSolver {
   using Turns = std::array<std::vector<Complex>, 3>;
   Turns all_turns() const;
   Complex symbol_of(const std::array<std::int64_t, 3>& turns, const Turns& factors) const;
+  template <class Real>
+  void find_inverse(const GridWavesOf<Real>& waves, std::vector<Real>& inverse_symbol);
   void drop(std::size_t number);
   double drop_waves(std::span<double> b);
 
   ConstantRows rows_;
   Team team_;
   GridWaves waves_;
-  bool have_phases_;
+  bool is_singular_, have_phases_;
   std::vector<double> inverse_symbol_;  // factors of waves
   std::vector<double> dropped_;         // likewise, of what is in the null space besides the mean; empty: nothing
   std::vector<double> taken_;           // from b
+  std::optional<GridWavesOf<float>> floats_;
+  std::vector<float> inverse_of_floats_;
 };
 
 }  // namespace dpde

@@ -17,12 +17,21 @@
 namespace dpde {
 
 /// Values of cells that follow one another, from the cell `first` on: whole rows along x. By several threads at once.
-using ReadRows = std::function<void(std::int64_t first, std::span<double> values)>;
-using WriteRows = std::function<void(std::int64_t first, std::span<const double> values)>;
+template <class Real>
+using ReadRowsOf = std::function<void(std::int64_t first, std::span<Real> values)>;
+template <class Real>
+using WriteRowsOf = std::function<void(std::int64_t first, std::span<const Real> values)>;
 
-class GridWaves {
+/// What multiply_rows has read, and whether what it has written is finite.
+struct PassedRows {
+  Sums read;
+  bool is_finite;
+};
+
+template <class Real>
+class GridWavesOf {
  public:
-  GridWaves(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides, const Team& team = 1);
+  GridWavesOf(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides, const Team& team = 1);
 
   /// How many factors there are, of which some are of no wave. Two waves of periodic axes are one, the other being its
   /// conjugate.
@@ -36,38 +45,34 @@ class GridWaves {
   std::int64_t period(std::size_t axis) const;
 
   /// Nothing is allocated. `have_phases`: the factors are complex. Arrays are aligned as `new` aligns them.
-  void multiply(std::span<const double> field, const double* factors, bool have_phases, std::span<double> product);
+  void multiply(std::span<const Real> field, const Real* factors, bool have_phases, std::span<Real> product);
   /// The same between fields of any form, rows of which are read and written as they are transformed. Nothing where
-  /// squares of what is read may be no numbers, before anything is written; else whether what is written is finite.
-  struct Passed {
-    Sums read;
-    bool is_finite;
-  };
-  std::optional<Passed> multiply_rows(const ReadRows& read, const double* factors, bool have_phases,
-                                      const WriteRows& write);
+  /// squares of what is read may be no numbers, before anything is written.
+  std::optional<PassedRows> multiply_rows(const ReadRowsOf<Real>& read, const Real* factors, bool have_phases,
+                                          const WriteRowsOf<Real>& write);
 
  private:
   /// Lines along the first axis.
   struct FirstShape {
     std::size_t axis = 0;
     std::int64_t count = 1, planes = 1;  // in each of so many planes
-    std::int64_t row = 0, plane = 0;     // doubles of a row and of a plane of its waves, with gaps
+    std::int64_t row = 0, plane = 0;     // numbers of a row and of a plane of its waves, with gaps
     std::int64_t block = 1;              // lines that are transformed at once
   };
   /// Transforms of a block of lines along the first axis, and of fewer lines, the last ones. Of one thread.
   struct FirstLines {
-    std::optional<RealFft> ring, fewer;  // it is periodic
-    std::optional<LineWaves> images;     // or bounded
-    AlignedValues values;                // of a block
+    std::optional<RealFftOf<Real>> ring, fewer;  // it is periodic
+    std::optional<LineWavesOf<Real>> images;     // or bounded
+    AlignedValuesOf<Real> values;                // of a block
   };
-  /// An axis behind the first, of arrays with rows of `inner` doubles side by side.
+  /// An axis behind the first, of arrays with rows of `inner` numbers side by side.
   struct Stage {
     std::size_t axis;
-    std::vector<LineWaves> of_threads;
+    std::vector<LineWavesOf<Real>> of_threads;
     std::int64_t outer, inner;
-    double *from = nullptr, *to = nullptr;
-    std::int64_t from_plane = 0, to_plane = 0;  // doubles from one of `outer` to the next
-    const LineWaves& lines() const { return of_threads.front(); }
+    Real *from = nullptr, *to = nullptr;
+    std::int64_t from_plane = 0, to_plane = 0;  // numbers from one of `outer` to the next
+    const LineWavesOf<Real>& lines() const { return of_threads.front(); }
   };
 
   std::size_t number_of(std::int64_t row, std::int64_t along) const;
@@ -76,18 +81,18 @@ class GridWaves {
   bool has_images() const { return firsts_.front().images.has_value(); }
   template <class F>
   void for_each_block_of_first(const F& f);
-  void first_forward(FirstLines& own, const double* from, double* to, std::int64_t lines) const;
-  void first_backward(FirstLines& own, double* from, double* to, std::int64_t lines) const;
-  void multiply_behind_first(const double* factors, bool have_phases);
+  void first_forward(FirstLines& own, const Real* from, Real* to, std::int64_t lines) const;
+  void first_backward(FirstLines& own, Real* from, Real* to, std::int64_t lines) const;
+  void multiply_behind_first(const Real* factors, bool have_phases);
   Extent extent() const;
-  static void read(const Stage& stage, LineWaves& lines, double* from);
-  static void write(const Stage& stage, const LineWaves& lines, double* to);
+  static void read(const Stage& stage, LineWavesOf<Real>& lines, Real* from);
+  static void write(const Stage& stage, const LineWavesOf<Real>& lines, Real* to);
   template <class F>
   void for_each_block(Stage& stage, const F& f) const;
   void forward(Stage& stage) const;
   void backward(Stage& stage) const;
-  void multiply_last(Stage& stage, const double* factors, bool have_phases) const;
-  void multiply_line(const double* field, const double* factors, bool have_phases, double* product);
+  void multiply_last(Stage& stage, const Real* factors, bool have_phases) const;
+  void multiply_line(const Real* field, const Real* factors, bool have_phases, Real* product);
 
   Team team_;
   std::array<std::int64_t, 3> cells_, modes_{1, 1, 1};
@@ -95,10 +100,12 @@ class GridWaves {
   std::vector<FirstLines> firsts_;  // one a thread
   std::vector<Extent> extents_;     // of blocks
   std::vector<Stage> stages_;
-  std::int64_t row_ = 0, size_ = 0;  // doubles of a row of all waves; of all waves
+  std::int64_t row_ = 0, size_ = 0;  // numbers of a row of all waves; of all waves
   bool are_complex_ = false;
   double scale_ = 1;
-  AlignedValues first_, second_;  // waves along the first axis; those behind an axis where real ones become complex
+  AlignedValuesOf<Real> first_,
+      second_;  // waves along the first axis; those behind an axis where real ones become complex
 };
+using GridWaves = GridWavesOf<double>;
 
 }  // namespace dpde

@@ -20,17 +20,19 @@ namespace dpde {
 /// What both sides of an axis do; the low one first.
 enum class Sides { periodic, even_even, odd_odd, even_odd, odd_even };
 
-class LineWaves {
+template <class Real>
+class LineWavesOf {
  public:
-  static constexpr std::int64_t width = 8;  // doubles side by side: a line of the cache
+  /// Numbers side by side: a line of the cache.
+  static constexpr std::int64_t width = 64 / sizeof(Real);
 
   /// `are_complex`: the lines, which are half as many. Such ones on periodic axes are transformed where they are, in
-  /// arrays with `step` doubles from cell to cell, and `block` doubles side by side at once.
-  LineWaves(std::int64_t cells, Sides sides, bool are_complex, std::int64_t step, std::int64_t block);
+  /// arrays with `step` numbers from cell to cell, and `block` numbers side by side at once.
+  LineWavesOf(std::int64_t cells, Sides sides, bool are_complex, std::int64_t step, std::int64_t block);
 
   std::int64_t cells() const { return cells_; }
   std::int64_t modes() const { return modes_; }
-  /// Doubles of one mode over those of one cell: 2 where real lines get complex waves.
+  /// Numbers of one mode over those of one cell: 2 where real lines get complex waves.
   std::int64_t growth() const { return real_ ? 2 : 1; }
   /// The wave turns by 2*pi*turns(mode)/period() from cell to cell.
   std::int64_t turns(std::int64_t mode) const;
@@ -38,25 +40,25 @@ class LineWaves {
   /// What there and back multiplies by.
   double scale() const { return static_cast<double>(sides_ == Sides::periodic ? cells_ : 2 * cells_); }
 
-  /// Doubles side by side of cells.
+  /// Numbers side by side of cells.
   std::int64_t block() const { return block_; }
   bool are_in_place() const { return !values_; }
-  void place(double* begin) { begin_ = begin; }
-  /// Of lines that are not in place. `step` from cell to cell, `apart` from double to double side by side; what is
+  void place(Real* begin) { begin_ = begin; }
+  /// Of lines that are not in place. `step` from cell to cell, `apart` from number to number side by side; what is
   /// beyond `count` of these is 0.
-  void read(const double* from, std::int64_t step, std::int64_t apart, std::int64_t count);
-  void write(double* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
+  void read(const Real* from, std::int64_t step, std::int64_t apart, std::int64_t count);
+  void write(Real* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
   void forward();
   void backward();
-  void read_waves(const double* from, std::int64_t step, std::int64_t apart, std::int64_t count);
-  void write_waves(double* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
+  void read_waves(const Real* from, std::int64_t step, std::int64_t apart, std::int64_t count);
+  void write_waves(Real* to, std::int64_t step, std::int64_t apart, std::int64_t count) const;
   /// By factors of all waves side by side, mode after mode; with `have_phases` complex ones.
-  void multiply(const double* factors, bool have_phases);
+  void multiply(const Real* factors, bool have_phases);
 
  private:
   struct Source {
     std::int64_t cell;
-    double sign;
+    Real sign;
   };
 
   void make_sources();
@@ -70,13 +72,14 @@ class LineWaves {
   std::int64_t cells_, modes_;
   Sides sides_;
   bool have_complex_waves_;
-  double* begin_ = nullptr;  // rows to be transformed: `values_`, or in the array of who called
+  Real* begin_ = nullptr;  // rows to be transformed: `values_`, or in the array of who called
   std::int64_t step_ = width, block_ = width;
-  std::vector<Source> sources_;                       // of the rows that are transformed
-  std::vector<std::complex<double>> before_, after_;  // factors of rows, before and behind the transform
-  AlignedValues values_, other_;                      // rows of `width`; what else is needed
-  std::optional<ComplexFft> complex_;
-  std::optional<RealFft> real_;
+  std::vector<Source> sources_;                     // of the rows that are transformed
+  std::vector<std::complex<Real>> before_, after_;  // factors of rows, before and behind the transform
+  AlignedValuesOf<Real> values_, other_;            // rows of `width`; what else is needed
+  std::optional<ComplexFftOf<Real>> complex_;
+  std::optional<RealFftOf<Real>> real_;
 };
+using LineWaves = LineWavesOf<double>;
 
 }  // namespace dpde

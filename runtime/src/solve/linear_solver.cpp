@@ -15,6 +15,7 @@
 #include "dpde/runtime/error.h"
 #include "solve/direct.h"
 #include "solve/finite.h"
+#include "solve/first_guess.h"
 #include "solve/fourier.h"
 #include "solve/gmres.h"
 #include "solve/krylov.h"
@@ -121,6 +122,8 @@ struct LinearSolver::Impl {
   void make_iterations(VectorFunction precondition);
   void size_iterations(std::size_t size);
   SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
+  template <class Real>
+  std::optional<SolveReport> solve_rows(const ReadRowsOf<Real>& b, const WriteRowsOf<Real>& x);
   IterationReport iterate(std::span<const double> b, std::span<double> x);
   IterationReport iterate_packed(std::span<const double> b, std::span<double> x);
   void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
@@ -135,11 +138,11 @@ struct LinearSolver::Impl {
   SolveOptions options;
   Team team;
   std::shared_ptr<const GridOperator> a;
-  const NullSpace& null_space;     // of it
-  std::vector<double> diagonal;    // where it is divided by
-  Eigen::MatrixXd images, factor;  // of guesses behind the first, orthonormal; what makes these of them
-  double largest_row;              // norm
-  std::string no_multigrid;        // why
+  const NullSpace& null_space;   // of it
+  std::vector<double> diagonal;  // where it is divided by
+  FirstGuess first_guess;
+  double largest_row;        // norm
+  std::string no_multigrid;  // why
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   std::optional<DirectSolver> direct;
@@ -178,6 +181,7 @@ bool LinearSolver::Impl::try_fourier() {
   }
   if (!fourier && !lines) return false;
   method = SolverMethod::fourier;
+  if (fourier && options.rounding > 0x1p-30) fourier->try_floats(*a);
   if (lines) {
     reason = lines->reason();
     return true;
@@ -422,52 +426,26 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   return report;
 }
 
-std::optional<SolveReport> LinearSolver::solve_rows(const ReadRows& b, const WriteRows& x) {
-  Impl& own = *impl_;
-  if (!own.fourier || !own.fourier_residual || own.fourier->drops_waves()) return std::nullopt;
-  const std::optional<GridWaves::Passed> passed = own.fourier->divide_rows(b, x);
+template <class Real>
+std::optional<SolveReport> LinearSolver::Impl::solve_rows(const ReadRowsOf<Real>& b, const WriteRowsOf<Real>& x) {
+  if (!fourier || !fourier_residual || fourier->drops_waves()) return std::nullopt;
+  const std::optional<PassedRows> passed = fourier->divide_rows(b, x);
   if (!passed || !passed->is_finite) return std::nullopt;
-  return SolveReport{
-      .method = own.method,
-      .residual = *own.fourier_residual,
-      .incompatible = own.null_space.share_of_mean(passed->read, static_cast<std::size_t>(own.a->size()))};
+  return SolveReport{.method = method,
+                     .residual = *fourier_residual,
+                     .incompatible = null_space.share_of_mean(passed->read, static_cast<std::size_t>(a->size()))};
 }
 
-/// min |b - A*G*m| over the multiples m of the guesses G is at R*m = Q'*b of A*G = Q*R, by the modified method of Gram
-/// and Schmidt, so that it never leaves more than 0 does (P. F. Fischer, Comput. Methods Appl. Mech. Eng. 163, 1998,
-/// 193). An image of which less is left than rounding made of it adds nothing.
+std::optional<SolveReport> LinearSolver::solve_rows(const ReadRowsOf<double>& b, const WriteRowsOf<double>& x) {
+  return impl_->solve_rows(b, x);
+}
+std::optional<SolveReport> LinearSolver::solve_rows(const ReadRowsOf<float>& b, const WriteRowsOf<float>& x) {
+  return impl_->solve_rows(b, x);
+}
+bool LinearSolver::has_floats() const { return impl_->fourier && impl_->fourier->has_floats(); }
+
 void LinearSolver::begin(std::span<const double> b, std::span<double> guesses, std::span<double> x) {
-  Eigen::MatrixXd& factor = impl_->factor;
-  const auto cells = static_cast<Eigen::Index>(x.size()), count = static_cast<Eigen::Index>(guesses.size()) / cells;
-  impl_->images.resize(cells, count - 1);
-  factor.setZero(count, count + 1);  // behind R: Q'*b
-  Eigen::Map<Eigen::MatrixXd> columns(guesses.data(), cells, count);
-  const auto image = [&](Eigen::Index i) {  // the first is in x until that is known
-    return Eigen::Map<Eigen::VectorXd>(i == 0 ? x.data() : impl_->images.col(i - 1).data(), cells);
-  };
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const std::span<double> column(columns.col(i).data(), x.size()), of_column(image(i).data(), x.size());
-    impl_->null_space.remove(column, impl_->team);  // which has no image but by rounding
-    impl_->a->multiply(column, of_column, impl_->team);
-    const double size = image(i).norm(), by_rounding = impl_->rounding_of_x() * columns.col(i).norm();
-    for (Eigen::Index k = 0; k < i; ++k) {
-      factor(k, i) = image(k).dot(image(i));
-      image(i) -= factor(k, i) * image(k);
-    }
-    const double left = image(i).norm();
-    const bool is_new = std::isfinite(left) && left > std::max(std::sqrt(impl_->options.rounding) * size, by_rounding);
-    factor(i, i) = is_new ? left : 0;
-    image(i) *= is_new ? 1 / left : 0;
-    factor(i, count) = image(i).dot(vector_of(b));
-  }
-  vector_of(x).setZero();
-  for (Eigen::Index i = count - 1; i >= 0; --i) {
-    if (factor(i, i) == 0) continue;
-    const double multiple = factor(i, count) / factor(i, i);
-    if (!std::isfinite(multiple)) return vector_of(x).setZero(), void();
-    vector_of(x) += multiple * columns.col(i);
-    factor.col(count).head(i) -= multiple * factor.col(i).head(i);
-  }
+  impl_->first_guess.find(*impl_->a, b, guesses, {impl_->options.rounding, impl_->rounding_of_x()}, x, impl_->team);
 }
 
 SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, const VectorFunction* search) {

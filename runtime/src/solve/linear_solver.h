@@ -68,7 +68,11 @@ class LinearSolver {
   SolveReport solve(std::span<const double> b, std::span<double> x, const VectorFunction* search = nullptr);
   /// By Fourier series that have been right before, from field to field, each number read and written once. Nothing
   /// where there are none, or where b or x has numbers that are none: then x may be written, and solve() says why.
-  std::optional<SolveReport> solve_rows(const ReadRows& b, const WriteRows& x);
+  std::optional<SolveReport> solve_rows(const ReadRowsOf<double>& b, const WriteRowsOf<double>& x);
+  std::optional<SolveReport> solve_rows(const ReadRowsOf<float>& b, const WriteRowsOf<float>& x);
+  /// solve_rows in floats leaves a residual, in f64, within what rounding leaves of a transform: of operators whose
+  /// entries are no more exact.
+  bool has_floats() const;
   /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
   /// What no image shows is taken from the guesses.
   void begin(std::span<const double> b, std::span<double> guesses, std::span<double> x);

@@ -63,7 +63,8 @@ std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& la
   return periodic;
 }
 
-void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<double> values) {
+template <class Value>
+void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<Value> values) {
   with_real(layout.real, [&](auto real) {
     const auto* const cells = static_cast<const decltype(real)*>(base);
     for_each_row(layout, first, values.size(), [&](std::int64_t row, std::size_t at) {
@@ -71,13 +72,16 @@ void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, 
     });
   });
 }
+template void read_rows(const dpde_layout&, const void*, std::int64_t, std::span<double>);
+template void read_rows(const dpde_layout&, const void*, std::int64_t, std::span<float>);
 
-void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const double> values) {
+template <class Value>
+void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const Value> values) {
   with_real(layout.real, [&](auto real) {
     using Real = decltype(real);
     auto* const cells = static_cast<Real*>(base);
     for_each_row(layout, first, values.size(), [&](std::int64_t row, std::size_t at) {
-      if constexpr (std::is_same_v<Real, double>) {
+      if constexpr (std::is_same_v<Real, Value>) {
         std::copy_n(values.data() + at, layout.cells[0], cells + row);
       } else {
         for (std::int64_t x = 0; x < layout.cells[0]; ++x)
@@ -86,6 +90,8 @@ void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::
     });
   });
 }
+template void write_rows(const dpde_layout&, void*, std::int64_t, std::span<const double>);
+template void write_rows(const dpde_layout&, void*, std::int64_t, std::span<const float>);
 
 void copy_to_rows(const dpde_layout& layout, const void* base, char* rows, const Team& team) {
   const std::int64_t bytes = bytes_of_real(layout), row = layout.cells[0] * bytes;
@@ -109,13 +115,13 @@ void copy_from_rows(const dpde_layout& layout, const char* rows, void* base, con
 
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team) {
   for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
-    read_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
+    read_rows<double>(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
   });
 }
 
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team) {
   for_each_share(layout, team, [&](std::int64_t, std::int64_t first, std::size_t count) {
-    write_rows(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
+    write_rows<double>(layout, base, first, values.subspan(static_cast<std::size_t>(first), count));
   });
 }
 

@@ -24,8 +24,10 @@ double rounding_of(const dpde_layout& layout);
 std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout);
 
 /// Whole rows of the interior, x fastest, from the cell `first` on. `base` points at the cell (0,0,0).
-void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<double> values);
-void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const double> values);
+template <class Value>
+void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<Value> values);
+template <class Value>
+void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const Value> values);
 /// The interior, x fastest, by a team where it is large. `base` points at the cell (0,0,0).
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team = 1);
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team = 1);

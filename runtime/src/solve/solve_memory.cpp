@@ -75,7 +75,11 @@ class SolveArrays {
     const auto first = static_cast<double>(shape_.cells[0]);
     const double gap = 1 + 10 / std::max(first, 10.0);
     const bool become_complex = !shape_.periodic[0] && shape_.periodic[1] && shape_.cells[2] > 1;
-    keep(gap + (become_complex ? 2 * gap : 0) + (has_rings ? 0.5 : 1) * gap);
+    const double all = gap + (become_complex ? 2 * gap : 0) + (has_rings ? 0.5 : 1) * gap;
+    keep(all);
+    if (!shape_.has_floats) return;
+    note(4);  // what they are tried with
+    keep(all / 2);
   }
 
   /// A vector in half rows, with the rooms between them (solve/half_rows.h), of a grid of cycles.
@@ -132,6 +136,7 @@ SolveShape shape_of(const dpde_solve& solve, const dpde_layout& given) {
   shape.is_constant = solve.coefficient_count == 0;
   shape.method = solve.method;
   shape.guesses = solve.guess_count;
+  shape.has_floats = layout.real == DPDE_F32;
   return shape;
 }
 

@@ -16,6 +16,7 @@ struct SolveShape {
   bool is_constant = true;              // the same row in all cells, with walls that are mirrors
   int method = DPDE_SOLVE_AUTOMATIC;    // of dpde_solve
   int guesses = 0;
+  bool has_floats = false;  // transforms of fields of f32
 };
 
 /// Of a solve without coefficients rows are taken to be the same in all cells.
