@@ -61,6 +61,14 @@ TEST_F(RunCommand, PrintsOneObjectWithTheKeysOfTheContract) {
   EXPECT_EQ(run.err, "");
 }
 
+TEST_F(RunCommand, SaysWhatIsDoneBeforeTheFirstStep) {
+  write("rod.dpde", rod_text);
+  const std::string told = dpde("run rod.dpde rod --no-cache --progress").err;
+  const std::size_t before = told.find("how long a step may be"), behind = told.find("step 1 of");
+  EXPECT_NE(before, std::string::npos) << told;
+  EXPECT_TRUE(behind == std::string::npos || before < behind) << told;
+}
+
 TEST_F(RunCommand, RecordsOnTheWay) {
   write("rod.dpde", rod_text);
   const Outcome run = dpde("run rod.dpde --json --every 4 --out o");

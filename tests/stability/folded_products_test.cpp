@@ -73,6 +73,27 @@ TEST(FoldedProducts, AreCutByDealiasing) {
   EXPECT_FALSE(blows_up(*vortices(32, dealiased, 0.6 * limit)));
 }
 
+/// Runs on very many cells take minutes: a verdict is of waves there, and says so. It names the cure all the same.
+TEST(FoldedProducts, AreLeftOutOnLargeGridsUnlessAskedFor) {
+  const auto verdict_on = [](int cells, bool at_all_cells) {
+    const auto session = open_scene(
+        fmt::format("model m {{ field u; dt(u) = -u*dx(u) }}\nscheme c {{ time = rk4; dx = spectral }}\n"
+                    "scene s : m with c {{\n  grid x = 0 .. 2*pi, cells {}, periodic\n  initial u = 2 + sin(x)\n"
+                    "  time 0 .. 1, step 1/{}\n}}\n",
+                    cells, 4 * cells));
+    const Verdict verdict = verdict_of(*session, {at_all_cells});
+    EXPECT_EQ(verdict.leaves_out_folding(), !verdict.is_of_runs());
+    EXPECT_EQ(folding_text(session->problem(), verdict).empty(), !verdict.leaves_out_folding());
+    return verdict;
+  };
+  const Verdict large = verdict_on(160'000, false), small = verdict_on(64, false), asked = verdict_on(64, true);
+  EXPECT_TRUE(large.leaves_out_folding());
+  EXPECT_FALSE(small.leaves_out_folding());
+  EXPECT_EQ(small.limit.step, asked.limit.step);
+  // Of waves: sqrt(8) over the fastest rate, 3 pi/h.
+  EXPECT_NEAR(large.limit.step / (std::sqrt(8) / (3 * 80'000)), 1, 1e-3);
+}
+
 /// Differences fold nothing, nor do products without derivatives.
 TEST(FoldedProducts, AreOfFourierSeries) {
   EXPECT_FALSE(folds_products(vortices(16, "dx = central(4)", 0.02)->problem(), {}));

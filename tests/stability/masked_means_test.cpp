@@ -60,7 +60,7 @@ TEST(MaskedMeans, OfAllPlacesAlikeAreWaves) {
       "model m { field u; coefficient c; dt(u) = c*lap(u) - 500*mean(u) }\nscheme p { time = euler }\n"
       "scene s : m with p { grid x = 0 .. 1, cells 300, periodic\n c = 1e-6*(2 + sin(2*pi*x))\n initial u = 1\n"
       " time 0 .. 1, step 1/1000 }\n"));
-  EXPECT_FALSE(verdict.is_of_runs);
+  EXPECT_FALSE(verdict.is_of_runs());
   EXPECT_NEAR(verdict.limit.step, 2.0 / 500, 1e-3 * 2 / 500);
 }
 

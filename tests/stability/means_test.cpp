@@ -87,7 +87,7 @@ TEST(Means, LimitsAreThoseOfDecay) {
                                      ByMeans{"ab2", 1}, ByMeans{"ab3", 6.0 / 11}}) {
     const Verdict verdict =
         verdict_of_means("field u; dt(u) = -mean(q*u) + 1e-6*lap(u)", time, uneven + "initial u = 1");
-    EXPECT_TRUE(verdict.is_of_runs) << time;
+    EXPECT_TRUE(verdict.is_of_runs()) << time;
     EXPECT_NEAR(verdict.limit.step * 8 / factor, 1, 2.5e-3) << time;
     const Verdict steady = verdict_of_means("field u; dt(u) = -2*mean(u^2)*u + 1e-9*lap(u) + q", time,
                                             "q = 27*sin(2*pi*x); initial u = 3*sin(2*pi*x)");
@@ -101,7 +101,7 @@ TEST(Means, LimitsAreThoseOfOscillations) {
   for (const auto& [time, factor] :
        {ByMeans{"ssp_rk3", std::sqrt(3.0)}, ByMeans{"rk4", std::sqrt(8.0)}, ByMeans{"ab3", 0.7236}}) {
     const Verdict verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
-    EXPECT_TRUE(verdict.is_of_runs) << time;
+    EXPECT_TRUE(verdict.is_of_runs()) << time;
     EXPECT_NEAR(verdict.limit.step * 8 / factor, 1, 2.5e-3) << time;
   }
 }

@@ -60,10 +60,15 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
 
 TEST(VerdictCache, TellsItsFlagsAndKindsApart) {
   for (bool Verdict::*const flag : {&Verdict::is_exact, &Verdict::is_of_walls, &Verdict::is_of_grid,
-                                    &Verdict::is_of_networks, &Verdict::is_of_means, &Verdict::is_of_runs}) {
+                                    &Verdict::is_of_networks, &Verdict::is_of_means}) {
     Verdict v;
     v.*flag = true;
     EXPECT_EQ(text_of(verdict_from(text_of(v)).value()), text_of(v));
+  }
+  for (const Verdict::Runs runs : {Verdict::Runs::none, Verdict::Runs::made, Verdict::Runs::left_out}) {
+    Verdict v;
+    v.runs = runs;
+    EXPECT_EQ(verdict_from(text_of(v)).value().runs, runs);
   }
   for (const StepLimit::Kind kind : {StepLimit::Kind::limit, StepLimit::Kind::none, StepLimit::Kind::never}) {
     Verdict v;

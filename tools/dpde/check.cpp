@@ -29,6 +29,7 @@
 #include "model/solves.h"
 #include "order_report.h"
 #include "preparing.h"
+#include "progress.h"
 #include "scene_output.h"
 #include "scene_session.h"
 #include "stability/equations.h"
@@ -44,7 +45,7 @@ namespace dpde::tools {
 namespace {
 
 struct CheckOptions : TaskOptions {
-  bool waves = false, measure = false;
+  bool waves = false, all_cells = false, measure = false;
 };
 
 std::string report_networks(const model::Problem& problem, Json& result) {
@@ -252,17 +253,21 @@ std::string report_causes(Job& job, driver::Session& session, const stability::V
   return "  ill-posed: " + stability::ill_posed_text(*cause) + "\n";
 }
 
+stability::Look look_of(const CheckOptions& options) {
+  return {options.all_cells, shown_in_line(options.streams.err, false, options.quiet || options.json)};
+}
+
 /// `session`: the scene as a run would begin; null where its initial state cannot be made.
-std::string report_stability(Job& job, driver::Session* session, bool with_waves, Json& result) {
+std::string report_stability(Job& job, driver::Session* session, const CheckOptions& options, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
   if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
-  const stability::Verdict verdict = stability::verdict_of(*session);
+  const stability::Verdict verdict = stability::verdict_of(*session, look_of(options));
   StabilityReport report = report_of(session->problem(), verdict, job.source());
   result["stability"] = std::move(report.json);
   std::string text = report.text + report_causes(job, *session, verdict, result["stability"]) +
                      report_character(job, *session, verdict, result);
-  if (with_waves) text += report_waves(*session, verdict, result);
+  if (options.waves) text += report_waves(*session, verdict, result);
   return text + report_conserved(job, *session, result);
 }
 
@@ -368,7 +373,7 @@ void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& 
   text += report_order(problem, result, jumps);
   warn_of_jumps(job, jumps);
   text += report_flux_form(problem, result);
-  text += report_stability(job, session.get(), options.waves, result);
+  text += report_stability(job, session.get(), options, result);
   if (problem.task) text += report_stability_of_start(*problem.task, session.get(), result);
   text += report_solves(session.get(), result);
   text += report_networks(problem, result);
@@ -443,6 +448,8 @@ void add_check(CLI::App& app, Console& console) {
   add_common_options(*verb, *options, console, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
   verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
+  verb->add_flag("--all-cells", options->all_cells,
+                 "look at what products fold back on large grids, too: it may take minutes");
   verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer(
       "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <memory>
 
 #include "command.h"
 
@@ -29,6 +30,11 @@ void Progress::show(const std::string& text, int done, int total) {
   if (done > 0 && !is_last) line += fmt::format(", {} left", human_seconds(elapsed * (total - done) / done));
   std::fputs(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n").c_str(), stream_);
   std::fflush(stream_);
+}
+
+std::function<void(const std::string&)> shown_in_line(std::FILE* stream, bool wanted, bool silent) {
+  const auto line = std::make_shared<Progress>(stream, wanted, silent);
+  return [line](const std::string& text) { line->show(text, 0, 1); };
 }
 
 }  // namespace dpde::tools

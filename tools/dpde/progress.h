@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <string>
 
 namespace dpde::tools {
@@ -26,5 +27,8 @@ class Progress {
   bool active_, terminal_, shown_ = false;
   Clock::time_point start_ = Clock::now(), last_{};
 };
+
+/// Shows what it is told, and for how long that is so, in such a line, which goes with the last copy of it.
+std::function<void(const std::string&)> shown_in_line(std::FILE* stream, bool wanted, bool silent);
 
 }  // namespace dpde::tools

@@ -133,7 +133,9 @@ bool Run::open() {
   if (!check_options() || !prepare_out(job_)) return false;
   const Preparing preparing(job_);
   session_ = open_scene(job_, job_.sink());
-  return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink()) &&
+  const stability::Look look{false,
+                             shown_in_line(options_.streams.err, options_.progress, options_.quiet || options_.json)};
+  return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink(), look) &&
          has_finite_exact(*session_, job_.sink());
 }
 

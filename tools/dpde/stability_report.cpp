@@ -66,6 +66,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
     result["short_waves"] = {{"growth_rate", verdict.short_waves->rate}, {"cells", verdict.short_waves->cells}};
   result["field"] = verdict.field;
   result["walls"] = verdict.is_of_walls;
+  if (verdict.leaves_out_folding()) result["left_out"] = Json::array({"what products fold back"});
   result["places"] = verdict.places;
   result["wall_places"] = verdict.places_between_walls;
   result["own_grid"] = verdict.is_of_grid;
@@ -152,6 +153,8 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
                         stability::wave_text(other, problem), other.field, other.growth);
   text += own_growth_text(problem, verdict);
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
+  if (verdict.leaves_out_folding())
+    text += "  what products fold back was not looked at on so many cells; --all-cells does, and may take minutes\n";
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)
@@ -161,7 +164,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
                         fmt::join(stability::cells_between_walls(problem.axes, states), " x "),
                         verdict.places_between_walls, verdict.places);
-  if (verdict.is_of_runs)
+  if (verdict.is_of_runs())
     text += fmt::format("  an estimate: the step as the run begins was repeated on the scene's own grid{}\n",
                         verdict.place.empty() ? "" : ", waves are worst at " + verdict.place);
   else if (!verdict.is_exact)

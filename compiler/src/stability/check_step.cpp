@@ -106,9 +106,9 @@ std::string advice_on_blow_up(driver::Session& session) {
       verdict.limit.step, step);
 }
 
-bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
+bool check_step(driver::Session& session, bool force, DiagnosticSink& sink, const Look& look) {
   if (force || session.problem().step_control) return true;
-  const std::optional<Verdict> grown = verdict_where_it_grows(session);
+  const std::optional<Verdict> grown = verdict_where_it_grows(session, look);
   if (!grown || !grown->is_above()) return true;
   const Verdict& verdict = grown->grown_most();
   const bool ruins = grown->ruins_run();

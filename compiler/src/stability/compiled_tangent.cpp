@@ -291,14 +291,15 @@ Eigen::MatrixXd CompiledTangent::applied(const State& inputs, const Params& para
   return perturbation;
 }
 
-CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps,
-                                                    double enough) const {
+CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const Params& params, int steps, double enough,
+                                                    int kept_steps) const {
   Run run(*this, inputs, params);
   const Columns columns(run, linear_, is_flow_);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1, 1);
   Eigen::MatrixXd all = Eigen::MatrixXd::NullaryExpr(cell_count(run.layout), columns.count(),
                                                      [&](Eigen::Index, Eigen::Index) { return noise(random); });
+  Eigen::MatrixXd kept;
   double growth = 0;
   std::vector<double> growths;
   for (int step = 0; step < steps; step += steps_between_growths) {
@@ -312,9 +313,10 @@ CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const P
     growths.push_back(growth);
     if (!std::isfinite(growth)) break;
     all /= norm;
+    if (step + steps_between_growths == kept_steps) kept = all;
     if (growth > enough) break;
   }
-  return {std::move(growths), std::move(all)};
+  return {std::move(growths), std::move(all), std::move(kept)};
 }
 
 KrylovSpace CompiledTangent::on_krylov_space(const State& inputs, const Params& params,

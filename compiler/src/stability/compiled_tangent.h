@@ -57,11 +57,13 @@ class CompiledTangent {
     /// ones noise becomes what states are to one another: those that are rates of others are as fast as these.
     std::vector<double> growths;
     Eigen::MatrixXd last;  // what it has become, of length 1: cells by states that anything depends on
+    Eigen::MatrixXd kept;  // what it was after `kept_steps`
   };
   /// Of a random perturbation; the last growth is infinite where it leaves the range of numbers or a solve finds no
-  /// solution. It ends early where ln of the growth is above `enough`.
+  /// solution. It ends early where ln of the growth is above `enough`. `kept_steps`: a multiple of
+  /// steps_between_growths.
   Repeated repeated(const stencil::State& inputs, const stencil::Params& params, int steps,
-                    double enough = std::numeric_limits<double>::infinity()) const;
+                    double enough = std::numeric_limits<double>::infinity(), int kept_steps = 0) const;
   /// Arnoldi's method (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011, 6.2): the space of a
   /// perturbation, given as `Repeated` leaves it, and of what up to `most` steps make of it; the largest eigenvalues of
   /// its matrix come near those of the step. Smaller than `most` where the space holds all that steps make; 0 x 0 where

@@ -25,6 +25,7 @@ namespace {
 
 constexpr double ln_hundred = 4.605170185988092;
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
+constexpr double most_cells_folded = 1.5e5;  // 2 runs of 60 steps and their references are some 10 s of 2026
 constexpr double numbers_of_space = 2e7;
 constexpr int fewest_of_space = 8, largest_space = 40;
 constexpr double settled = 1e-5, told_where_settled = 3e-5;  // of ln |g|
@@ -158,10 +159,16 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   return result;
 }
 
-CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double enough) const {
+bool CoupledRuns::are_too_long(driver::Session& session, const LinearStep& linear) {
+  const model::Problem& problem = session.problem();
+  if (linear.couples_means() || problem.metric || !folds_products(problem, linear.group())) return false;
+  return static_cast<double>(session.workspace().cell_count()) > most_cells_folded;
+}
+
+CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
   Params params = params_;
   params["dt"] = step;
-  return tangent_->repeated(inputs_, params, steps, enough);
+  return tangent_->repeated(inputs_, params, steps, enough, kept_steps);
 }
 
 /// Most steps beyond a limit show it soon, and the equations need not be followed for long.
@@ -332,12 +339,11 @@ double CoupledRuns::late_growth_rate(double step) const {
 }
 
 /// A wave of L cells differs from one cell to the next by sin(pi/L)^2 of the most that it could.
-double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, const CompiledTangent::Repeated& half) const {
+double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, double growth) const {
   const Eigen::MatrixXd& perturbation = run.last;
-  const double growth = run.growths.back() - half.growths.back();
   double largest = 0;
   for (Eigen::Index state = 0; state < perturbation.cols(); ++state) {
-    const double of_state = std::log(perturbation.col(state).norm() / half.last.col(state).norm());
+    const double of_state = std::log(perturbation.col(state).norm() / run.kept.col(state).norm());
     if (!(growth + of_state > growth / 2)) continue;  // it keeps what it began with, noise
     const double all = 4 * perturbation.col(state).squaredNorm();
     Eigen::Index stride = 1;
@@ -372,11 +378,12 @@ std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longe
     const double length = static_cast<double>(growths.size() - 1 - half) * CompiledTangent::steps_between_growths;
     return length > 0 ? (growths.back() - growths[half]) / (length * of_step) - by_events_ / of_step : 0;
   };
-  const CompiledTangent::Repeated run = repeated(step, steps);
-  if (run.growths.empty() || !std::isfinite(run.growths.back())) return std::nullopt;
-  const CompiledTangent::Repeated half = repeated(step, steps / 2 / whole * whole);
-  if (half.growths.empty()) return std::nullopt;
-  const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run, half)};
+  const int half = steps / 2 / whole * whole;
+  if (half == 0) return std::nullopt;
+  const CompiledTangent::Repeated run = repeated(step, steps, std::numeric_limits<double>::infinity(), half);
+  if (!std::isfinite(run.growths.back())) return std::nullopt;
+  const double of_half = run.growths[static_cast<std::size_t>(half / whole - 1)];
+  const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run, run.growths.back() - of_half)};
   if (!(found.rate * 0.5 * steps * step > told) || found.cells > few) return std::nullopt;
   const CompiledTangent::Repeated finer = repeated(0.5 * step, 2 * steps);
   return late_rate(finer.growths, 0.5 * step) > as_fast * found.rate ? std::optional(found) : std::nullopt;

@@ -50,6 +50,10 @@ class CoupledRuns {
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events, const LinearStep* euler = nullptr);
 
+  /// Where nothing but products that fold back asks for runs, and cells are so many that these take more than some
+  /// seconds: nothing shorter tells limits. What so few steps can show a run itself shows as soon.
+  static bool are_too_long(driver::Session& session, const LinearStep& linear);
+
   /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what the equations do
   /// beside these in the same time; and no eigenvalue of the step that is found grows at all beyond that, which so few
   /// steps may not show.
@@ -98,10 +102,11 @@ class CoupledRuns {
   /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
-  CompiledTangent::Repeated repeated(double step, int steps,
-                                     double enough = std::numeric_limits<double>::infinity()) const;
-  /// Along the axis where they are shortest, of the states that grow from `half` of the run on.
-  double cells_of_waves(const CompiledTangent::Repeated& run, const CompiledTangent::Repeated& half) const;
+  CompiledTangent::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
+                                     int kept_steps = 0) const;
+  /// Along the axis where they are shortest, of the states that grow from what is kept of the run on; by `growth` in
+  /// all.
+  double cells_of_waves(const CompiledTangent::Repeated& run, double growth) const;
   Reference reference(double step, double length) const;
   Reference reference_by_flow(double length) const;
   Reference reference_by_parts(double step, double length) const;
@@ -112,7 +117,7 @@ class CoupledRuns {
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
-  int parts_ = 8;                     // of a step: short ones
+  int parts_ = 4;                     // of a step: short ones
   bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
   std::vector<bool> are_rings_ = {};  // axes
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/examination.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -53,9 +55,11 @@ bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) 
 class Examination {
  public:
   /// `problem` is the session's, or that by another scheme.
-  Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, Verdict& verdict)
+  Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, const Look& look,
+              Verdict& verdict)
       : session_(session),
         problem_(problem),
+        look_(look),
         linear_(with_means_of_runs(session, linear, session.problem().step)),
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
@@ -166,6 +170,7 @@ class Examination {
   }
 
   void look_at(const ScenePoint& point) {
+    look_.says("steps of all lengths: waves" + (point.place.empty() ? "" : " at " + point.place));
     if (const std::optional<FrozenAnalysis> analysis = analysis_at(point.point)) look_at(*analysis, point);
   }
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
@@ -229,6 +234,9 @@ class Examination {
   }
 
   std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
+    const bool are_left_out = !look_.at_all_cells && CoupledRuns::are_too_long(session_, linear_);
+    if (are_left_out) verdict_.runs = Verdict::Runs::left_out;
+    if (are_left_out) return nullptr;
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
@@ -400,11 +408,14 @@ class Examination {
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
-    verdict_.is_of_runs = true;
+    verdict_.runs = Verdict::Runs::made;
     const bool is_curved = problem_.metric.has_value();
     if (is_curved) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
-    const auto is_stable = [&](double step) { return runs.is_stable(step); };
+    const auto is_stable = [&](double step) {
+      look_.says(fmt::format("a step of {:.4g}: runs on the scene's own grid", step));
+      return runs.is_stable(step);
+    };
     double longest = verdict_.step;
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
       longest *= 2;
@@ -451,6 +462,7 @@ class Examination {
 
   driver::Session& session_;
   const model::Problem& problem_;
+  const Look& look_;
   const LinearStep linear_;
   Verdict& verdict_;
   int rank_;
@@ -463,8 +475,8 @@ class Examination {
 
 }  // namespace
 
-bool examine_group(driver::Session& session, const LinearStep& linear, Verdict& verdict) {
-  return Examination(session, session.problem(), linear, verdict).run();
+bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, Verdict& verdict) {
+  return Examination(session, session.problem(), linear, look, verdict).run();
 }
 
 std::optional<double> limit_by_other_scheme(driver::Session& session, const model::Problem& other) {
@@ -472,16 +484,16 @@ std::optional<double> limit_by_other_scheme(driver::Session& session, const mode
   double least = std::numeric_limits<double>::infinity();
   for (const LinearStep& linear : linear_steps(other)) {
     Verdict verdict;
-    if (!Examination(session, other, linear, verdict).run() || verdict.limit.kind == StepLimit::Kind::never)
+    if (!Examination(session, other, linear, {}, verdict).run() || verdict.limit.kind == StepLimit::Kind::never)
       return std::nullopt;
     if (verdict.limit.kind == StepLimit::Kind::limit) least = std::min(least, verdict.limit.step);
   }
   return std::isfinite(least) ? std::optional(least) : std::nullopt;
 }
 
-bool grows_nothing_in(driver::Session& session, const LinearStep& linear) {
+bool grows_nothing_in(driver::Session& session, const LinearStep& linear, const Look& look) {
   Verdict verdict;
-  return Examination(session, session.problem(), linear, verdict).grows_nothing();
+  return Examination(session, session.problem(), linear, look, verdict).grows_nothing();
 }
 
 }  // namespace dpde::stability

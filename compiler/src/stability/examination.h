@@ -12,13 +12,13 @@
 namespace dpde::stability {
 
 /// Of their step. False where nothing is finite at the initial state.
-bool examine_group(driver::Session& session, const LinearStep& linear, Verdict& verdict);
+bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, Verdict& verdict);
 
 /// The largest stable step of the session's equations by another explicit scheme, looked at in the same ways, on its
 /// own grid and between walls, too; nullopt where every step is unstable, or no step is.
 std::optional<double> limit_by_other_scheme(driver::Session& session, const model::Problem& other);
 
 /// Whether nothing grows in the scene's step.
-bool grows_nothing_in(driver::Session& session, const LinearStep& linear);
+bool grows_nothing_in(driver::Session& session, const LinearStep& linear, const Look& look);
 
 }  // namespace dpde::stability

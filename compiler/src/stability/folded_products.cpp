@@ -69,8 +69,8 @@ bool folds_products(const model::Problem& problem, const StateGroup& group) {
 
 std::string folding_text(const model::Problem& problem, const Verdict& verdict) {
   const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& s) { return s.parts > 1; });
-  const bool is_set_by_runs = verdict.is_of_means || verdict.short_waves;
-  if (!is_set_by_runs || has_parts || !folds_products(problem, verdict.group)) return "";
+  const bool may_be_set_by_it = verdict.is_of_means || verdict.short_waves || verdict.leaves_out_folding();
+  if (!may_be_set_by_it || has_parts || !folds_products(problem, verdict.group)) return "";
   return "dealias = two_thirds in the scheme cuts the waves that products fold back; without it stable steps become "
          "shorter as waves spread";
 }

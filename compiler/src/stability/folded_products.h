@@ -18,7 +18,7 @@ struct Verdict;
 /// and nothing cuts what folds back.
 bool folds_products(const model::Problem& problem, const StateGroup& group);
 
-/// The cure, where it is what folds back that sets the verdict; "": it does not, or there is none.
+/// The cure, where it is what folds back that sets the verdict, or may; "": it does not, or there is none.
 std::string folding_text(const model::Problem& problem, const Verdict& verdict);
 
 }  // namespace dpde::stability

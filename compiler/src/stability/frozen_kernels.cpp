@@ -75,6 +75,15 @@ void FrozenKernels::add_waves_of(const stencil::Transform::Term& term, Id result
     waves[axis] = waves[axis] || by_result[axis] || by_factor[axis] || by_argument[axis];
 }
 
+/// Once: a response asks for them at each point and for each length of a step.
+void FrozenKernels::add_symbols_of(const stencil::Transform& transform) {
+  stencil::for_each_symbol(transform, [&](const stencil::Expr& symbol) {
+    if (symbols_.contains(&symbol.node())) return;
+    symbols_.emplace(&symbol.node(),
+                     Symbol{symbol, stencil::polynomial_of(symbol).value_or(std::vector<stencil::Monomial>{})});
+  });
+}
+
 std::ptrdiff_t FrozenKernels::count_waves() const {
   std::ptrdiff_t count = 0;
   for (const Field& field : fields_) count += std::ranges::count(field.waves, true);
@@ -285,6 +294,7 @@ void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
         [&](const stencil::Transform& transform) {
           const Id result = add_field(transform.result);
           for (const stencil::Transform::Term& term : transform.terms) add_waves_of(term, result);
+          add_symbols_of(transform);
         },
         [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {

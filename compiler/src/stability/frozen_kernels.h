@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stencil/stencil.h"
+#include "stencil/symbol.h"
 
 namespace dpde::stability {
 
@@ -85,6 +86,10 @@ class FrozenKernels {
   /// Whether what the program makes of perturbations is a rational function of dt, by its text: kernels alone make it,
   /// and dt is in no condition and no function, not by way of a field either. Where all stages of states are known.
   bool is_rational_in_step() const { return is_rational_in_step_; }
+  /// Of the argument or the factor of a transform of the program.
+  const std::vector<stencil::Monomial>& polynomial(const stencil::Expr& symbol) const {
+    return symbols_.at(&symbol.node()).polynomial;
+  }
   /// -1: nothing reads it.
   Id param(const std::string& name) const;
 
@@ -93,6 +98,11 @@ class FrozenKernels {
   class StepDependence;
   Id add_field(const std::string& name);
   Id add_param(const std::string& name);
+  struct Symbol {
+    stencil::Expr symbol;  // which keeps the node
+    std::vector<stencil::Monomial> polynomial;
+  };
+  void add_symbols_of(const stencil::Transform& transform);
   void add_waves_of(const stencil::Transform::Term& term, Id result);
   std::ptrdiff_t count_waves() const;
   void add_fields_of(const std::vector<stencil::Statement>& body);
@@ -102,6 +112,7 @@ class FrozenKernels {
   std::vector<std::string> params_;
   std::map<std::string, Id> field_ids_, param_ids_;
   std::map<std::string, Kernel> kernels_;
+  std::map<const stencil::Node*, Symbol> symbols_;
   bool is_rational_in_step_ = false;
 };
 

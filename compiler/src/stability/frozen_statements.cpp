@@ -74,7 +74,7 @@ double Evaluation::number_of(const Expr& e) const {
 /// In angles: the spacings go into the numbers.
 std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
   std::vector<NumberMonomial> numbers;
-  for (const Monomial& monomial : polynomial_of(symbol).value_or(std::vector<Monomial>{})) {
+  for (const Monomial& monomial : kernels_.polynomial(symbol)) {
     double coefficient = number_of(monomial.coefficient);
     for (std::size_t axis = 0; axis < monomial.powers.size(); ++axis) {
       if (monomial.powers[axis] > 0) coefficient /= std::pow(numbers_.spacing(axis), monomial.powers[axis]);

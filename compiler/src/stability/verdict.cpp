@@ -64,12 +64,12 @@ std::vector<GroupStep> steps_of_groups(driver::Session& session) {
 }
 
 /// The verdict on a group alone; of what takes long no limit above `most`.
-Verdict verdict_on(driver::Session& session, const GroupStep& step, double most) {
+Verdict verdict_on(driver::Session& session, const GroupStep& step, double most, const Look& look) {
   const auto& [group, why, linear] = step;
   if (!linear) return verdict_on_networks(session, group, most, why);
   Verdict verdict;
   verdict.group = group;
-  if (!examine_group(session, *linear, verdict)) {
+  if (!examine_group(session, *linear, look, verdict)) {
     verdict.why = linear->solves() ? "what the step solves for is not known at the initial state"
                                    : "the step's tangent is not finite at the initial state";
     return verdict;
@@ -98,6 +98,7 @@ Verdict merged(const Verdict& a, const Verdict& b) {
   lower.is_exact = lower.is_exact && other.is_exact;
   lower.places = std::max(lower.places, other.places);
   lower.growth_rate = std::max(lower.growth_rate, other.growth_rate);
+  if (other.leaves_out_folding()) lower.runs = other.runs;
   lower.growth_by_events = std::max(lower.growth_by_events, other.growth_by_events);
   if (other.short_waves && (!lower.short_waves || other.short_waves->rate > lower.short_waves->rate))
     lower.short_waves = other.short_waves;
@@ -111,10 +112,10 @@ Verdict merged(const Verdict& a, const Verdict& b) {
 
 }  // namespace
 
-bool look_for_growth(driver::Session& session) {
+bool look_for_growth(driver::Session& session, const Look& look) {
   const ConsistentStart start(session);
   return std::ranges::all_of(steps_of_groups(session), [&](const GroupStep& step) {
-    return step.linear ? grows_nothing_in(session, *step.linear) : networks_grow_nothing(session, step.group);
+    return step.linear ? grows_nothing_in(session, *step.linear, look) : networks_grow_nothing(session, step.group);
   });
 }
 
@@ -145,7 +146,7 @@ double Verdict::hundredfold() const {
   return is_above() && beyond > 0 ? hundred / (beyond * parts) : std::numeric_limits<double>::infinity();
 }
 
-Verdict examine(driver::Session& session) {
+Verdict examine(driver::Session& session, const Look& look) {
   Verdict verdict;
   if (session.problem().step_control) {
     verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
@@ -154,7 +155,7 @@ Verdict examine(driver::Session& session) {
   const ConsistentStart start(session);
   std::optional<Verdict> all, unknown;
   for (const GroupStep& step : steps_of_groups(session)) {
-    const Verdict found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit);
+    const Verdict found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit, look);
     if (!found.is_analysed())
       unknown = found;
     else

@@ -15,14 +15,27 @@
 
 namespace dpde::stability {
 
+/// How far a verdict goes, and who hears what is done meanwhile.
+struct Look {
+  /// At products that fold back on grids of any size: a look by runs, which takes minutes on a million cells. Else
+  /// beyond most_cells_folded it is left out, and the verdict says so.
+  bool at_all_cells = false;
+  std::function<void(const std::string& what)> tell = {};
+  void says(const std::string& what) const {
+    if (tell) tell(what);
+  }
+};
+
 struct Verdict {
   std::string why;  // not analysed, and why; "" where it is
   StepLimit limit;
-  bool is_exact = false;         // holds for all places, states and times; else an estimate
-  bool is_of_grid = false;       // all disturbances of the scene's own grid were looked at: see own_grid.h
-  bool is_of_walls = false;      // it is walls that lower the limit
-  bool is_of_means = false;      // or means of fields, which tie all cells to one another: see coupled_means.h
-  bool is_of_runs = false;       // whether it lowers it or not, all of the grid was looked at so
+  bool is_exact = false;     // holds for all places, states and times; else an estimate
+  bool is_of_grid = false;   // all disturbances of the scene's own grid were looked at: see own_grid.h
+  bool is_of_walls = false;  // it is walls that lower the limit
+  bool is_of_means = false;  // or means of fields, which tie all cells to one another: see coupled_means.h
+  /// Of the step's tangent on all of the grid, whether they lower the limit or not; left out where products fold back
+  /// on more cells than are looked at.
+  enum class Runs { none, made, left_out } runs = Runs::none;
   int places = 0;                // at which coefficients were frozen, none of them like another
   int places_between_walls = 0;  // of these, those at which walls were looked at
   bool is_of_networks = false;   // by a step's tangent on few cells: an estimate, and no run is refused for it
@@ -47,6 +60,8 @@ struct Verdict {
 
   bool is_analysed() const { return why.empty(); }
   const Verdict& grown_most() const { return worse.empty() ? *this : worse.front(); }
+  bool is_of_runs() const { return runs == Runs::made; }
+  bool leaves_out_folding() const { return runs == Runs::left_out; }
   bool is_above() const;
   /// Growth ends where a limiter keeps values between their neighbours'.
   bool is_held_by_limiter() const { return step <= limiter_step; }
@@ -58,13 +73,14 @@ struct Verdict {
   double hundredfold() const;
 };
 
-Verdict verdict_of(driver::Session& session);
+/// Of what is kept by a verdict that looks at all cells, too.
+Verdict verdict_of(driver::Session& session, const Look& look = {});
 
 /// Whether nothing grows in the scene's step: much quicker than a verdict, which says no more then than that all is
 /// well. False where something may.
-bool grows_nothing(driver::Session& session);
+bool grows_nothing(driver::Session& session, const Look& look = {});
 /// The verdict where that is false.
-std::optional<Verdict> verdict_where_it_grows(driver::Session& session);
+std::optional<Verdict> verdict_where_it_grows(driver::Session& session, const Look& look = {});
 
 /// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst; of
 /// what walls do where they limit.
@@ -94,7 +110,7 @@ std::string advice_on_blow_up(driver::Session& session);
 
 /// Reports a step that is too large: an error where it ruins the run, else a warning. `force`: nobody looks. False
 /// after an error.
-bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
+bool check_step(driver::Session& session, bool force, DiagnosticSink& sink, const Look& look = {});
 /// The same of scenes that make data, for SessionOptions::judge.
 std::function<bool(driver::Session& session, DiagnosticSink& sink)> judge_of_steps(bool force);
 

@@ -117,7 +117,7 @@ std::string lines_of(const Verdict& v) {
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
   text += fmt::format("{} {} {} {} {}\n", v.is_exact ? 1 : 0, v.is_of_walls ? 1 : 0, v.limiter_step, v.step, v.parts);
   text += fmt::format("{} {} {} {} {} {}\n", v.is_of_networks ? 1 : 0, v.is_of_grid ? 1 : 0, v.is_of_means ? 1 : 0,
-                      v.is_of_runs ? 1 : 0, v.places, v.places_between_walls);
+                      static_cast<int>(v.runs), v.places, v.places_between_walls);
   text += fmt::format("{} {} {} {} {}\n", v.growth, v.beyond, v.growth_rate, v.growth_by_events, v.end_growth);
   text += fmt::format("{} {}\n", v.courant.value_or(-1), v.largest_step);
   const ShortWaves waves = v.short_waves.value_or(ShortWaves{});
@@ -142,7 +142,9 @@ Verdict read_verdict(Reader& reader) {
   v.is_exact = reader.number() != 0, v.is_of_walls = reader.number() != 0;
   v.limiter_step = reader.number(), v.step = reader.number(), v.parts = static_cast<int>(reader.number());
   v.is_of_networks = reader.number() != 0, v.is_of_grid = reader.number() != 0;
-  v.is_of_means = reader.number() != 0, v.is_of_runs = reader.number() != 0;
+  v.is_of_means = reader.number() != 0;
+  const double runs = reader.number();
+  v.runs = runs == 1 ? Verdict::Runs::made : runs == 2 ? Verdict::Runs::left_out : Verdict::Runs::none;
   v.places = static_cast<int>(reader.number()), v.places_between_walls = static_cast<int>(reader.number());
   v.growth = reader.number(), v.beyond = reader.number();
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
@@ -175,48 +177,56 @@ namespace {
 /// What is found of a session, or was before. The key is made once for all of it: it has the text of the whole step.
 class Kept {
  public:
-  explicit Kept(driver::Session& session)
+  Kept(driver::Session& session, const Look& look)
       : session_(session),
+        look_(look),
         cache_(session.compiled().options.cache.get()),
         key_(cache_ == nullptr ? "" : key_of(session)) {}
 
   Verdict verdict() const {
     const auto is_text = [](const std::string& text) { return verdict_from(text).has_value(); };
     std::optional<Verdict> found;
-    const std::string text = kept_or_found("", is_text, [&] { return text_of(found.emplace(examine(session_))); });
+    const std::string text =
+        kept_or_found("", is_text, [&] { return text_of(found.emplace(examine(session_, look_))); });
     return found ? std::move(*found) : verdict_from(text).value();
   }
   bool grows_nothing() const {
     const std::string yes = "nothing grows", no = "something grows";
     const auto is_text = [&](const std::string& text) { return text == yes || text == no; };
-    return kept_or_found("growth of a ", is_text, [&] { return look_for_growth(session_) ? yes : no; }) == yes;
+    return kept_or_found("growth of a ", is_text, [&] { return look_for_growth(session_, look_) ? yes : no; }) == yes;
   }
 
  private:
   std::string kept_or_found(const std::string& what, const std::function<bool(const std::string&)>& is_text,
                             const std::function<std::string()>& find) const {
-    const std::optional<std::string> kept = cache_ == nullptr ? std::nullopt : cache_->find(what + key_);
-    if (kept && is_text(*kept)) return *kept;
+    const std::string of_all_cells = what + "at all cells, ", own = look_.at_all_cells ? of_all_cells : what;
+    for (const std::string& before : {of_all_cells, what}) {
+      if (cache_ == nullptr || (before != own && before != of_all_cells)) continue;
+      const std::optional<std::string> kept = cache_->find(before + key_);
+      if (kept && is_text(*kept)) return *kept;
+    }
     const auto start = std::chrono::steady_clock::now();
+    look_.says("how long a step may be");
     std::string found = find();
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (cache_ != nullptr && seconds > worth_keeping) cache_->store(what + key_, found);
+    if (cache_ != nullptr && seconds > worth_keeping) cache_->store(own + key_, found);
     return found;
   }
 
   driver::Session& session_;
+  const Look& look_;
   codegen::CodeCache* cache_;
   std::string key_;
 };
 
 }  // namespace
 
-Verdict verdict_of(driver::Session& session) { return Kept(session).verdict(); }
+Verdict verdict_of(driver::Session& session, const Look& look) { return Kept(session, look).verdict(); }
 
-bool grows_nothing(driver::Session& session) { return Kept(session).grows_nothing(); }
+bool grows_nothing(driver::Session& session, const Look& look) { return Kept(session, look).grows_nothing(); }
 
-std::optional<Verdict> verdict_where_it_grows(driver::Session& session) {
-  const Kept kept(session);
+std::optional<Verdict> verdict_where_it_grows(driver::Session& session, const Look& look) {
+  const Kept kept(session, look);
   return kept.grows_nothing() ? std::nullopt : std::optional(kept.verdict());
 }
 

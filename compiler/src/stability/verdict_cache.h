@@ -8,8 +8,8 @@
 namespace dpde::stability {
 
 /// What verdict_of() and grows_nothing() do where nothing is kept.
-Verdict examine(driver::Session& session);
-bool look_for_growth(driver::Session& session);
+Verdict examine(driver::Session& session, const Look& look = {});
+bool look_for_growth(driver::Session& session, const Look& look = {});
 /// The same of a group whose step has networks; no limit is looked for above `most`.
 void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict);
 bool networks_grow_nothing(driver::Session& session, const StateGroup& group);
