@@ -314,6 +314,9 @@ std::vector<std::string> Simulation::networks() const { return keys_of(impl_->en
 const std::vector<std::int64_t>& Simulation::cells() const { return impl_->engine.cells(); }
 std::size_t Simulation::size() const { return impl_->engine.workspace().cell_count(); }
 
+const std::shared_ptr<const RunDescription>& Simulation::description() const { return impl_->run; }
+void Simulation::describe(std::shared_ptr<const RunDescription> run) { impl_->run = std::move(run); }
+
 std::vector<double> Simulation::coordinates(int axis) const {
   const dpde_scene& scene = impl_->engine.scene();
   if (axis < 0 || axis >= scene.rank)

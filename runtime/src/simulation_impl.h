@@ -104,6 +104,7 @@ struct Simulation::Impl {
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps
   std::vector<double> gradient_values;  // of all unknowns
+  std::shared_ptr<const RunDescription> run;
 };
 
 }  // namespace dpde

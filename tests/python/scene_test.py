@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Values, runs and derivatives from NumPy, against closed forms and differences, and what is refused."""
 import os
+import pathlib
 import signal
+import subprocess
+import tempfile
 import threading
 import unittest
 import warnings
@@ -274,6 +277,51 @@ class Runs(unittest.TestCase):
     def test_one_call_at_a_time(self):
         with self.assertRaisesRegex(RuntimeError, "in use"):
             self.rod.run(progress=lambda p: self.rod.state("u"))
+
+
+class Records(unittest.TestCase):
+    """Files of a run, which are those of the command (tests/hosts/recorder_test.cpp compares all formats)."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = pathlib.Path(self.folder.name)
+
+    def test_a_run_is_the_files_of_the_command(self):
+        (self.path / "rod.dpde").write_text(rod)
+        subprocess.run([os.environ["DPDE_COMMAND"], "run", "rod.dpde", "rod", "--quiet", "--every", "3", "--out", "c"],
+                       cwd=self.path, check=True)
+        scene = dpde.compile(str(self.path / "rod.dpde")).scene("rod")
+        with scene.record(self.path / "p", every=3):
+            scene.run(progress=lambda now: True, every=2)
+        names = {"u.npy", "u_over_time.npy", "observables.csv", "rod.nc"}
+        self.assertEqual({file.name for file in (self.path / "p").iterdir()}, names)
+        for name in names - {"rod.nc"}:
+            self.assertEqual((self.path / "p" / name).read_bytes(), (self.path / "c" / name).read_bytes(), name)
+        self.assertEqual(np.load(self.path / "p" / "u_over_time.npy").shape, (4, 16))
+
+    def test_what_ends_early_is_recorded_until_then(self):
+        scene = dpde.compile(Growth.text).scene("rod")
+        with self.assertRaises(dpde.NotFiniteError):
+            with scene.record(self.path, every=50):
+                scene.run(D=0.12)
+        states = np.load(self.path / "u_over_time.npy")
+        self.assertGreater(len(states), 2)
+        with scene.record(self.path):  # nothing ran: the present state
+            pass
+        with self.assertRaisesRegex(dpde.InputError, "one run"):
+            with scene.record(self.path):
+                scene.run(D=0.05)
+                scene.run(D=0.05)
+
+    def test_refusals(self):
+        scene = dpde.compile(rod).scene("rod")
+        with self.assertRaisesRegex(dpde.InputError, "every 0 steps"):
+            with scene.record(self.path, every=0):
+                pass
+        with self.assertRaisesRegex(dpde.InputError, "recorded already"):
+            with scene.record(self.path), scene.record(self.path):
+                pass
 
 
 class Derivatives(unittest.TestCase):

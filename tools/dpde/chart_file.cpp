@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "files/evaluation_log.h"
+#include "dpde/runtime/bytes.h"
 #include "files/files.h"
 
 namespace dpde::tools {
@@ -173,9 +173,9 @@ bool ChartFile::open(const std::string& folder, const std::string& chart, bool r
 std::string ChartFile::key_of(const Job& job, const chart::Entry& entry, const std::string& reference) {
   const CommonOptions& options = job.options();
   const std::string_view text = job.source().text();
-  return fmt::format("{:016x} {} {} {} {} {} {} {} {} {}", files::hash_bytes(text.data(), text.size()), version,
-                     options.name, options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "),
-                     reference, entry.fraction, variant_json(entry.variant).dump());
+  return fmt::format("{:016x} {} {} {} {} {} {} {} {} {}", hash_bytes(text.data(), text.size()), version, options.name,
+                     options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "), reference,
+                     entry.fraction, variant_json(entry.variant).dump());
 }
 
 std::optional<Point> ChartFile::find(const std::string& key, const chart::Entry& entry) const {

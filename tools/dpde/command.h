@@ -14,6 +14,7 @@
 #include "driver/pipeline.h"
 #include "source/diagnostic.h"
 #include "support/json.h"
+#include "support/version.h"
 
 namespace CLI {
 class App;
@@ -21,8 +22,6 @@ class Validator;
 }  // namespace CLI
 
 namespace dpde::tools {
-
-inline constexpr const char* version = "dpde 0.1";
 
 enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 3 };
 

@@ -8,9 +8,10 @@
 #include <chrono>
 #include <cmath>
 
+#include "dpde/runtime/bytes.h"
 #include "driver/restart_file.h"
+#include "driver/run_description.h"
 #include "files/data_set_cost.h"
-#include "files/evaluation_log.h"
 #include "files/files.h"
 #include "files/trajectories.h"
 #include "interrupt.h"
@@ -36,7 +37,7 @@ class Part {
         key_(static_cast<std::int64_t>(maker.key())) {}
 
   bool save(const training::DataRun& data, DiagnosticSink& sink) const {
-    driver::ByteWriter out;
+    ByteWriter out;
     out.number(key_);
     out.values(data.params);
     out.number(static_cast<std::int64_t>(data.integrals.size()));
@@ -62,7 +63,7 @@ class Part {
     const std::optional<std::string> bytes = files::read_file(path_, {}, silent);
     const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
     if (!content) return std::nullopt;
-    driver::ByteReader in(*content);
+    ByteReader in(*content);
     if (in.number() != key_) return std::nullopt;
     training::DataRun data;
     data.params = in.values();
@@ -87,7 +88,7 @@ class Part {
   }
 
  private:
-  static bool read_grid(driver::ByteReader& in, training::GridFrames& grid) {
+  static bool read_grid(ByteReader& in, training::GridFrames& grid) {
     for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) grid.frames.push_back(in.values());
     for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
       const std::vector<double> residual = in.values();
@@ -209,15 +210,15 @@ NetcdfContent content_of(const Job& job, const DataFile& file, const std::vector
   const std::vector<training::DataRun>& runs = file.runs;
   driver::Session& session = maker.session();
   const model::DataSet& set = maker.set();
-  NetcdfNames names(session);
-  add_origin(content, job, session);
+  NetcdfNames names = free_names(session);
+  content.attributes = attributes_of(job, session);
   content.attributes.insert(content.attributes.end(), {{"dpde_dataset", file_text(job, set.name)},
                                                        {"dpde_dataset_seed", static_cast<double>(set.seed)}});
-  const AxisNames axes = add_axes(content, session, axes_of(file), names);
+  const AxisNames axes = add_axes(content, driver::run_axes(session.problem(), axes_of(file)), names);
   const std::string time = names.free("time");
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(maker.times().size())}});
-  content.variables.push_back(time_variable(session.problem(), time, maker.times()));
+  content.variables.push_back(time_variable(time, session.problem().unit_of("t"), maker.times()));
   for (std::size_t v = 0; v < maker.variables().size(); ++v) {
     if (maker.variables()[v].is_kept) add_variable(content, file, v, axes, time, estimates, names);
   }
@@ -227,10 +228,9 @@ NetcdfContent content_of(const Job& job, const DataFile& file, const std::vector
     for (const training::DataRun& run : runs) variable.values.push_back(run.params[v]);
     content.variables.push_back(std::move(variable));
   }
-  for (const model::Parameter& param : session.problem().params) {
+  for (const RunNumber& param : driver::run_params(session.problem())) {
     const bool varies = std::ranges::find(set.vary, param.name, &model::DataSet::Vary::param) != set.vary.end();
-    if (!varies && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back(parameter_variable(session.problem(), param));
+    if (!varies) content.variables.push_back(parameter_variable(param));
   }
   return content;
 }
@@ -323,7 +323,7 @@ void report_residuals(Job& job, const DataFile& file, Told& told) {
 /// Of the whole file: what the runs are, and how many.
 std::uint64_t key_of_all(const training::DataSetMaker& maker) {
   const std::string text = fmt::format("{:016x} {}", maker.key(), maker.set().runs);
-  return files::hash_bytes(text.data(), text.size());
+  return hash_bytes(text.data(), text.size());
 }
 
 /// False where a file of the result could not be written: better told before the runs than behind them.
@@ -400,7 +400,7 @@ double write_files(Job& job, training::DataSetMaker& maker, const std::vector<tr
       const std::string bytes = compose_netcdf(std::move(content));
       save_text(job, file.grid().file, bytes);
       save_text(job, files::cost_file_of(file.grid().file),
-                files::cost_text(files::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+                files::cost_text(hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
     }
   });
   return cpu_seconds;

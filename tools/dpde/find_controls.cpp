@@ -10,6 +10,7 @@
 #include <functional>
 #include <set>
 
+#include "driver/run_description.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
@@ -28,11 +29,11 @@ using Found = std::vector<training::FoundControls>;
 NetcdfContent content_of(const Job& job, driver::Session& session, const training::TrainingScene& scene,
                          const std::vector<std::string>& states, const Found& all) {
   NetcdfContent content;
-  NetcdfNames names(session);
-  add_origin(content, job, session);
+  NetcdfNames names = free_names(session);
+  content.attributes = attributes_of(job, session);
   content.attributes.insert(content.attributes.end(),
                             {{"dpde_task", scene.task().name}, {"dpde_trajectories", scene.trajectories.path}});
-  const AxisNames axes = add_axes(content, session, session.axes(), names);
+  const AxisNames axes = add_axes(content, driver::run_axes(session.problem(), session.axes()), names);
   const std::string time = names.free("time");
   const std::vector<double>& frame_times = scene.trajectories.times;
   const std::vector<std::string>& params = scene.trajectories.params;
@@ -45,7 +46,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
                                                        {time, static_cast<std::int64_t>(frames)}});
   content.variables.push_back(
-      time_variable(session.problem(), time,
+      time_variable(time, session.problem().unit_of("t"),
                     {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}));
   for (std::size_t s = 0; s < states.size(); ++s) {
     const model::Placement placement = placement_of(session, states[s]);
@@ -65,10 +66,9 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
       variable.values.push_back(scene.trajectories.runs[static_cast<std::size_t>(run)].params[p]);
     content.variables.push_back(std::move(variable));
   }
-  for (const model::Parameter& param : session.problem().params) {
+  for (const RunNumber& param : driver::run_params(session.problem())) {
     const bool differs = std::ranges::find(params, param.name) != params.end();
-    if (!differs && session.problem().find_control(param.name) == nullptr)
-      content.variables.push_back(parameter_variable(session.problem(), param));
+    if (!differs) content.variables.push_back(parameter_variable(param));
   }
   return content;
 }

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "dpde/runtime/bytes.h"
 #include "driver/restart_file.h"
 #include "files/files.h"
 #include "scene_output.h"
@@ -29,7 +30,7 @@ std::string names_of_unknowns(const TaskRun& run) {
 }  // namespace
 
 void save_found(Job& job, const TaskRun& run, const Eigen::VectorXd& x) {
-  driver::ByteWriter out;
+  ByteWriter out;
   out.text(run.task().name);
   out.text(names_of_unknowns(run));
   out.values({x.data(), x.data() + x.size()});
@@ -46,7 +47,7 @@ std::optional<Eigen::VectorXd> load_found(Job& job, const TaskRun& run, const st
   };
   const std::optional<std::string_view> content = driver::unsealed(*bytes);
   if (!content || !content->starts_with(found_magic)) return refuse("it is damaged");
-  driver::ByteReader in(content->substr(found_magic.size()));
+  ByteReader in(content->substr(found_magic.size()));
   const std::string task = in.text(), unknowns = in.text();
   const std::vector<double> values = in.values();
   if (!in.is_done()) return refuse("it is damaged");

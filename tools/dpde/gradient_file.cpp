@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "driver/run_description.h"
 #include "netcdf_output.h"
 #include "scene_output.h"
 
@@ -14,8 +15,8 @@ void save_gradient(Job& job, const driver::Session& session, std::vector<Gradien
   save_text(job, task + "_gradient.json", result.dump(2) + "\n");
   if (fields.empty()) return;
   NetcdfContent content;
-  NetcdfNames names(session);
-  add_origin(content, job, session, "gradient", task);
+  NetcdfNames names = free_names(session);
+  content.attributes = attributes_of(job, session, "gradient", task);
   content.attributes.push_back({"dpde_task", task});
   content.attributes.push_back({"dpde_certificate", result.at("certificate").dump()});
   content.variables.push_back({names.free("loss"),
@@ -24,7 +25,7 @@ void save_gradient(Job& job, const driver::Session& session, std::vector<Gradien
                                {result.at("loss").get<double>()},
                                false,
                                group_of_numbers});
-  const AxisNames axes = add_axes(content, session, session.axes(), names);
+  const AxisNames axes = add_axes(content, driver::run_axes(session.problem(), session.axes()), names);
   for (GradientField& field : fields) {
     const model::Placement placement = placement_of(session, field.name);
     std::vector<std::string> dimensions;

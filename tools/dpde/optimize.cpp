@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unknown_scales.h"
 #include "files/evaluation_log.h"
@@ -34,8 +35,8 @@ std::vector<UnknownScale> scales_of(const driver::Inverse& inverse) {
 /// Everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
-  std::uint64_t key = files::hash_bytes(text.data(), text.size());
-  const auto add = [&](const auto& value) { key = files::hash_bytes(&value, sizeof value, key); };
+  std::uint64_t key = hash_bytes(text.data(), text.size());
+  const auto add = [&](const auto& value) { key = hash_bytes(&value, sizeof value, key); };
   add(run.compiled->real());
   add(method.kind);
   add(method.rate);
@@ -45,10 +46,10 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   }
   const Eigen::VectorXd& start = run.inverse->start();
   const Bounds bounds = run.inverse->bounds();
-  key = files::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
+  key = hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
   for (const auto& [name, value] : run.session->workspace().params()) add(value);
   for (const Eigen::VectorXd* bound : {&bounds.low, &bounds.high}) {
-    key = files::hash_bytes(bound->data(), sizeof(double) * std::size_t(bound->size()), key);
+    key = hash_bytes(bound->data(), sizeof(double) * std::size_t(bound->size()), key);
   }
   add(run.session->steps());
   add(run.session->problem().t_begin);
@@ -56,7 +57,7 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
     for (const int step : run.session->steps_of(loss.when)) add(step);
   }
   const auto add_values = [&](const std::vector<double>& values) {
-    key = files::hash_bytes(values.data(), sizeof(double) * values.size(), key);
+    key = hash_bytes(values.data(), sizeof(double) * values.size(), key);
   };
   for (int s = 0; s < run.session->rollout().state_count(); ++s) add_values(run.session->initial(s));
   for (const model::Coefficient& c : run.session->problem().coefficients)

@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run writes down on its way: observables, and states, which go to a file as they come.
+// What a run of a session writes down on its way.
 #pragma once
 
 #include <optional>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
-#include "driver/restart_file.h"
+#include "dpde/runtime/run_record.h"
 #include "driver/session.h"
-#include "frame_file.h"
 
 namespace dpde::tools {
-
-/// States at equal intervals of steps, and the first and the last one in any case.
-struct Series {
-  std::vector<std::string> fields;
-  int every = 0;  // 0: only the first and the last
-  std::vector<int> steps;
-  std::vector<double> times;
-  std::vector<std::vector<std::pair<std::string, double>>> observables;  // at these times
-  std::vector<std::int64_t> places = {};  // of the states of these times in the file, all fields each
-};
 
 class Record {
  public:
@@ -29,53 +18,28 @@ class Record {
   /// kept where there is no file for them.
   Record(driver::Session& session, int every, FrameFile* frames);
 
-  /// Steps between calls of look() that miss nothing; 0: only the first and the last.
-  int interval() const;
+  const RunRecord& kept() const { return record_; }
+  /// Records the state where it is due; look() is called at whole intervals of the record at least.
   void look(const Snapshot& snapshot);
   /// The state where a run was stopped belongs to the record too.
   void look_at_end(int step, const std::vector<void*>& states);
 
-  /// What is recorded, for a checkpoint; the states are in the file of frames from then on, whatever happens.
-  /// @throws Error(machine)
-  std::string save();
-  /// The same taken over, false when it does not fit.
+  std::string save() { return record_.save(); }
+  /// What save() gave, taken over, without the last state of a shorter run. False when it does not fit.
   /// @throws Error(input) when the states are not there.
   bool restore(std::string_view bytes);
   /// What was recorded of the state where this run goes on is seen by it: a control has another interval there than at
   /// the end of a shorter run.
   void renew(int step, const std::vector<void*>& states);
-  /// Fields and intervals, in words.
-  std::string plan() const;
-
-  const std::vector<Series>& series() const { return series_; }
-  /// Of a field of a series: `count` states from `first`, one after the other. @throws Error(machine)
-  std::vector<double> states(const Series& series, const std::string& field, std::int64_t first,
-                             std::int64_t count) const;
-  /// Of a field that is recorded, where the run ended.
-  std::optional<std::vector<double>> last_state(const std::string& field) const;
-  /// Why states are missing; "" where none are. The run goes on without them.
-  const std::string& failure() const { return failure_; }
 
  private:
-  void drop_former_end(int series);
-  bool restore_series(Series& series, driver::ByteReader& in);
-  std::int64_t restore_places();
-  std::int64_t numbers_of(const Series& series) const;
-  void append(Series& series, const Snapshot& snapshot);
-  void add(Series& series, const Snapshot& snapshot);
+  void drop_former_end(std::size_t series);
+  void add(std::size_t series, const Snapshot& snapshot);
+  std::vector<double> frame_of(const Series& series, const Snapshot& snapshot);
   bool is_shown(const std::string& field) const { return session_.problem().find_shown(field) != nullptr; }
-  void renew_shown(int series, int step, const std::vector<void*>& states);
 
   driver::Session& session_;
-  FrameFile* frames_;
-  std::vector<Series> series_;
-  std::string failure_;
-
-  /// Of which series and instant the states are, in the order of the file.
-  struct Entry {
-    int series = 0, instant = 0;  // of a former end that was dropped: -1
-  };
-  std::vector<Entry> entries_;
+  RunRecord record_;
 };
 
 }  // namespace dpde::tools

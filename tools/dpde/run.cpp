@@ -62,7 +62,7 @@ class Run {
   void warn_of_number(const std::string& name, double value);
   void write_files();
   std::map<std::string, std::vector<double>> shown_at_end();
-  void write_series(const Series& series);
+  void write_series(const RunDescription& run, const Series& series);
   void draw_observables(const Series& series);
   void show_curve();
   bool is_one_cell() const { return session_->workspace().cell_count() == 1; }
@@ -142,7 +142,7 @@ bool Run::open() {
 /// The calls that the record, checkpoints and the progress line need, as one interval.
 Observer Run::observer(Progress& progress) {
   Observer observer;
-  observer.every = std::gcd(record_->interval(), interval_.steps);
+  observer.every = std::gcd(record_->kept().interval(), interval_.steps);
   if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
   const int looks = is_one_cell() ? points_of_course : progress.active() ? 100 : looks_at_sums;
   if (observer.every == 0) observer.every = std::max(1, session_->steps() / looks);
@@ -182,7 +182,8 @@ bool Run::step() {
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
-  if (!record_->failure().empty() && !job_.failed()) job_.sink().report("machine-failed", {}, {record_->failure()});
+  if (!record_->kept().failure().empty() && !job_.failed())
+    job_.sink().report("machine-failed", {}, {record_->kept().failure()});
   if (is_one_cell()) add_to_course(session_->time_of(outcome_.steps_done), states);
   back_flow_->look(session_->time_of(outcome_.steps_done), states);
   back_flow_->report(job_.sink());
@@ -228,7 +229,7 @@ void Run::report(Json& result) {
     job_.say(fmt::format("steady at t = {:.6g}: the state changes by {:.3g} a unit of time\n", time,
                          outcome_.steady->change));
   Json observables = Json::object();
-  for (const auto& [name, value] : record_->series()[0].observables.back()) {
+  for (const auto& [name, value] : record_->kept().series()[0].observables.back()) {
     observables[name] = json_number(value);
     warn_of_number(name, value);
     job_.say(fmt::format("{} = {:.12g}{}\n", name, shown(value), behind_number(problem.unit_of(name))));
@@ -236,7 +237,7 @@ void Run::report(Json& result) {
   for (auto& [name, value] : observables.items()) {
     if (options_.every <= 0) break;
     Json series = Json::array();
-    for (const auto& row : record_->series()[0].observables) {
+    for (const auto& row : record_->kept().series()[0].observables) {
       for (const auto& [key, number] : row) {
         if (key == name) series.push_back(json_number(number));
       }
@@ -344,9 +345,10 @@ void Run::write_files() {
     save_state(job_, session_->axes(), name, values);
     add_state(panels, *session_, when, {name, values, placement_of(*session_, name), label_of(problem, name)});
   }
-  if (options_.every > 0 && record_->failure().empty()) write_series(record_->series()[0]);
-  draw_observables(record_->series()[0]);
-  if (record_->failure().empty()) save_netcdf(job_, *session_, *record_, options_.centres);
+  const RunDescription run = description_of(job_, *session_, options_.centres);
+  if (options_.every > 0 && record_->kept().keeps_states()) write_series(run, record_->kept().series()[0]);
+  draw_observables(record_->kept().series()[0]);
+  if (record_->kept().keeps_states()) save_netcdf(job_, run, record_->kept());
   if (is_one_cell()) {
     panels.assign(1, course_);
   } else if (session_->axes().size() == 1) {
@@ -363,27 +365,21 @@ void Run::write_files() {
 std::map<std::string, std::vector<double>> Run::shown_at_end() {
   std::map<std::string, std::vector<double>> all;
   for (const model::Shown& shown : session_->problem().shown) {
-    std::optional<std::vector<double>> values = record_->last_state(shown.name);
+    std::optional<std::vector<double>> values = record_->kept().last_state(shown.name);
     if (!values) return session_->shown(session_->time_of(outcome_.steps_done), session_->rollout().final_states());
     all.emplace(shown.name, std::move(*values));
   }
   return all;
 }
 
-void Run::write_series(const Series& series) {
+void Run::write_series(const RunDescription& run, const Series& series) {
   std::vector<std::string> fields = series.fields;
   std::ranges::sort(fields);
   for (const std::string& field : fields) {
-    save_states(job_, session_->axes(), field + "_over_time", static_cast<std::int64_t>(series.places.size()),
-                [&](std::int64_t instant) { return record_->states(series, field, instant, 1); });
+    save_file(job_, field + "_over_time.npy",
+              [&](const std::filesystem::path& path) { write_states(path, run, record_->kept(), series, field); });
   }
-  std::string table = "step,t";
-  for (const auto& [name, value] : series.observables.front()) table += "," + name;
-  for (std::size_t k = 0; k < series.steps.size(); ++k) {
-    table += fmt::format("\n{},{}", series.steps[k], series.times[k]);
-    for (const auto& [name, value] : series.observables[k]) table += fmt::format(",{}", shown(value));
-  }
-  save_text(job_, "observables.csv", table + "\n");
+  save_text(job_, "observables.csv", table_of(series));
 }
 
 /// Over time, where there is more of them than begin and end; by their logarithms where decades are spanned.

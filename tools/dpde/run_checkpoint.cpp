@@ -33,7 +33,7 @@ RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record,
       path_(path_of(job, session)),
       identity_(driver::identity_of(session)),
       frames_(frames) {
-  identity_.emplace_back("output", record.plan());
+  identity_.emplace_back("output", record.kept().plan());
 }
 
 std::optional<int> RunCheckpoint::resume() {

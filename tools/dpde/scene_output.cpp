@@ -13,6 +13,7 @@
 #include "curve.h"
 #include "dpde/runtime/npy.h"
 #include "dpde/runtime/weights_file.h"
+#include "driver/run_description.h"
 #include "files/files.h"
 #include "model/placement.h"
 #include "shared_folder.h"
@@ -29,13 +30,6 @@ std::vector<double> faces_of(const model::Axis& axis) {
   std::vector<double> faces;
   for (int i = 0; axis.stretch && i <= axis.cells; ++i) faces.push_back(axis.face(i));
   return faces;
-}
-
-/// z first, of the axes that there are.
-std::vector<std::int64_t> shape_of(const std::vector<model::Axis>& axes) {
-  std::vector<std::int64_t> shape;
-  for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
-  return shape;
 }
 
 /// Of a plane along the axes a and b, without values.
@@ -69,7 +63,7 @@ std::vector<Panel> maps_of(const driver::Session& session, const std::string& ti
   for (int across = 2; across >= 0; --across) {
     const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
     const model::Axis& cut = axes[std::size_t(across)];
-    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, called(session.problem(), cut.name),
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, driver::called(session.problem(), cut.name),
                                           cut.centre(middle), behind_number(session.problem().unit_of(cut.name)));
     MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
     panel.value_label = state.label;
@@ -90,15 +84,8 @@ void add_label(std::string& label, const std::string& more) {
   if (label.size() > longest) label = " ";
 }
 
-std::string called(const model::Problem& problem, const std::string& name) {
-  for (std::size_t a = 0; problem.metric && a < problem.metric->axes.size(); ++a) {
-    if (problem.axes[a].name == name) return problem.metric->axes[a];
-  }
-  return name;
-}
-
 std::string label_of(const model::Problem& problem, const std::string& name) {
-  return label_of(called(problem, name), problem.unit_of(name));
+  return label_of(driver::called(problem, name), problem.unit_of(name));
 }
 
 std::string time_text(const model::Problem& problem, double t) {
@@ -111,8 +98,7 @@ Curve curve_of(const driver::Session& session, const NamedState& state) {
 }
 
 model::Placement placement_of(const driver::Session& session, const std::string& field) {
-  if (const model::Shown* shown = session.problem().find_shown(field)) return shown->placement;
-  return model::Placements(session.problem()).of(field);
+  return driver::placement_of(session.problem(), field);
 }
 
 void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state) {
@@ -184,18 +170,12 @@ void save_file(Job& job, const std::string& name, const std::function<void(const
 
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {
-  std::vector<std::int64_t> shape = shape_of(axes);
+  std::vector<std::int64_t> shape;  // z first, of the axes that there are
+  for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
   const std::int64_t cells = std::reduce(shape.begin(), shape.end(), std::int64_t{1}, std::multiplies());
   const auto count = static_cast<std::int64_t>(values.size());
   if (count != cells) shape.insert(shape.begin(), count / cells);
   save_file(job, name + ".npy", [&](const fs::path& path) { write_npy(path, shape, values); });
-}
-
-void save_states(Job& job, const std::vector<model::Axis>& axes, const std::string& name, std::int64_t count,
-                 const std::function<std::vector<double>(std::int64_t)>& state) {
-  std::vector<std::int64_t> shape = shape_of(axes);
-  if (count != 1) shape.insert(shape.begin(), count);
-  save_file(job, name + ".npy", [&](const fs::path& path) { write_npy(path, shape, count, state); });
 }
 
 void save_weights(Job& job, const network::Network& network, const std::vector<double>& values) {

@@ -14,8 +14,6 @@
 
 namespace dpde::tools {
 
-/// Of an axis what it is called in its coordinates: lon, r; of all else its name.
-std::string called(const model::Problem& problem, const std::string& name);
 /// "x [m]"; the name alone where no unit is known.
 std::string label_of(const model::Problem& problem, const std::string& name);
 /// "t = 0.5 s"
@@ -54,9 +52,6 @@ bool prepare_out(Job& job);
 /// values than cells, with their number in front.
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values);
-/// The same of `count` states, one after the other in one file, each asked for as it is written.
-void save_states(Job& job, const std::vector<model::Axis>& axes, const std::string& name, std::int64_t count,
-                 const std::function<std::vector<double>(std::int64_t)>& state);
 /// A file in the folder of --out that `write` writes, throwing what is told.
 void save_file(Job& job, const std::string& name, const std::function<void(const std::filesystem::path&)>& write);
 /// A text file in the folder of --out.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "dpde/runtime/bytes.h"
 #include "driver/restart_file.h"
 #include "files/files.h"
 
@@ -14,7 +15,7 @@ WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, con
       window_(window) {}
 
 bool WindowPart::save(const training::FoundControls& found, DiagnosticSink& sink) const {
-  driver::ByteWriter out;
+  ByteWriter out;
   out.number(key_);
   out.number(window_.run);
   out.number(window_.frame);
@@ -33,7 +34,7 @@ std::optional<training::FoundControls> WindowPart::load() const {
   const std::optional<std::string> bytes = files::read_file(path_, {}, silent);
   const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
   if (!content) return std::nullopt;
-  driver::ByteReader in(*content);
+  ByteReader in(*content);
   if (in.number() != key_ || in.number() != window_.run || in.number() != window_.frame) return std::nullopt;
   training::FoundControls found;
   found.window = window_;

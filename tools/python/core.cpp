@@ -195,6 +195,12 @@ class Sim {
     slow([&](dpde_error** error) { return dpde_sim_run(sim_.get(), end, report, this, interval, error); },
          {progress, py::none(), every});
   }
+  void record(const char* folder, int every) {
+    quick([&](dpde_error** error) { return dpde_sim_record(sim_.get(), folder, every, error); });
+  }
+  void end_record() {
+    quick([&](dpde_error** error) { return dpde_sim_record_end(sim_.get(), error); });
+  }
   double loss() {
     double loss = 0;
     slow([&](dpde_error** error) { return dpde_sim_loss(sim_.get(), &loss, error); },
@@ -380,6 +386,8 @@ PYBIND11_MODULE(_core, module) {
       .def("reset", &Sim::reset)
       .def("step", &Sim::step)
       .def("run", &Sim::run)
+      .def("record", &Sim::record)
+      .def("end_record", &Sim::end_record)
       .def("loss", &Sim::loss)
       .def("gradient", &Sim::gradient)
       .def("hessian_vector", &Sim::hessian_vector)

@@ -30,7 +30,7 @@
 extern "C" {
 #endif
 
-#define DPDE_C_VERSION 2
+#define DPDE_C_VERSION 3
 
 int32_t dpde_c_version(void);
 
@@ -140,6 +140,12 @@ int32_t dpde_sim_step(dpde_sim* sim, int32_t count, dpde_error** error);
  * called every so many steps. */
 int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* user, int32_t every,
                      dpde_error** error);
+
+/* From now on steps and runs are recorded: the first state, that of each step whose number `every` divides, and the
+ * last one. dpde_sim_record_end() writes what `dpde run --every N --out FOLDER` writes but for pictures (see
+ * dpde/recorder.h), also behind an error of a run. One run: a reset is an error of what runs then. Since version 3. */
+int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_error** error);
+int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error);
 
 /* With a task or inputs. They start from the initial state and leave the present one as it is. */
 int32_t dpde_sim_loss(dpde_sim* sim, double* loss, dpde_error** error);

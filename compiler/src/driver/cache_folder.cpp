@@ -19,8 +19,8 @@
 
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
-#include "files/evaluation_log.h"
 #include "files/private_file.h"
 
 namespace dpde::driver {
@@ -37,7 +37,7 @@ struct Header {
 };
 
 std::uint64_t checksum_of(std::string_view key, std::string_view code) {
-  return files::hash_bytes(code.data(), code.size(), files::hash_bytes(key.data(), key.size()));
+  return hash_bytes(code.data(), code.size(), hash_bytes(key.data(), key.size()));
 }
 
 struct BuildId {
@@ -118,8 +118,7 @@ class CacheFolder : public codegen::CodeCache {
  private:
   fs::path path_of(const std::string& key) const {
     // Two hashes, so that keys hardly ever share a file; where they do, the key in the file tells.
-    const std::uint64_t first = files::hash_bytes(key.data(), key.size()),
-                        second = files::hash_bytes(key.data(), key.size(), first);
+    const std::uint64_t first = hash_bytes(key.data(), key.size()), second = hash_bytes(key.data(), key.size(), first);
     return folder_ / fmt::format("{:016x}{:016x}{}", first, second, extension);
   }
 

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "files/evaluation_log.h"
+#include "dpde/runtime/bytes.h"
 #include "files/files.h"
 #include "model/print_model.h"
 #include "stencil/print_stencil.h"
@@ -16,10 +16,10 @@ namespace {
 
 constexpr std::string_view restart_magic = "dpderst3";
 
-std::uint64_t hash_of(std::string_view bytes) { return files::hash_bytes(bytes.data(), bytes.size()); }
+std::uint64_t hash_of(std::string_view bytes) { return hash_bytes(bytes.data(), bytes.size()); }
 
 std::uint64_t hash_of(const std::vector<double>& values, std::uint64_t hash) {
-  return files::hash_bytes(values.data(), sizeof(double) * values.size(), hash);
+  return hash_bytes(values.data(), sizeof(double) * values.size(), hash);
 }
 
 std::string grid_text(const model::Problem& problem) {
@@ -97,44 +97,6 @@ RunIdentity identity_of(Session& session) {
           {"back end", backend ? name_of(*backend) : ""},
           {"model", fmt::format("hash {:016x}", hash_of(print(programs)))},
           {"start", fmt::format("hash {:016x}", hash_of_fields(session))}};
-}
-
-void ByteWriter::number(std::int64_t value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof value); }
-
-void ByteWriter::text(std::string_view value) {
-  number(static_cast<std::int64_t>(value.size()));
-  bytes_ += value;
-}
-
-void ByteWriter::values(const std::vector<double>& values) {
-  text({reinterpret_cast<const char*>(values.data()), sizeof(double) * values.size()});
-}
-
-std::string_view ByteReader::take(std::size_t count) {
-  fine_ = fine_ && count <= rest_.size();
-  if (!fine_) return {};
-  const std::string_view taken = rest_.substr(0, count);
-  rest_.remove_prefix(count);
-  return taken;
-}
-
-std::int64_t ByteReader::number() {
-  std::int64_t value = 0;
-  const std::string_view bytes = take(sizeof value);
-  if (!bytes.empty()) std::memcpy(&value, bytes.data(), sizeof value);
-  return value;
-}
-
-std::string ByteReader::text() {
-  const std::int64_t size = number();
-  return std::string(take(static_cast<std::size_t>(size)));
-}
-
-std::vector<double> ByteReader::values() {
-  const std::string bytes = text();
-  std::vector<double> values(bytes.size() / sizeof(double));
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), sizeof(double) * values.size());
-  return values;
 }
 
 std::string sealed(std::string content) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "dpde/runtime/bytes.h"
 #include "driver/session.h"
 #include "source/diagnostic.h"
 
@@ -26,34 +27,6 @@ struct Restart {
   std::vector<std::vector<double>> states;  // dense, in the order of the rollout
   StepController controller;                // of steps under a tolerance
   std::string record;                       // the caller's own
-};
-
-/// Bytes put one after the other, and taken off again. Taking what is not there gives nothing and spoils the reader.
-class ByteWriter {
- public:
-  void number(std::int64_t value);
-  void text(std::string_view value);
-  void values(const std::vector<double>& values);
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-class ByteReader {
- public:
-  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
-  std::int64_t number();
-  std::string text();
-  std::vector<double> values();
-  /// Everything was there, and nothing is left.
-  bool is_done() const { return fine_ && rest_.empty(); }
-  bool is_fine() const { return fine_; }
-
- private:
-  std::string_view take(std::size_t count);
-
-  std::string_view rest_;
-  bool fine_ = true;
 };
 
 /// With a checksum behind it; and what is before it, nullopt where it does not fit: so files that a kill or a disk has

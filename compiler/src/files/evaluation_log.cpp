@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde::files {
@@ -47,12 +48,6 @@ bool write_exactly(int file, const void* bytes, std::int64_t count, std::int64_t
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
-
-std::uint64_t hash_bytes(const void* bytes, std::size_t count, std::uint64_t hash) {
-  const unsigned char* data = static_cast<const unsigned char*>(bytes);
-  for (std::size_t i = 0; i < count; ++i) hash = (hash ^ data[i]) * 1099511628211ull;
-  return hash;
-}
 
 EvaluationLog::EvaluationLog(const std::filesystem::path& path, std::uint64_t key, Eigen::Index unknowns, bool resume,
                              DiagnosticSink& sink)

@@ -46,7 +46,4 @@ class EvaluationLog {
   std::vector<char> record_;
 };
 
-/// FNV-1a, to be chained.
-std::uint64_t hash_bytes(const void* bytes, std::size_t count, std::uint64_t hash = 14695981039346656037ull);
-
 }  // namespace dpde::files

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <set>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "files/array_file.h"
 #include "files/data_set_cost.h"
-#include "files/evaluation_log.h"
 #include "files/files.h"
 #include "model/placement.h"
 #include "support/evaluate.h"

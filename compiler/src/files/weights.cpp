@@ -5,9 +5,9 @@
 #include <set>
 
 #include "codegen/network_table.h"
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/weights_file.h"
-#include "files/evaluation_log.h"
 #include "files/files.h"
 
 namespace dpde::files {

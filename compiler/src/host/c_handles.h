@@ -4,10 +4,12 @@
 
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dpde/dpde_c.h"
+#include "dpde/recorder.h"
 #include "host/opened.h"
 
 struct dpde_error {
@@ -28,6 +30,7 @@ struct dpde_sim {
   std::string reason;        // of the last optimisation
   bool was_stopped = false;  // by a watch, in the present call
   bool has_gradient = false;
+  std::optional<dpde::Recorder> recorder;
 };
 
 namespace dpde::host {

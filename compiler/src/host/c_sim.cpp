@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "host/c_handles.h"
 
@@ -257,7 +258,7 @@ int32_t dpde_sim_reset(dpde_sim* sim, dpde_error** error) {
 int32_t dpde_sim_step(dpde_sim* sim, int32_t count, dpde_error** error) {
   return host::guarded(error, [&] {
     host::need(sim);
-    host::require(sim->simulation.step(count));
+    host::require(sim->recorder ? sim->recorder->step(count) : sim->simulation.step(count));
   });
 }
 
@@ -271,8 +272,27 @@ int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* 
         const dpde_report report{p.step, p.steps, p.time, 0, 0};
         return progress(user, &report) != 0;
       };
-    Simulation& simulation = sim->simulation;
-    host::require(std::isnan(until) ? simulation.run(callback, every) : simulation.run_to(until, callback, every));
+    const auto run = [&](auto& runner) {
+      return std::isnan(until) ? runner.run(callback, every) : runner.run_to(until, callback, every);
+    };
+    host::require(sim->recorder ? run(*sim->recorder) : run(sim->simulation));
+  });
+}
+
+int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_error** error) {
+  return host::guarded(error, [&] {
+    host::need(sim, folder);
+    if (sim->recorder) host::refuse("the simulation is recorded already: dpde_sim_record_end() ends that");
+    sim->recorder.emplace(sim->simulation, folder, every);
+  });
+}
+
+int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error) {
+  return host::guarded(error, [&] {
+    host::need(sim);
+    if (!sim->recorder) host::refuse("the simulation is not recorded: dpde_sim_record() begins that");
+    Recorder recorder = *std::exchange(sim->recorder, std::nullopt);
+    recorder.finish();
   });
 }
 

@@ -9,6 +9,7 @@
 
 #include "analysis/quick_certificate.h"
 #include "driver/inverse.h"
+#include "driver/run_description.h"
 #include "driver/scene_table.h"
 #include "driver/session.h"
 #include "driver/solve_report.h"
@@ -95,6 +96,26 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   return true;
 }
 
+const char* name_of(HostBackend backend) {
+  switch (backend) {
+    case HostBackend::jit: return "jit";
+    case HostBackend::cpp: return "cpp";
+    case HostBackend::interpreter: return "interpreter";
+  }
+  unreachable("back end of a host");
+}
+
+/// As that of `dpde run` with the same settings.
+std::shared_ptr<const RunDescription> description_of(driver::Session& session, const SourceFile& source,
+                                                     const HostOptions& options) {
+  driver::RunOrigin origin{.file = source.path(), .scheme = options.scheme, .backend = name_of(options.backend)};
+  for (const auto& [key, value] : options.set) origin.set.push_back(key + "=" + value);
+  std::vector<std::string> states;
+  for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().state_name(s));
+  return std::make_shared<const RunDescription>(
+      driver::describe_run(session.problem(), session.axes(), states, source, origin));
+}
+
 /// The data of the task of inputs, one a state.
 std::vector<std::string> seeds_of(const model::Problem& problem, const HostOptions& options) {
   std::vector<std::string> seeds;
@@ -136,6 +157,7 @@ Opened open(const SourceFile& file, const HostOptions& options) {
                          .stop = options.stop,
                          .explain = explaining(source, kept)},
                         table);
+  simulation.describe(description_of(*session, source, options));
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
   Told warnings = told(source, sink);
   if (options.warnings != nullptr) *options.warnings = warnings.messages;

@@ -8,13 +8,13 @@
 #include <mutex>
 #include <numeric>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/team.h"
 #include "driver/blow_up.h"
 #include "driver/cpu_time.h"
 #include "driver/data.h"
 #include "driver/solve_report.h"
-#include "files/evaluation_log.h"
 #include "files/weights.h"
 #include "model/metric.h"
 #include "model/placement.h"
@@ -211,7 +211,7 @@ std::uint64_t DataSetMaker::key() const {
   for (const auto& [name, value] : options_.selection.overrides) text += fmt::format("{}={}\n", name, value);
   text += fmt::format("{} {} {} {} {:016x}", set_.name, set_.seed, first_, every_, files_);
   for (const model::DataSet::Grid& grid : set_.grids) text += fmt::format(" {}", grid.coarsen);
-  return files::hash_bytes(text.data(), text.size());
+  return hash_bytes(text.data(), text.size());
 }
 
 /// What varies may stand where the compiler needs its number; the file has one time axis and one grid for all runs.

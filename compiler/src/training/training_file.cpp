@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "files/evaluation_log.h"
+#include "dpde/runtime/bytes.h"
 #include "stencil/print_stencil.h"
 #include "training/trainer.h"
 
@@ -29,7 +29,7 @@ Eigen::VectorXd vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-void write(driver::ByteWriter& out, const TrainingState& state) {
+void write(ByteWriter& out, const TrainingState& state) {
   out.number(state.updates.made);
   out.number(state.epoch);
   out.number(state.batch);
@@ -56,7 +56,7 @@ void write(driver::ByteWriter& out, const TrainingState& state) {
 }
 
 /// False when what is there is none of so many unknowns.
-bool read(driver::ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eigen::Index size) {
+bool read(ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eigen::Index size) {
   const std::int64_t pairs = in.number();
   const std::vector<double> loss = in.values();
   if (loss.size() != 1 || pairs < 0 || pairs > Lbfgs{}.memory) return false;
@@ -77,7 +77,7 @@ bool read(driver::ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eig
 }
 
 /// False when what is there is no state of so many unknowns.
-bool read(driver::ByteReader& in, TrainingState& state, Eigen::Index size) {
+bool read(ByteReader& in, TrainingState& state, Eigen::Index size) {
   state.updates.made = in.number();
   state.epoch = static_cast<int>(in.number());
   state.batch = static_cast<int>(in.number());
@@ -136,7 +136,7 @@ driver::RunIdentity Trainer::identity() const {
   const bool counts_epochs = rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1;
   return {{"task", scene_.task().name},
           {"unknowns", names_and_sizes(parts_)},
-          {"model", fmt::format("hash {:016x}", files::hash_bytes(text.data(), text.size()))},
+          {"model", fmt::format("hash {:016x}", hash_bytes(text.data(), text.size()))},
           {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash())},
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
@@ -157,11 +157,11 @@ driver::RunIdentity Trainer::identity() const {
           {"noise", fmt::format("{}", training.noise)},
           {"validate", fmt::format("{}", training.validate)},
           {"number of epochs", counts_epochs ? fmt::format("{}", epochs_) : ""},
-          {"start", fmt::format("hash {:016x}", files::hash_bytes(start.data(), start.size() * sizeof(double)))}};
+          {"start", fmt::format("hash {:016x}", hash_bytes(start.data(), start.size() * sizeof(double)))}};
 }
 
 std::string Trainer::save() const {
-  driver::ByteWriter out;
+  ByteWriter out;
   const driver::RunIdentity all = identity();
   out.number(static_cast<std::int64_t>(all.size()));
   for (const auto& [name, value] : all) {
@@ -180,7 +180,7 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
   };
   const std::optional<std::string_view> content = driver::unsealed(bytes);
   if (!content || !content->starts_with(training_magic)) return damaged();
-  driver::ByteReader in(content->substr(training_magic.size()));
+  ByteReader in(content->substr(training_magic.size()));
   const driver::RunIdentity wanted = identity();
   if (in.number() != static_cast<std::int64_t>(wanted.size())) return damaged();
   for (const auto& [name, value] : wanted) {
@@ -204,7 +204,7 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
 std::optional<FoundValues> found_in(std::string_view checkpoint) {
   const std::optional<std::string_view> content = driver::unsealed(checkpoint);
   if (!content || !content->starts_with(training_magic)) return std::nullopt;
-  driver::ByteReader in(content->substr(training_magic.size()));
+  ByteReader in(content->substr(training_magic.size()));
   FoundValues found;
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
     const std::string name = in.text(), value = in.text();

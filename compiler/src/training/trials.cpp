@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "dpde/runtime/bytes.h"
 #include "driver/cpu_time.h"
 
 namespace dpde::training {
@@ -61,7 +62,7 @@ std::int64_t Trials::made() const {
 }
 
 std::string Trials::save() const {
-  driver::ByteWriter out;
+  ByteWriter out;
   out.number(static_cast<std::int64_t>(trials_.size() + kept_.size()));
   const auto add = [&](double cpu_seconds, const std::string& checkpoint) {
     out.values({cpu_seconds});
@@ -82,7 +83,7 @@ std::optional<std::vector<std::pair<double, std::string>>> parts_of(std::string_
     parts.emplace_back(std::nan(""), bytes);
     return parts;
   }
-  driver::ByteReader in(bytes.substr(trials_magic.size()));
+  ByteReader in(bytes.substr(trials_magic.size()));
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
     const std::vector<double> seconds = has_seconds ? in.values() : std::vector<double>{std::nan("")};
     if (seconds.size() != 1) return std::nullopt;

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
-#include "files/evaluation_log.h"
 #include "model/print_model.h"
 #include "stencil/print_stencil.h"
 
@@ -59,8 +59,8 @@ std::uint64_t WindowControls::key() {
     text += fmt::format("{} {}\n", coefficient.name, coefficient.every);
   for (const UnknownPart& part : batches_.parts()) text += fmt::format("{} {} {}\n", part.name, part.low, part.high);
   const Eigen::VectorXd start = batches_.unknown_values();
-  return files::hash_bytes(start.data(), static_cast<std::size_t>(start.size()) * sizeof(double),
-                           files::hash_bytes(text.data(), text.size()));
+  return hash_bytes(start.data(), static_cast<std::size_t>(start.size()) * sizeof(double),
+                    hash_bytes(text.data(), text.size()));
 }
 
 std::vector<std::string> WindowControls::states() const {

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A compiled scene or task: values in, runs, losses and derivatives out."""
 import collections
+import contextlib
 import difflib
+import os
 import threading
 import warnings
 from typing import NamedTuple
@@ -269,6 +271,17 @@ class Scene:
         self._core.run(until, _called(progress, every), every)
         self._warn_of_growth()
         return self.result()
+
+    @contextlib.contextmanager
+    def record(self, folder, every=1):
+        """`with scene.record("results", every=10): scene.run()` writes what `dpde run --every 10 --out results` does, but
+        for pictures: SCENE.nc, STATE.npy, STATE_over_time.npy, observables.csv. It takes the memory of one state. Where
+        the run ends by an error, the files hold what was recorded until then. One run: a second one is an InputError."""
+        self._core.record(os.fspath(folder), every)
+        try:
+            yield
+        finally:
+            self._core.end_record()
 
     def result(self):
         return Result({name: self.state(name) for name in self.states}, self.time, self.steps_done)

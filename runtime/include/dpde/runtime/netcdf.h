@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // NetCDF-4 files, as bytes in memory or written bit by bit.
-// A library of its own (dpde_netcdf): the rest of the runtime needs nothing but the compiler's standard library.
+// A library of its own (dpde_io): the rest of the runtime needs nothing but the compiler's standard library.
 #pragma once
 
 #include <cstdint>

@@ -41,6 +41,8 @@
 
 namespace dpde {
 
+struct RunDescription;
+
 /// What an optimiser did. The unknowns of the simulation have the values it found.
 struct Optimised {
   StopReason reason = StopReason::iterations;
@@ -72,6 +74,10 @@ class Simulation {
   /// "m/s": of a field, a component of one, a parameter, an observable, an axis or t; "" where none is told. A text
   /// that lives as long as the simulation.
   const char* unit(std::string_view name) const;
+  /// What files say of a run beside its values, for dpde::Recorder (dpde/recorder.h); null of a scene that was compiled
+  /// ahead of time. Who compiles a scene in memory tells it.
+  const std::shared_ptr<const RunDescription>& description() const;
+  void describe(std::shared_ptr<const RunDescription> run);
 
   void set(std::string_view param, double value);
   double param(std::string_view name) const;

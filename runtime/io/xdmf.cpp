@@ -6,34 +6,34 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace dpde::tools {
+namespace dpde {
 
 namespace {
 
+using Faces = std::array<std::vector<double>, 3>;
+
 /// nz ny nx: the last one is the fastest.
-std::string cells_text(const std::vector<model::Axis>& axes) {
-  return fmt::format("{} {} {}", axes[2].cells, axes[1].cells, axes[0].cells);
+std::string cells_text(const Faces& faces) {
+  return fmt::format("{} {} {}", faces[2].size() - 1, faces[1].size() - 1, faces[0].size() - 1);
 }
 
-std::string mesh(const std::vector<model::Axis>& axes) {
+std::string mesh(const Faces& faces) {
   std::string text = fmt::format(
       "        <Topology TopologyType=\"3DRectMesh\" NumberOfElements=\"{} {} {}\"/>\n        <Geometry "
       "GeometryType=\"VXVYVZ\">\n",
-      axes[2].cells + 1, axes[1].cells + 1, axes[0].cells + 1);
-  for (const model::Axis& axis : axes) {
-    std::vector<double> faces;
-    for (int i = 0; i <= axis.cells; ++i) faces.push_back(axis.face(i));
+      faces[2].size(), faces[1].size(), faces[0].size());
+  for (const std::vector<double>& along : faces) {
     text += fmt::format(
         "          <DataItem Format=\"XML\" NumberType=\"Float\" Precision=\"8\" "
         "Dimensions=\"{}\">{}</DataItem>\n",
-        faces.size(), fmt::join(faces, " "));
+        along.size(), fmt::join(along, " "));
   }
   return text + "        </Geometry>\n";
 }
 
-std::string attribute(const std::string& file, const std::string& field, const std::vector<model::Axis>& axes,
-                      bool is_single, std::size_t state, std::size_t states) {
-  const std::string cells = cells_text(axes);
+std::string attribute(const std::string& file, const std::string& field, const Faces& faces, bool is_single,
+                      std::size_t state, std::size_t states) {
+  const std::string cells = cells_text(faces);
   return fmt::format(
       "        <Attribute Name=\"{0}\" Center=\"Cell\" AttributeType=\"Scalar\">\n"
       "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"{1}\">\n"
@@ -46,17 +46,16 @@ std::string attribute(const std::string& file, const std::string& field, const s
 
 }  // namespace
 
-std::string xdmf_text(const std::string& file, const std::vector<model::Axis>& axes, bool is_single,
-                      const std::vector<XdmfSeries>& all) {
+std::string xdmf_text(const std::string& file, const Faces& faces, bool is_single, const std::vector<XdmfSeries>& all) {
   std::string text = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n";
   for (const XdmfSeries& series : all) {
     text += "    <Grid Name=\"states\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
     for (std::size_t k = 0; k < series.times.size(); ++k) {
       text += fmt::format("      <Grid Name=\"state {}\" GridType=\"Uniform\">\n        <Time Value=\"{}\"/>\n", k,
                           series.times[k]);
-      text += mesh(axes);
+      text += mesh(faces);
       for (const std::string& field : series.fields)
-        text += attribute(file, field, axes, is_single, k, series.times.size());
+        text += attribute(file, field, faces, is_single, k, series.times.size());
       text += "      </Grid>\n";
     }
     text += "    </Grid>\n";
@@ -64,4 +63,4 @@ std::string xdmf_text(const std::string& file, const std::vector<model::Axis>& a
   return text + "  </Domain>\n</Xdmf>\n";
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde

@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-namespace dpde::tools {
+namespace dpde {
 
 /// How much of which file a checkpoint means.
 struct FrameMark {
@@ -62,4 +62,4 @@ class FrameFile {
   Descriptor file_;
 };
 
-}  // namespace dpde::tools
+}  // namespace dpde

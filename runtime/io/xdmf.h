@@ -2,12 +2,11 @@
 // A description of a NetCDF file on three axes for ParaView and VisIt, which takes the values from there.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
-#include "model/model.h"
-
-namespace dpde::tools {
+namespace dpde {
 
 /// Fields at cell centres that are recorded at the same times.
 struct XdmfSeries {
@@ -15,7 +14,8 @@ struct XdmfSeries {
   std::vector<std::string> fields;  // as the file calls them
 };
 
-std::string xdmf_text(const std::string& file, const std::vector<model::Axis>& axes, bool is_single,
+/// `faces`: of the cells along x, y, z, one more than cells.
+std::string xdmf_text(const std::string& file, const std::array<std::vector<double>, 3>& faces, bool is_single,
                       const std::vector<XdmfSeries>& all);
 
-}  // namespace dpde::tools
+}  // namespace dpde

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "frame_file.h"
+#include "dpde/runtime/frame_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,10 +10,10 @@
 #include <cstring>
 #include <vector>
 
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
-#include "files/evaluation_log.h"
 
-namespace dpde::tools {
+namespace dpde {
 namespace fs = std::filesystem;
 
 namespace {
@@ -24,7 +24,7 @@ constexpr int most_files = 100;
   throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(errno)));
 }
 
-std::uint64_t empty_checksum() { return files::hash_bytes("", 0); }
+std::uint64_t empty_checksum() { return hash_bytes("", 0); }
 
 }  // namespace
 
@@ -72,7 +72,7 @@ void FrameFile::append(std::span<const double> frame) {
     done += static_cast<std::size_t>(written);
   }
   mark_.bytes += static_cast<std::int64_t>(frame.size_bytes());
-  mark_.checksum = files::hash_bytes(bytes, frame.size_bytes(), mark_.checksum);
+  mark_.checksum = hash_bytes(bytes, frame.size_bytes(), mark_.checksum);
 }
 
 void FrameFile::read(std::int64_t first, std::span<double> numbers) const {
@@ -119,7 +119,7 @@ void FrameFile::reopen(const FrameMark& mark) {
   for (std::int64_t at = 0; at < count(); at += static_cast<std::int64_t>(part.size())) {
     part.resize(static_cast<std::size_t>(std::min(count() - at, static_cast<std::int64_t>(part.size()))));
     read(at, part);
-    checksum = files::hash_bytes(part.data(), part.size() * sizeof(double), checksum);
+    checksum = hash_bytes(part.data(), part.size() * sizeof(double), checksum);
   }
   if (checksum != mark.checksum) damaged();
 }
@@ -134,4 +134,4 @@ void FrameFile::remove_others() {
   }
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde

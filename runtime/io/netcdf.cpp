@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde {
@@ -66,14 +67,6 @@ std::size_t used_bytes(const char* bytes, std::size_t size) {
 /// inside a file for anything from wrong numbers to a loop without end, so that it must not see any.
 constexpr std::string_view checksum_mark = "dpdesum1";
 
-constexpr std::uint64_t hash_of_nothing = 14695981039346656037ull;
-
-/// FNV-1a
-std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash = hash_of_nothing) {
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-  return hash;
-}
-
 std::string checksum_of(std::uint64_t hash) {
   return std::string(checksum_mark) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
 }
@@ -83,7 +76,7 @@ bool is_as_written(std::string_view bytes) {
   const std::size_t size = checksum_mark.size() + sizeof(std::uint64_t);
   if (bytes.size() < size) return true;
   const std::string_view content = bytes.substr(0, bytes.size() - size), end = bytes.substr(content.size());
-  return !end.starts_with(checksum_mark) || end == checksum_of(hash_of(content));
+  return !end.starts_with(checksum_mark) || end == checksum_of(hash_bytes(content.data(), content.size()));
 }
 
 /// By the library's numbers.
@@ -171,7 +164,7 @@ class Composer {
     const std::unique_ptr<void, decltype(&std::free)> owner(memory.memory, &std::free);
     const char* bytes = static_cast<const char*>(memory.memory);
     const std::string_view used(bytes, used_bytes(bytes, memory.size));
-    const std::string checksum = checksum_of(hash_of(used));
+    const std::string checksum = checksum_of(hash_bytes(used.data(), used.size()));
     std::string all;
     all.reserve(used.size() + checksum.size());
     all.append(used).append(checksum);
@@ -283,11 +276,11 @@ void append_checksum(AtomicFile& file) {
   const auto size = static_cast<std::size_t>(std::filesystem::file_size(file.name(), error));
   const std::size_t used = used_bytes(file.read(0, buffer).data(), size);
   file.cut(static_cast<std::int64_t>(used));
-  std::uint64_t hash = hash_of_nothing;
+  std::uint64_t hash = hash_bytes(nullptr, 0);
   for (std::size_t at = 0; at < used;) {
     const std::string_view part = file.read(static_cast<std::int64_t>(at), buffer);
     if (part.empty()) break;
-    hash = hash_of(part, hash);
+    hash = hash_bytes(part.data(), part.size(), hash);
     at += part.size();
   }
   file.append(checksum_of(hash));

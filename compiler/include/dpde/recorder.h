@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run goes through, on disk, in the files that `dpde run --every N --out FOLDER` writes, to the byte.
+//
+//   dpde::Simulation sim = dpde::compile_file("heat.dpde");
+//   dpde::Recorder recorder(sim, "results", 10);
+//   recorder.run();
+//   recorder.finish();
+//
+// States go to a file without a name in that folder as they come; finish() makes the others of it: SCENE.nc, on three
+// axes SCENE.xdmf, STATE.npy and STATE_over_time.npy, observables.csv. Each is whole or not there.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dpde/runtime/progress.h"
+#include "dpde/runtime/simulation.h"
+
+namespace dpde {
+
+class Recorder {
+ public:
+  /// Of a simulation that compile_file() or compile_text() made, which stays where it is. Recorded are the state that
+  /// the first of the calls below begins with, that of each step whose number `every` divides, and the one at finish().
+  /// The folder is made where there is none.
+  /// @throws Error(input) for a scene of `dpde build` and for every < 1, Error(machine) when there can be no folder.
+  Recorder(Simulation& simulation, const std::string& folder, int every);
+  ~Recorder();
+  Recorder(Recorder&&) noexcept;
+  Recorder& operator=(Recorder&&) noexcept;
+
+  /// As those of the simulation. @throws what they do; and Error(input) where a reset() has begun another run.
+  bool step(int count = 1);
+  bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
+  bool run(const ProgressCallback& progress = {}, int every = 64);
+
+  /// Records the present state too and writes the files, also after an error of a run: the names of what it wrote. A
+  /// run behind it is recorded anew. @throws Error(machine) where a file, or the states on their way, could not be
+  /// written.
+  std::vector<std::string> finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dpde

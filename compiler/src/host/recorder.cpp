@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dpde/recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <numeric>
+#include <optional>
+
+#include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/npy.h"
+#include "dpde/runtime/run_file.h"
+
+namespace dpde {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path made_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder))
+    throw Error(ErrorKind::machine, fmt::format("cannot make the folder {}: {}", folder.string(),
+                                                error ? error.message() : std::strerror(ENOTDIR)));
+  return folder;
+}
+
+std::shared_ptr<const RunDescription> description_of(const Simulation& simulation) {
+  if (simulation.description() == nullptr)
+    throw Error(ErrorKind::input,
+                "only scenes that were compiled in this program can be recorded: dpde build keeps no "
+                "description for the files");
+  return simulation.description();
+}
+
+/// A run of a simulation, as far as it was recorded.
+struct Recorded {
+  Recorded(const Simulation& simulation, const RunDescription& run, const fs::path& folder, int every)
+      : frames(folder / (run.scene + ".restart")),
+        record({{simulation.states(), every}}, names_of(run.observables), simulation.size(), &frames) {}
+
+  static std::vector<std::string> names_of(const std::vector<RunNumber>& numbers) {
+    std::vector<std::string> names;
+    for (const RunNumber& number : numbers) names.push_back(number.name);
+    return names;
+  }
+
+  FrameFile frames;
+  RunRecord record;
+};
+
+}  // namespace
+
+struct Recorder::Impl {
+  Impl(Simulation& of, const fs::path& where, int interval)
+      : simulation(of), run(description_of(of)), folder(made_folder(where)), every(interval) {
+    if (every < 1) throw Error(ErrorKind::input, fmt::format("states of every {} steps cannot be recorded", every));
+  }
+
+  Recorded& recorded() {
+    if (!now) now = std::make_unique<Recorded>(simulation, *run, folder, every);
+    return *now;
+  }
+
+  /// As it comes where it is not finite, which is said once.
+  std::vector<double> state(const std::string& name) const {
+    try {
+      return simulation.state(name);
+    } catch (const NotFinite&) {
+      return simulation.state(name);
+    }
+  }
+
+  void add() {
+    RunRecord& record = recorded().record;
+    std::vector<double> frame;
+    for (const std::string& name : record.series()[0].fields) {
+      const std::vector<double> values = state(name);
+      frame.insert(frame.end(), values.begin(), values.end());
+    }
+    Observed observed;
+    for (const RunNumber& number : run->observables)
+      observed.emplace_back(number.name, simulation.observe(number.name));
+    record.add(0, simulation.steps_done(), simulation.time(), std::move(observed), frame);
+  }
+
+  void look(bool is_first_or_last) {
+    const std::vector<int>& steps = recorded().record.series()[0].steps;
+    const int step = simulation.steps_done();
+    if (!steps.empty() && steps.back() > step)
+      throw Error(ErrorKind::input, "a record is of one run: finish it before another one begins");
+    if (recorded().record.is_due(0, step, is_first_or_last)) add();
+  }
+
+  /// What `advance` does with a callback at all steps that either wants. Steps of the call are counted from where it
+  /// begins, steps of the record from the start of the run.
+  bool watched(const ProgressCallback& progress, int interval,
+               const std::function<bool(const ProgressCallback&, int)>& advance) {
+    look(recorded().record.series()[0].steps.empty());
+    interval = std::max(interval, 1);
+    const int common = std::gcd(std::gcd(progress ? interval : 0, every), simulation.steps_done() % every);
+    const auto call = [&](const Progress& at) {
+      look(false);
+      return !progress || (at.step % interval != 0 && at.step != at.steps) || progress(at);
+    };
+    return advance(call, common);
+  }
+
+  RunDescription description() const {
+    RunDescription present = *run;
+    const std::vector<std::string> settable = simulation.params();
+    for (RunNumber& param : present.params) {
+      if (std::ranges::find(settable, param.name) != settable.end()) param.value = simulation.param(param.name);
+    }
+    return present;
+  }
+
+  std::vector<std::string> write(const RunRecord& record) const {
+    std::vector<std::string> names;
+    const auto named = [&](const std::string& name) { return folder / names.emplace_back(name); };
+    const RunDescription described = description();
+    const Series& series = record.series()[0];
+    for (const std::string& field : series.fields) {
+      write_states(named(field + "_over_time.npy"), described, record, series, field);
+      write_last_state(named(field + ".npy"), described, record, field);
+    }
+    write_file_atomically(named("observables.csv"), table_of(series));
+    write_run(named(run->scene + ".nc"), described, record);
+    if (run->axes.size() == 3)
+      write_file_atomically(named(run->scene + ".xdmf"), xdmf_of(run->scene + ".nc", described, record));
+    return names;
+  }
+
+  Simulation& simulation;
+  std::shared_ptr<const RunDescription> run;
+  fs::path folder;
+  int every;
+  std::unique_ptr<Recorded> now;
+};
+
+Recorder::Recorder(Simulation& simulation, const std::string& folder, int every)
+    : impl_(std::make_unique<Impl>(simulation, folder, every)) {}
+Recorder::~Recorder() = default;
+Recorder::Recorder(Recorder&&) noexcept = default;
+Recorder& Recorder::operator=(Recorder&&) noexcept = default;
+
+bool Recorder::step(int count) {
+  Impl& impl = *impl_;
+  impl.look(impl.recorded().record.series()[0].steps.empty());
+  while (count > 0) {
+    const int now = std::min(count, impl.every - impl.simulation.steps_done() % impl.every);
+    if (!impl.simulation.step(now)) return false;
+    impl.look(false);
+    count -= now;
+  }
+  return true;
+}
+
+bool Recorder::run_to(double time, const ProgressCallback& progress, int every) {
+  return impl_->watched(progress, every, [&](const ProgressCallback& call, int interval) {
+    return impl_->simulation.run_to(time, call, interval);
+  });
+}
+
+bool Recorder::run(const ProgressCallback& progress, int every) {
+  return impl_->watched(progress, every, [&](const ProgressCallback& call, int interval) {
+    return impl_->simulation.run(call, interval);
+  });
+}
+
+std::vector<std::string> Recorder::finish() {
+  impl_->look(true);
+  const std::unique_ptr<Recorded> recorded = std::move(impl_->now);
+  const std::string& failure = recorded->record.failure();
+  if (!failure.empty()) throw Error(ErrorKind::machine, failure);
+  return impl_->write(recorded->record);
+}
+
+}  // namespace dpde

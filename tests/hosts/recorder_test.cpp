@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// What hosts record of a run is what `dpde run --every N --out FOLDER` writes, to the byte.
+#include "dpde/recorder.h"
+
+#include "dpde/dpde_c.h"
+#include "host_support.h"
+
+namespace dpde::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* basin_text = R"(model tide {
+  field u
+  vector v on faces
+  param k
+  dt(u) = k*lap(u) + sin(t)
+  dt(v) = grad(u)
+}
+scene basin : tide {
+  grid x = 0 .. 1, cells 4, periodic
+  grid y = 0 .. 1, cells 3, periodic
+  grid z = 0 .. 1, cells 2, periodic
+  k = 0.01
+  initial u = cos(2*pi*x)*sin(2*pi*y)
+  initial v = 0
+  observe size = mean(u^2)
+  time 0 .. 1, step 1/64
+}
+scene line : tide {
+  grid x = 0 .. 1, cells 16, periodic
+  k = 0.02
+  initial u = cos(2*pi*x)
+  initial v = 0
+  observe size = mean(u^2)
+  observe most = max(u)
+  time 0 .. 1, step 1/50
+}
+)";
+
+std::string content(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Recorded : public InFolder {
+ protected:
+  void run_command(const std::string& scene, int every, const std::string& options = "") {
+    file_ = write("basin.dpde", basin_text);
+    dpde("run " + file_ + " " + scene + " --every " + std::to_string(every) + options + " --out " + folder("command"));
+  }
+  std::string folder(const std::string& name) const { return (fs::path(file_).parent_path() / name).string(); }
+  void expect_same(const std::vector<std::string>& names) const {
+    ASSERT_GT(names.size(), 3u);
+    for (const std::string& name : names) {
+      ASSERT_TRUE(fs::exists(folder("command/" + name))) << name;
+      EXPECT_EQ(content(folder("host/" + name)), content(folder("command/" + name))) << name;
+    }
+    for (const auto& entry : fs::directory_iterator(folder("host")))
+      EXPECT_NE(std::ranges::find(names, entry.path().filename().string()), names.end()) << entry.path();
+  }
+  std::string file_;
+};
+
+TEST_F(Recorded, RunsAreTheFilesOfTheCommand) {
+  struct Row {
+    std::string scene, options;
+    int every;
+    Settings set;
+    std::string scheme;
+  };
+  for (const auto& [scene, options, every, set, scheme] :
+       std::vector<Row>{{"basin", "", 5, {}, ""},
+                        {"line", "", 1, {}, ""},
+                        {"line", " --set real=f32", 7, {{"real", "f32"}}, ""},
+                        {"line", " --set k=0.03", 100, {{"k", "0.03"}}, ""}}) {
+    run_command(scene, every, options);
+    Simulation simulation = compile_file(file_, {.name = scene, .set = set, .scheme = scheme});
+    fs::remove_all(folder("host"));
+    Recorder recorder(simulation, folder("host"), every);
+    ASSERT_TRUE(recorder.step(3));
+    int calls = 0;
+    ASSERT_TRUE(recorder.run_to(
+        0.5, [&](const Progress&) { return ++calls > 0; }, 10));
+    EXPECT_GE(calls, 3);
+    ASSERT_TRUE(recorder.run());
+    expect_same(recorder.finish());
+    fs::remove_all(folder("command"));
+  }
+}
+
+TEST_F(Recorded, OfCAreTheSame) {
+  run_command("line", 10);
+  dpde_error* error = nullptr;
+  dpde_model* const model = dpde_model_from_file(file_.c_str(), &error);
+  ASSERT_NE(model, nullptr);
+  dpde_options options;
+  dpde_options_init(&options, DPDE_C_VERSION);
+  options.name = "line";
+  dpde_sim* const sim = dpde_model_open(model, &options, &error);
+  ASSERT_NE(sim, nullptr) << dpde_error_text(error);
+  EXPECT_EQ(dpde_sim_record_end(sim, nullptr), DPDE_ERROR_INPUT);
+  EXPECT_EQ(dpde_sim_record(sim, folder("host").c_str(), 0, nullptr), DPDE_ERROR_INPUT);
+  EXPECT_EQ(dpde_sim_record(sim, (file_ + "/under").c_str(), 1, nullptr), DPDE_ERROR_MACHINE);
+  ASSERT_EQ(dpde_sim_record(sim, folder("host").c_str(), 10, &error), DPDE_OK);
+  EXPECT_EQ(dpde_sim_record(sim, folder("host").c_str(), 10, nullptr), DPDE_ERROR_INPUT);
+  ASSERT_EQ(dpde_sim_step(sim, 4, &error), DPDE_OK);
+  ASSERT_EQ(dpde_sim_run(sim, NAN, nullptr, nullptr, 64, &error), DPDE_OK);
+  ASSERT_EQ(dpde_sim_record_end(sim, &error), DPDE_OK);
+  expect_same({"u.npy", "u_over_time.npy", "v.x.npy", "v.x_over_time.npy", "observables.csv", "line.nc"});
+  dpde_sim_free(sim);
+  dpde_model_free(model);
+}
+
+TEST_F(Recorded, OfARunThatIsStoppedAreItsStatesSoFar) {
+  file_ = write("basin.dpde", basin_text);
+  Simulation simulation = compile_file(file_, {.name = "line"});
+  Recorder recorder(simulation, folder("host"), 4);
+  EXPECT_FALSE(recorder.run([](const Progress& at) { return at.step < 10; }, 1));
+  recorder.finish();
+  EXPECT_EQ(std::ranges::count(content(folder("host/observables.csv")), '\n'), 1 + 4);  // steps 0, 4, 8, 10
+  ASSERT_TRUE(recorder.run());
+  simulation.reset();
+  EXPECT_THROW(recorder.run(), Error);
+}
+
+}  // namespace
+}  // namespace dpde::testing
