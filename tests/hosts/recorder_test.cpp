@@ -122,6 +122,8 @@ TEST_F(Recorded, OfARunThatIsStoppedAreItsStatesSoFar) {
   ASSERT_TRUE(recorder.run());
   simulation.reset();
   EXPECT_THROW(recorder.run(), Error);
+  recorder.finish();                                                                     // what was recorded before
+  EXPECT_EQ(std::ranges::count(content(folder("host/observables.csv")), '\n'), 1 + 12);  // steps 10, 12, ..., 48, 50
 }
 
 }  // namespace

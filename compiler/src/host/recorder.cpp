@@ -173,7 +173,9 @@ bool Recorder::run(const ProgressCallback& progress, int every) {
 }
 
 std::vector<std::string> Recorder::finish() {
-  impl_->look(true);
+  const std::vector<int>& steps = impl_->recorded().record.series()[0].steps;
+  const bool is_of_run = steps.empty() || steps.back() <= impl_->simulation.steps_done();  // or one was begun behind it
+  if (is_of_run) impl_->look(true);
   const std::unique_ptr<Recorded> recorded = std::move(impl_->now);
   const std::string& failure = recorded->record.failure();
   if (!failure.empty()) throw Error(ErrorKind::machine, failure);
