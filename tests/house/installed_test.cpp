@@ -34,7 +34,8 @@ void add_with_includes(const std::string& header, std::set<std::string>& found) 
 
 TEST(House, OnlyPublicHeadersAreInstalled) {
   std::set<std::string> wanted, installed;
-  for (const char* header : {"dpde/dpde.h", "dpde/dpde_c.h", "dpde/runtime/simulation.h", "dpde/elementary_cells.h"})
+  for (const char* header :
+       {"dpde/dpde.h", "dpde/dpde_c.h", "dpde/recorder.h", "dpde/runtime/simulation.h", "dpde/elementary_cells.h"})
     add_with_includes(header, wanted);
   for (const auto& entry : fs::directory_iterator(source / "compiler/include/dpde"))
     installed.insert("dpde/" + entry.path().filename().string());
