@@ -28,6 +28,8 @@ namespace {
 Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
 Expr over(const Expr& a, const Expr& b, Origin origin = {}) { return binary(BinaryOp::divide, a, b, origin); }
 
+Expr metric_of(const Stretch& stretch) { return over(1.0, slope_of(stretch.map)); }
+
 /// 1 over the mean of the slope, at the centres or at the upper faces of the cells.
 double normalisation(const Axis& axis, const Expr& slope, bool on_faces) {
   double sum = 0;
@@ -295,7 +297,7 @@ std::vector<Coefficient> Rewriter::metrics() const {
   for (std::size_t a = 0; a < slopes_.size(); ++a) {
     if (!is_read_[a]) continue;
     const Axis& axis = problem_.axes[a];
-    Coefficient metric{names_[a], {over(1.0, *slopes_[a]), "", "", {}, {}}};
+    Coefficient metric{names_[a], {metric_of(*axis.stretch), "", "", {}, {}}};
     const int number = static_cast<int>(a);
     if (axis.topology == Topology::bounded)
       metric.walls = {number, 1 / slope_at(number, axis.low), 1 / slope_at(number, axis.high)};
@@ -305,6 +307,13 @@ std::vector<Coefficient> Rewriter::metrics() const {
 }
 
 }  // namespace
+
+bool is_metric(const Problem& problem, const Coefficient& coefficient) {
+  const std::optional<Expr>& value = coefficient.value.formula;
+  return value && std::ranges::any_of(problem.axes, [&](const Axis& axis) {
+           return axis.stretch && *value == metric_of(*axis.stretch);
+         });
+}
 
 std::string size_name(const Axis& axis) { return "size of " + axis.name; }
 std::string uniform_spacing_name(const Axis& axis) { return "uniform spacing of " + axis.name; }

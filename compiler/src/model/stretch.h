@@ -34,6 +34,9 @@ std::string uniform_spacing_name(const Axis& axis);
 /// Whether the problem has a value of this name.
 bool is_taken(const Problem& problem, const std::string& name);
 
+/// Whether a coefficient of a problem in uniform coordinates is the metric of one of its axes.
+bool is_metric(const Problem& problem, const Coefficient& coefficient);
+
 /// The problem in the uniform coordinates; itself where nothing is stretched.
 Problem in_uniform_coordinates(Problem problem);
 

@@ -8,6 +8,7 @@
 #include "driver/over_time.h"
 #include "model/build.h"
 #include "model/solves.h"
+#include "model/stretch.h"
 #include "model/uses.h"
 #include "stability/one_moment.h"
 #include "stencil/from_model.h"
@@ -229,6 +230,12 @@ std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
     for (auto& [name, field] : *fields) {
       for (double& slope : field.slope) slope /= finer;
     }
+  }
+  // A wave about a point has a length, which the grid stretches by what it does there. By how much it does next to it
+  // is no part of the equations, and would tell apart the slope that a constraint takes off and that which it looks at.
+  for (const model::Coefficient& metric : problem_.coefficients) {
+    const auto found = on_fine_cells.fields.find(metric.name);
+    if (found != on_fine_cells.fields.end() && model::is_metric(problem_, metric)) found->second.slope = {};
   }
   const std::optional<Response> rates = generator_of(*fine_, on_fine_cells);
   return rates ? std::optional(Symbol(*rates, static_cast<int>(problem_.axes.size()))) : std::nullopt;

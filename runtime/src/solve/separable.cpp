@@ -165,8 +165,7 @@ SeparableSolver::SeparableSolver(const Axes& axes, const std::array<std::int64_t
     Transforms& own = of_threads_.emplace_back(Transforms{some(block), {}, {}});
     if (fewer != 0) own.fewer.emplace(some(fewer));
     if (axes.second) {
-      own.second.emplace(
-          lines_in_place(shape_.second, shape_.modes, shape_.second_step * shape_.modes, 1));
+      own.second.emplace(lines_in_place(shape_.second, shape_.modes, shape_.second_step * shape_.modes, 1));
     }
   }
 }
@@ -236,15 +235,14 @@ void SeparableSolver::eliminate(std::int64_t second, std::int64_t begin, std::in
   for (std::int64_t i = 1; i < shape_.length; ++i) {
     const std::int64_t here = row_of(second, i), before = row_of(second, i - 1);
     for (std::int64_t mode = begin; mode < end; ++mode)
-      waves_[static_cast<std::size_t>(here + mode)] -= factors_.lower[static_cast<std::size_t>(here + mode)] *
-                                                       waves_[static_cast<std::size_t>(before + mode)];
+      waves_[static_cast<std::size_t>(here + mode)] -=
+          factors_.lower[static_cast<std::size_t>(here + mode)] * waves_[static_cast<std::size_t>(before + mode)];
   }
   for (std::int64_t i = shape_.length; i-- > 0;) {
     const std::int64_t here = row_of(second, i), next = row_of(second, std::min(i + 1, shape_.length - 1));
     for (std::int64_t mode = begin; mode < end; ++mode) {
       const auto at = static_cast<std::size_t>(here + mode);
-      waves_[at] =
-          factors_.pivot[at] * waves_[at] - factors_.upper[at] * waves_[static_cast<std::size_t>(next + mode)];
+      waves_[at] = factors_.pivot[at] * waves_[at] - factors_.upper[at] * waves_[static_cast<std::size_t>(next + mode)];
     }
   }
 }
