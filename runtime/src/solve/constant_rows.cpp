@@ -32,12 +32,13 @@ bool is_even(const std::vector<std::array<int, 3>>& offsets, const std::vector<d
   return true;
 }
 
-/// Whether each row is the one given, with the columns beyond walls added to those of their images.
+/// Whether each row is the one given, with the columns beyond walls added to those of their images: what is made there
+/// is of other sums.
 bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row, const std::array<Sides, 3>& sides,
                 double rounding) {
   double size = 0;
   for (const double value : row) size += std::abs(value);
-  const double zero = 64 * rounding * size;
+  const double zero = 64 * rounding * size, inside = difference_of_same_rows * size;
   std::vector<double> expected(row.size());
   std::size_t number = 0;
   for (std::int64_t z = 0; z < matrix.cells[2]; ++z) {
@@ -45,12 +46,15 @@ bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row, con
       for (std::int64_t x = 0; x < matrix.cells[0]; ++x, ++number) {
         const std::array<std::int64_t, 3> cell{x, y, z};
         std::ranges::fill(expected, 0.0);
+        bool has_images = false;
         for (std::size_t k = 0; k < row.size(); ++k) {
           std::array<int, 3> offset = matrix.offsets[k];
           double sign = 1;
           for (std::size_t axis = 0; axis < 3; ++axis) {
             if (sides[axis] == Sides::periodic) continue;
-            const auto [image, s] = image_of(cell[axis] + offset[axis], matrix.cells[axis], sides[axis]);
+            const std::int64_t place = cell[axis] + offset[axis];
+            const auto [image, s] = image_of(place, matrix.cells[axis], sides[axis]);
+            has_images = has_images || image != place;
             offset[axis] = static_cast<int>(image - cell[axis]);
             sign *= s;
           }
@@ -62,7 +66,7 @@ bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row, con
           expected[static_cast<std::size_t>(known - matrix.offsets.begin())] += sign * row[k];
         }
         for (std::size_t k = 0; k < row.size(); ++k) {
-          if (!(std::abs(expected[k] - matrix.values[k][number]) <= zero)) return false;
+          if (!(std::abs(expected[k] - matrix.values[k][number]) <= (has_images ? zero : inside))) return false;
         }
       }
     }
@@ -92,8 +96,8 @@ std::optional<ConstantRows> ConstantRows::of(const StencilMatrix& matrix, double
     mirrored[axis] = true;
     int reach = 0;
     for (const auto& offset : matrix.offsets) reach = std::max(reach, std::abs(offset[axis]));
-    if (2 * reach >= matrix.cells[axis] || !dpde::is_even(matrix.offsets, row, mirrored, 64 * rounding * size))
-      return std::nullopt;
+    const double zero = difference_of_same_rows * size;
+    if (2 * reach >= matrix.cells[axis] || !dpde::is_even(matrix.offsets, row, mirrored, zero)) return std::nullopt;
   }
   for (int choice = 0; choice < 1 << bounded; ++choice) {
     int bits = choice;

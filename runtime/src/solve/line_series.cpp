@@ -43,10 +43,11 @@ class Line {
     for (const std::vector<double>& entries : matrix.values) size_ += std::abs(entries[at(0)]);
   }
 
-  bool is_even_along(double rounding) const {
+  bool is_even_along() const {
+    const double zero = difference_of_same_rows * size_;
     for (const std::vector<double>& entries : matrix_.values) {
       for (std::int64_t i = 1; i < n_; ++i) {
-        if (!(std::abs(entries[at(i)] - entries[at(0)]) <= 64 * rounding * size_)) return false;
+        if (!(std::abs(entries[at(i)] - entries[at(0)]) <= zero)) return false;
       }
     }
     return true;
@@ -70,12 +71,11 @@ class Line {
   double size_ = 0;
 };
 
-std::vector<Complex> factors_of(const StencilMatrix& matrix, std::size_t axis, const RealLines& lines,
-                                double rounding) {
+std::vector<Complex> factors_of(const StencilMatrix& matrix, std::size_t axis, const RealLines& lines) {
   std::vector<Complex> factors(static_cast<std::size_t>(lines.lines * (lines.length / 2 + 1)));
   for (std::int64_t number = 0; number < lines.lines; ++number) {
     const Line line(matrix, axis, number * lines.apart, lines.step);
-    if (!line.is_even_along(rounding)) return {};
+    if (!line.is_even_along()) return {};
     for (std::int64_t mode = 0; mode <= lines.length / 2; ++mode) {
       const Complex symbol = line.symbol(mode);
       if (symbol == 0.0) return {};
@@ -88,11 +88,11 @@ std::vector<Complex> factors_of(const StencilMatrix& matrix, std::size_t axis, c
 
 }  // namespace
 
-std::optional<LineSeries> LineSeries::of(const StencilMatrix& matrix, double rounding, const Team& team) {
+std::optional<LineSeries> LineSeries::of(const StencilMatrix& matrix, const Team& team) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::optional<RealLines> lines = lines_along(axis, matrix.cells);
     if (!matrix.periodic[axis] || !lines || !couples_along(matrix, axis)) continue;
-    std::vector<Complex> factors = factors_of(matrix, axis, *lines, rounding);
+    std::vector<Complex> factors = factors_of(matrix, axis, *lines);
     if (!factors.empty()) return LineSeries(*lines, std::move(factors), team);
   }
   return std::nullopt;

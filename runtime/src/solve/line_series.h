@@ -18,7 +18,7 @@ namespace dpde {
 class LineSeries {
  public:
   /// Nothing where the operator is none of these, makes 0 of a wave, or the axis lies between two others.
-  static std::optional<LineSeries> of(const StencilMatrix& matrix, double rounding, const Team& team = 1);
+  static std::optional<LineSeries> of(const StencilMatrix& matrix, const Team& team = 1);
 
   /// Nothing is allocated; both are aligned as `new` aligns them.
   void divide(std::span<const double> b, std::span<double> x);

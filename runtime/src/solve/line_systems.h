@@ -14,13 +14,11 @@ namespace dpde {
 
 class LineSystems {
  public:
-  static std::optional<LineSystems> of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
-                                       const Team& team) {
+  static std::optional<LineSystems> of(const StencilMatrix& matrix, const NullSpace& null_space, const Team& team) {
     if (null_space.is_empty()) {
-      if (auto series = LineSeries::of(matrix, rounding, team)) return LineSystems(std::move(*series));
+      if (auto series = LineSeries::of(matrix, team)) return LineSystems(std::move(*series));
     }
-    if (auto separable = SeparableSolver::of(matrix, null_space, rounding, team))
-      return LineSystems(std::move(*separable));
+    if (auto separable = SeparableSolver::of(matrix, null_space, team)) return LineSystems(std::move(*separable));
     return std::nullopt;
   }
 

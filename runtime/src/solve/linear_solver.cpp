@@ -176,7 +176,7 @@ bool LinearSolver::Impl::try_fourier() {
   } else {
     a->with_matrix([&](const StencilMatrix& matrix) {
       fourier = FourierSolver::of(matrix, options.rounding, is_singular, team);
-      if (!fourier) lines = LineSystems::of(matrix, null_space, options.rounding, team);
+      if (!fourier) lines = LineSystems::of(matrix, null_space, team);
     });
   }
   if (!fourier && !lines) return false;

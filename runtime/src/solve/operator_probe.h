@@ -45,6 +45,7 @@ class OperatorProbe {
   std::optional<ConstantRows> constant_rows(const LinearImage& image);
   std::optional<std::array<Sides, 3>> find_sides(const LinearImage& image, const ConstantRows& row);
   bool is_made_by(const ConstantRows& rows, const LinearImage& image);
+  bool makes_one_number_of_ones(const ConstantRows& rows, const LinearImage& image);
   bool is_by_pattern(const LinearImage& image, StencilMatrix& matrix);
   void check_zero(const LinearImage& image);
   Departure departure_of(const LinearImage& image, const StencilMatrix& matrix);

@@ -18,8 +18,7 @@ bool is_zero(double value) { return value == 0; }
 /// Sizes of the rows, and whether each is the same along an axis.
 class Rows {
  public:
-  Rows(const StencilMatrix& matrix, double rounding)
-      : matrix_(matrix), rounding_(rounding), sizes_(static_cast<std::size_t>(matrix.size()), 0.0) {
+  explicit Rows(const StencilMatrix& matrix) : matrix_(matrix), sizes_(static_cast<std::size_t>(matrix.size()), 0.0) {
     for (const std::vector<double>& entries : matrix.values) {
       for (std::size_t i = 0; i < sizes_.size(); ++i) sizes_[i] += std::abs(entries[i]);
     }
@@ -32,7 +31,7 @@ class Rows {
       for (std::size_t i = 0; i < entries.size(); ++i) {
         const std::int64_t number = static_cast<std::int64_t>(i) / step % matrix_.cells[axis];
         const std::size_t first = i - static_cast<std::size_t>(number * step);
-        if (!(std::abs(entries[i] - entries[first]) <= 64 * rounding_ * sizes_[i])) return false;
+        if (!(std::abs(entries[i] - entries[first]) <= difference_of_same_rows * sizes_[i])) return false;
       }
       return true;
     });
@@ -46,13 +45,12 @@ class Rows {
 
  private:
   const StencilMatrix& matrix_;
-  double rounding_;
   std::vector<double> sizes_;
 };
 
 /// Nothing where there is no axis for lines, or more than one.
-std::optional<SeparableSolver::Axes> axes_of(const StencilMatrix& matrix, double rounding) {
-  const Rows rows(matrix, rounding);
+std::optional<SeparableSolver::Axes> axes_of(const StencilMatrix& matrix) {
+  const Rows rows(matrix);
   std::vector<std::size_t> waves, lines;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (matrix.cells[axis] == 1) continue;
@@ -131,11 +129,11 @@ class Symbols {
 }  // namespace
 
 std::optional<SeparableSolver> SeparableSolver::of(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                   double rounding, const Team& team) {
+                                                   const Team& team) {
   const bool is_singular = !null_space.is_empty();
   const auto size = static_cast<std::size_t>(matrix.size());
   if (is_singular && (null_space.is_lopsided() || null_space.parts().front().size() != size)) return std::nullopt;
-  const std::optional<Axes> axes = axes_of(matrix, rounding);
+  const std::optional<Axes> axes = axes_of(matrix);
   if (!axes) return std::nullopt;
   SeparableSolver solver(*axes, matrix.cells, is_singular, team);
   if (!solver.factor(matrix, *axes)) return std::nullopt;

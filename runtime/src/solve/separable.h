@@ -22,7 +22,7 @@ class SeparableSolver {
  public:
   /// Nothing where the operator is none of these, tells a wave from its mirror image, or has a wave whose diagonal does
   /// not dominate: elimination takes no pivots.
-  static std::optional<SeparableSolver> of(const StencilMatrix& matrix, const NullSpace& null_space, double rounding,
+  static std::optional<SeparableSolver> of(const StencilMatrix& matrix, const NullSpace& null_space,
                                            const Team& team = 1);
 
   /// Where constants make 0 the mean of `b` is left out and that of `x` is 0. Nothing is allocated; both are aligned as

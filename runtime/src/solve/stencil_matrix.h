@@ -24,6 +24,11 @@ struct StencilMatrix {
   bool operator==(const StencilMatrix&) const = default;
 };
 
+/// By how much entries of rows that are the same may differ, over the size of a row. Of f32, too: entries are what
+/// cells make of ones, products with which are exact, so that cells that are alike make the same numbers; 64 roundings
+/// of f32 would hide a k of 60 in lap(p) - k*p on 1024^2 cells.
+constexpr double difference_of_same_rows = 64 * 0x1p-52;
+
 /// The cell at `offset` from cell (x, y, z); -1 beyond a bounded axis.
 std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> cell, const std::array<int, 3>& offset);
 
