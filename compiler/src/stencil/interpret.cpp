@@ -264,19 +264,13 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
                                         const Params& params) {
   require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
   Interpreter interpreter(module, state, params);
-  for (const std::string& name : interface_of(module, program).sums) interpreter.sums[name] = 0;
+  for (const Kernel* kernel : kernels_run(module, program))
+    for (const Sum& sum : kernel->sums) interpreter.sums[sum.name] = 0;
   interpreter.run(program);
-  const State before = state;
+  std::vector<std::vector<double>> next;
+  for (const Swap& swap : program.swaps) next.push_back(state.cells_to_write(swap.next));
   for (const Swap& swap : program.swaps) state.poison(swap.next);
-  for (const Swap& swap : program.swaps) {
-    state.poison(swap.state);
-    Cell low{}, high = state.grid().cells;
-    for (int axis = 0; axis < max_rank; ++axis) {
-      low[axis] -= state.halo(axis);
-      high[axis] += state.halo(axis);
-    }
-    for_each_cell(low, high, [&](const Cell& cell) { state.at(swap.state, cell) = before.at(swap.next, cell); });
-  }
+  for (std::size_t i = 0; i < next.size(); ++i) state.set_cells(program.swaps[i].state, std::move(next[i]));
   return std::move(interpreter.sums);
 }
 

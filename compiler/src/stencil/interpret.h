@@ -9,9 +9,11 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "stencil/stencil.h"
+#include "support/assert.h"
 
 namespace dpde::stencil {
 
@@ -24,7 +26,14 @@ using Params = std::map<std::string, double>;
 
 using Cell = std::array<int, max_rank>;
 /// Calls f for every cell of the box [low, high), x fastest.
-void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f);
+template <class F>
+void for_each_cell(const Cell& low, const Cell& high, const F& f) {
+  for (int k = low[2]; k < high[2]; ++k) {
+    for (int j = low[1]; j < high[1]; ++j) {
+      for (int i = low[0]; i < high[0]; ++i) f(Cell{i, j, k});
+    }
+  }
+}
 
 /// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars`, and to those of the
 /// rates, begins with 0.
@@ -70,8 +79,19 @@ class State {
   const std::vector<double>& cells(const std::string& field) const { return fields_.at(field); }
   const std::vector<double>* find_cells(const std::string& field) const;
   /// Where a cell is among these.
-  std::size_t index(const std::array<int, max_rank>& cell) const;
-  void set_cells(const std::string& field, const std::vector<double>& cells) { fields_[field] = cells; }
+  std::size_t index(const std::array<int, max_rank>& cell) const {
+    std::size_t index = 0;
+    for (int axis = max_rank - 1; axis >= 0; --axis) {
+      const int width = grid_.cells[axis] + 2 * halo(axis);
+      const int place = cell[axis] + halo(axis);
+      require(place >= 0 && place < width, "a cell inside the halo");
+      index = index * static_cast<std::size_t>(width) + static_cast<std::size_t>(place);
+    }
+    return index;
+  }
+  void set_cells(const std::string& field, std::vector<double> cells) { fields_[field] = std::move(cells); }
+  /// Created as by at().
+  std::vector<double>& cells_to_write(const std::string& field);
 
   /// Makes every cell NaN.
   void poison(const std::string& field);
@@ -84,6 +104,8 @@ class State {
   std::shared_ptr<Inverses> inverses;
 
  private:
+  std::size_t cell_count() const;  // of the interior
+
   Grid grid_;
   int halo_;
   Precision real_;

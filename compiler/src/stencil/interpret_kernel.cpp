@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule
-// "reads see the fields as they were" holds by construction. Names are looked up once a run of a kernel.
+// Kernels, each part of an expression at all points before the next. Stores are applied only after all has been
+// evaluated, so that the rule "reads see the fields as they were" holds by construction. Names are looked up once a run
+// of a kernel.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <memory>
@@ -28,8 +28,16 @@ struct WeightedCell {
   double weight;
 };
 
+/// Those along one axis.
+struct Taps {
+  std::array<WeightedCell, 4> cells{};
+  int count = 0;
+
+  void add(int cell, double weight) { cells[count++] = {cell, weight}; }
+};
+
 /// The cells along one axis around the point `at` displaced by `d`, and their weights.
-std::vector<WeightedCell> taps_along(Topology topology, int n, int at, double d, Along along) {
+Taps taps_along(Topology topology, int n, int at, double d, Along along) {
   const double j = at + std::floor(d);
   double f = d - std::floor(d);
   const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result
@@ -46,12 +54,12 @@ std::vector<WeightedCell> taps_along(Topology topology, int n, int at, double d,
   } else {
     low = wrapped(static_cast<int>(std::fmod(j, n)), n);
   }
-  std::vector<WeightedCell> taps;
+  Taps taps;
   int cell = low - 1;
   for (const std::array<double, 4>& c : weights_of(along)) {
     const double weight = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
     const int place = topology == Topology::periodic ? wrapped(cell, n) : cell;
-    if (c != std::array<double, 4>{}) taps.push_back({place, clamped && is_derivative(along) ? 0 : weight});
+    if (c != std::array<double, 4>{}) taps.add(place, clamped && is_derivative(along) ? 0 : weight);
     ++cell;
   }
   return taps;
@@ -65,12 +73,6 @@ struct Scope {
   const std::vector<Topology>& axes;
   const Params& params;
   std::unordered_map<std::string, std::size_t> locals = {};  // their numbers
-};
-
-/// One point: the cell, and the locals by their numbers.
-struct Point {
-  Cell cell{};
-  std::vector<double> locals = {};
 };
 
 struct Bound;
@@ -162,53 +164,107 @@ Cell displaced(Cell cell, const Offset& offset) {
   return cell;
 }
 
-/// What expressions are worth on a grid.
+/// One for each point, x fastest.
+using Values = std::vector<double>;
+
+/// What expressions are worth at the points of a box.
 class Evaluation {
  public:
-  explicit Evaluation(const Scope& scope) : state_(scope.state), axes_(scope.axes) {}
-
-  double value(const Operand& e, const Point& at) const {
-    return match(
-        e->kind, [](const double& number) { return number; }, [&](const BoundLocal& l) { return at.locals[l.number]; },
-        [&](const BoundAccess& a) { return read(a.cells, displaced(at.cell, a.offset)); },
-        [&](const BoundInterp& i) {
-          double sum = 0;
-          for_each_tap(i, at, [&](const Cell& c, double weight) { sum += weight * read(i.cells, c); });
-          return sum;
-        },
-        [&](const Inside& i) { return is_inside(i, at) ? 1.0 : 0.0; },
-        [&](const BoundNeg& n) { return -value(n.operand, at); },
-        [&](const BoundBinary& b) { return evaluate_binary(b.op, value(b.left, at), value(b.right, at)); },
-        [&](const BoundCall& c) {
-          return evaluate_call_of(c.fn, c.arguments, [&](const Operand& a) { return value(a, at); });
-        },
-        [&](const BoundSelect& s) { return value(s.condition, at) != 0 ? value(s.yes, at) : value(s.no, at); });
+  Evaluation(const Scope& scope, const Cell& low, const Cell& high)
+      : state_(scope.state), axes_(scope.axes), low_(low), high_(high) {
+    for (int axis = 0; axis < max_rank; ++axis) count_ *= static_cast<std::size_t>(std::max(high[axis] - low[axis], 0));
   }
 
-  /// Calls f(cell, weight) for each cell the interpolation takes.
-  void for_each_tap(const BoundInterp& bound, const Point& at,
-                    const std::function<void(const Cell&, double)>& f) const {
-    std::array<std::vector<WeightedCell>, max_rank> taps;
+  Values values(const Operand& e) const {
+    return match(
+        e->kind, [&](const double& number) { return Values(count_, number); },
+        [&](const BoundLocal& l) { return locals_[l.number]; }, [&](const BoundAccess& a) { return read(a); },
+        [&](const BoundInterp& i) { return interpolated(i); }, [&](const Inside& i) { return where_inside(i); },
+        [&](const BoundNeg& n) {
+          Values result = values(n.operand);
+          for (double& value : result) value = -value;
+          return result;
+        },
+        [&](const BoundBinary& b) {
+          Values result = values(b.left);
+          const Values right = values(b.right);
+          for (std::size_t p = 0; p < count_; ++p) result[p] = evaluate_binary(b.op, result[p], right[p]);
+          return result;
+        },
+        [&](const BoundCall& c) {
+          const std::vector<Values> arguments = values_of_all(c.arguments);
+          Values result(count_);
+          for (std::size_t p = 0; p < count_; ++p)
+            result[p] = evaluate_call_of(c.fn, arguments, [&](const Values& a) { return a[p]; });
+          return result;
+        },
+        [&](const BoundSelect& s) {
+          Values result = values(s.yes);
+          const Values condition = values(s.condition), no = values(s.no);
+          for (std::size_t p = 0; p < count_; ++p) result[p] = condition[p] != 0 ? result[p] : no[p];
+          return result;
+        });
+  }
+  std::vector<Values> values_of_all(const std::vector<Operand>& all) const {
+    std::vector<Values> result;
+    for (const Operand& e : all) result.push_back(values(e));
+    return result;
+  }
+  /// The next local.
+  void define(const Operand& e) { locals_.push_back(values(e)); }
+
+  /// Calls f(cell, weight) for each cell the interpolation takes at point `p`, which is `at`.
+  template <class F>
+  void for_each_tap(const Interp& interp, const std::vector<Values>& displacement, std::size_t p, const Cell& at,
+                    const F& f) const {
+    std::array<Taps, max_rank> taps;
+    for (Taps& along : taps) along.add(0, 1);
     Cell counts{1, 1, 1};
-    taps.fill({{0, 1}});
     for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
-      taps[axis] = taps_along(axes_[axis], state_.grid().cells[axis], at.cell[axis] + bound.interp->offset[axis],
-                              value(bound.displacement[axis], at), bound.interp->along[axis]);
-      counts[axis] = static_cast<int>(taps[axis].size());
+      taps[axis] = taps_along(axes_[axis], state_.grid().cells[axis], at[axis] + interp.offset[axis],
+                              displacement[axis][p], interp.along[axis]);
+      counts[axis] = taps[axis].count;
     }
     for_each_cell({}, counts, [&](const Cell& c) {
-      const WeightedCell &x = taps[0][c[0]], &y = taps[1][c[1]], &z = taps[2][c[2]];
-      f({x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
+      const WeightedCell &x = taps[0].cells[c[0]], &y = taps[1].cells[c[1]], &z = taps[2].cells[c[2]];
+      f(Cell{x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
     });
   }
 
  private:
-  double read(const std::vector<double>* cells, const Cell& cell) const {
-    return cells == nullptr ? std::numeric_limits<double>::signaling_NaN() : (*cells)[state_.index(cell)];
+  Values read(const BoundAccess& access) const {
+    if (access.cells == nullptr) return Values(count_, std::numeric_limits<double>::signaling_NaN());
+    Values result;
+    result.reserve(count_);
+    for_each_cell(low_, high_, [&](const Cell& at) {
+      result.push_back((*access.cells)[state_.index(displaced(at, access.offset))]);
+    });
+    return result;
   }
 
-  bool is_inside(const Inside& inside, const Point& at) const {
-    const Cell place = displaced(at.cell, inside.offset);
+  Values interpolated(const BoundInterp& bound) const {
+    const std::vector<Values> displacement = values_of_all(bound.displacement);
+    Values result;
+    for_each_cell(low_, high_, [&](const Cell& at) {
+      double sum = 0;
+      for_each_tap(*bound.interp, displacement, result.size(), at, [&](const Cell& c, double weight) {
+        const double value =
+            bound.cells == nullptr ? std::numeric_limits<double>::signaling_NaN() : (*bound.cells)[state_.index(c)];
+        sum += weight * value;
+      });
+      result.push_back(sum);
+    });
+    return result;
+  }
+
+  Values where_inside(const Inside& inside) const {
+    Values result;
+    for_each_cell(low_, high_, [&](const Cell& at) { result.push_back(is_inside(inside, at) ? 1.0 : 0.0); });
+    return result;
+  }
+
+  bool is_inside(const Inside& inside, const Cell& at) const {
+    const Cell place = displaced(at, inside.offset);
     for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
       const int n = state_.grid().cells[axis];
       if (axes_[axis] == Topology::periodic) continue;
@@ -219,17 +275,12 @@ class Evaluation {
 
   const State& state_;
   const std::vector<Topology>& axes_;
+  const Cell low_, high_;
+  std::size_t count_ = 1;
+  std::vector<Values> locals_;
 };
 
 // ---- kernels -------------------------------------------------------------------------------------------------------
-
-/// One addition or assignment to a cell, waiting until all points have been evaluated.
-struct Write {
-  const std::string* field;
-  Cell cell;
-  bool accumulate;
-  double value;
-};
 
 /// A kernel with its names looked up; one of each list for one of the kernel's.
 struct BoundKernel {
@@ -252,43 +303,13 @@ BoundKernel bind(const Kernel& kernel, Scope& scope) {
   return result;
 }
 
-/// What a kernel writes, in the order of its points.
-struct Writes {
-  std::vector<Write> stores, scatters;
-};
-
-Writes evaluate(const Kernel& kernel, const Cell& low, const Cell& high, Scope& scope,
-                std::map<std::string, double>& sums) {
-  Writes result;
-  const BoundKernel bound = bind(kernel, scope);
-  const Evaluation evaluation(scope);
-  Point point;
-  for_each_cell(low, high, [&](const Cell& cell) {
-    point.cell = cell;
-    point.locals.clear();
-    for (const Operand& let : bound.lets) point.locals.push_back(evaluation.value(let, point));
-    for (std::size_t i = 0; i < bound.stores.size(); ++i) {
-      const Store& s = kernel.stores[i];
-      result.stores.push_back({&s.field, cell, s.accumulate, evaluation.value(bound.stores[i], point)});
-    }
-    for (std::size_t i = 0; i < bound.sums.size(); ++i)
-      sums[kernel.sums[i].name] += evaluation.value(bound.sums[i], point);
-    for (std::size_t i = 0; i < bound.scatters.size(); ++i) {
-      const double value = evaluation.value(bound.scatters[i], point);
-      evaluation.for_each_tap(bound.targets[i], point, [&](const Cell& corner, double weight) {
-        result.scatters.push_back({&kernel.scatters[i].target.field, corner, true, weight * value});
-      });
-    }
-  });
-  return result;
-}
-
 }  // namespace
 
 double uniform_value(const Expr& e, const State& state, const Params& params) {
+  if (const Literal* number = std::get_if<Literal>(&e->kind)) return number->value;
   const std::vector<Topology> no_axes;
   const Scope scope{state, no_axes, params};
-  return Evaluation(scope).value(bind(e, scope), {});
+  return Evaluation(scope, {}, {1, 1, 1}).values(bind(e, scope)).front();
 }
 
 void apply(State& state, const Kernel& kernel, int grow, const std::vector<Topology>& axes, const Params& params,
@@ -300,13 +321,38 @@ void apply(State& state, const Kernel& kernel, int grow, const std::vector<Topol
     high[axis] += grow;
   }
   Scope scope{state, axes, params};
-  const Writes writes = evaluate(kernel, low, high, scope, sums);
-  for (const std::vector<Write>* list : {&writes.stores, &writes.scatters}) {
-    for (const Write& write : *list) {
-      double& target = state.at(*write.field, write.cell);
-      target = state.stored(write.accumulate ? target + write.value : write.value);
-    }
+  const BoundKernel bound = bind(kernel, scope);
+  Evaluation evaluation(scope, low, high);
+  for (const Operand& let : bound.lets) evaluation.define(let);
+  const std::vector<Values> stores = evaluation.values_of_all(bound.stores),
+                            scatters = evaluation.values_of_all(bound.scatters);
+  std::vector<std::vector<Values>> displacements;
+  for (const BoundInterp& target : bound.targets)
+    displacements.push_back(evaluation.values_of_all(target.displacement));
+  for (std::size_t s = 0; s < bound.sums.size(); ++s) {
+    double& sum = sums[kernel.sums[s].name];
+    for (const double value : evaluation.values(bound.sums[s])) sum += value;
   }
+  const auto write = [&](double& target, double value, bool accumulate) {
+    target = state.stored(accumulate ? target + value : value);
+  };
+  for (std::size_t s = 0; s < stores.size(); ++s) {
+    std::vector<double>& cells = state.cells_to_write(kernel.stores[s].field);
+    auto value = stores[s].begin();
+    for_each_cell(low, high,
+                  [&](const Cell& at) { write(cells[state.index(at)], *value++, kernel.stores[s].accumulate); });
+  }
+  if (scatters.empty()) return;
+  std::size_t point = 0;
+  for_each_cell(low, high, [&](const Cell& at) {
+    for (std::size_t s = 0; s < scatters.size(); ++s) {
+      const Interp& target = kernel.scatters[s].target;
+      evaluation.for_each_tap(target, displacements[s], point, at, [&](const Cell& cell, double weight) {
+        write(state.at(target.field, cell), weight * scatters[s][point], true);
+      });
+    }
+    ++point;
+  });
 }
 
 }  // namespace dpde::stencil

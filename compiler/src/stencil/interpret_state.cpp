@@ -13,33 +13,16 @@ constexpr double garbage = std::numeric_limits<double>::signaling_NaN();
 
 }  // namespace
 
-void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f) {
-  for (int k = low[2]; k < high[2]; ++k) {
-    for (int j = low[1]; j < high[1]; ++j) {
-      for (int i = low[0]; i < high[0]; ++i) f({i, j, k});
-    }
-  }
-}
-
-std::size_t State::index(const Cell& cell) const {
-  std::size_t index = 0;
-  for (int axis = max_rank - 1; axis >= 0; --axis) {
-    const int width = grid_.cells[axis] + 2 * halo(axis);
-    const int place = cell[axis] + halo(axis);
-    require(place >= 0 && place < width, "a cell inside the halo");
-    index = index * width + place;
-  }
-  return index;
-}
-
-double& State::at(const std::string& field, Cell cell) {
+std::vector<double>& State::cells_to_write(const std::string& field) {
   auto found = fields_.find(field);
   if (found == fields_.end()) {
     poison(field);
     found = fields_.find(field);
   }
-  return found->second[index(cell)];
+  return found->second;
 }
+
+double& State::at(const std::string& field, Cell cell) { return cells_to_write(field)[index(cell)]; }
 
 double State::at(const std::string& field, Cell cell) const {
   const std::vector<double>* cells = find_cells(field);
@@ -59,16 +42,25 @@ void State::poison(const std::string& field) {
 
 void State::set(const std::string& field, const std::vector<double>& interior) {
   poison(field);
-  require(interior.size() == get(field).size(), "one value a cell");
+  require(interior.size() == cell_count(), "one value a cell");
   auto next = interior.begin();
   std::vector<double>& cells = fields_.at(field);
   for_each_cell({}, grid_.cells, [&](const Cell& cell) { cells[index(cell)] = stored(*next++); });
 }
 
 std::vector<double> State::get(const std::string& field) const {
+  const std::vector<double>* cells = find_cells(field);
+  if (cells == nullptr) return std::vector<double>(cell_count(), garbage);
   std::vector<double> values;
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { values.push_back(at(field, cell)); });
+  values.reserve(cell_count());
+  for_each_cell({}, grid_.cells, [&](const Cell& cell) { values.push_back((*cells)[index(cell)]); });
   return values;
+}
+
+std::size_t State::cell_count() const {
+  std::size_t count = 1;
+  for (const int cells : grid_.cells) count *= static_cast<std::size_t>(cells);
+  return count;
 }
 
 void State::set_coordinate(int axis, Topology topology, double low, double spacing) {
@@ -77,11 +69,11 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
     first[a] -= halo(a);
     last[a] += halo(a);
   }
-  const std::string name(1, "xyz"[axis]);
+  std::vector<double>& cells = cells_to_write(std::string(1, "xyz"[axis]));
   for_each_cell(first, last, [&](const Cell& cell) {
     const int n = grid_.cells[axis];
     const int i = topology == Topology::periodic ? (cell[axis] % n + n) % n : cell[axis];
-    at(name, cell) = stored(low + (i + 0.5) * spacing);
+    cells[index(cell)] = stored(low + (i + 0.5) * spacing);
   });
 }
 

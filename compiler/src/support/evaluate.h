@@ -5,12 +5,30 @@
 #include <cmath>
 #include <limits>
 
+#include "support/assert.h"
 #include "support/vocabulary.h"
 
 namespace dpde {
 
 /// Conditions are 1 and 0.
-double evaluate_binary(BinaryOp op, double a, double b);
+inline double evaluate_binary(BinaryOp op, double a, double b) {
+  switch (op) {
+    case BinaryOp::add: return a + b;
+    case BinaryOp::subtract: return a - b;
+    case BinaryOp::multiply: return a * b;
+    case BinaryOp::divide: return a / b;
+    case BinaryOp::power: return std::pow(a, b);
+    case BinaryOp::less: return a < b;
+    case BinaryOp::less_equal: return a <= b;
+    case BinaryOp::greater: return a > b;
+    case BinaryOp::greater_equal: return a >= b;
+    case BinaryOp::equal: return a == b;
+    case BinaryOp::not_equal: return a != b;
+    case BinaryOp::logical_and: return a != 0 && b != 0;
+    case BinaryOp::logical_or: return a != 0 || b != 0;
+  }
+  unreachable("operator");
+}
 /// `b` is not looked at by functions of one argument.
 double evaluate_call(Fn fn, double a, double b);
 /// The same of arguments that `value` gives, each of which is asked for once: twice at each level would be a million
