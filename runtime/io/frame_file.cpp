@@ -68,7 +68,7 @@ void FrameFile::append(std::span<const double> frame) {
                                    static_cast<off_t>(mark_.bytes) + static_cast<off_t>(done));
     if (written < 0 && errno == EINTR) continue;
     if (written == 0) errno = EIO;
-    if (written <= 0) fail(mark_.file);
+    if (written <= 0) fail(path());
     done += static_cast<std::size_t>(written);
   }
   mark_.bytes += static_cast<std::int64_t>(frame.size_bytes());
@@ -91,7 +91,7 @@ void FrameFile::read(std::int64_t first, std::span<double> numbers) const {
 
 FrameMark FrameFile::sync() {
   if (file_.number < 0) return mark_;
-  if (fdatasync(file_.number) != 0) fail(mark_.file);
+  if (fdatasync(file_.number) != 0) fail(path());
   if (!file_.has_name && linkat(AT_FDCWD, descriptor_name().c_str(), AT_FDCWD, path().c_str(), AT_SYMLINK_FOLLOW) != 0)
     fail(path());
   file_.has_name = true;

@@ -92,6 +92,16 @@ TEST_F(BadInput, AFullDiskIsGivenAsTheReason) {
   }
 }
 
+/// The file that holds states on their way has no name yet; what is told is where it would be.
+TEST_F(BadInput, AFolderThatFillsDuringARunIsNamed) {
+  write("rod.dpde", rod_text);
+  const Outcome outcome = shell(
+      "trap '' XFSZ; ulimit -f 4; $DPDE run rod.dpde rod --no-cache --set cells=4096 --set step=1e-9 "
+      "--set end=8e-9 --every 1 --out full");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_NE(outcome.err.find("cannot write full/rod.frames: "), std::string::npos) << outcome.err;
+}
+
 TEST_F(BadInput, SeedsThatDoNotFit) {
   write("rod.dpde", rod_text);
   EXPECT_EQ(dpde("run rod.dpde rod --seed 18446744073709551615").status, 0);

@@ -316,10 +316,11 @@ class Records(unittest.TestCase):
 
     def test_refusals(self):
         scene = dpde.compile(rod).scene("rod")
-        with self.assertRaisesRegex(dpde.InputError, "every 0 steps"):
-            with scene.record(self.path, every=0):
+        with self.assertRaisesRegex(dpde.InputError, "every 0 steps cannot be recorded: take 1 or more"):
+            with scene.record(self.path / "none", every=0):
                 pass
-        with self.assertRaisesRegex(dpde.InputError, "recorded already"):
+        self.assertFalse((self.path / "none").exists())
+        with self.assertRaisesRegex(dpde.InputError, "recorded already: end that record first"):
             with scene.record(self.path), scene.record(self.path):
                 pass
 

@@ -282,7 +282,8 @@ int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* 
 int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_error** error) {
   return host::guarded(error, [&] {
     host::need(sim, folder);
-    if (sim->recorder) host::refuse("the simulation is recorded already: dpde_sim_record_end() ends that");
+    if (sim->recorder)
+      host::refuse("the simulation is recorded already: end that record first, in C by dpde_sim_record_end()");
     sim->recorder.emplace(sim->simulation, folder, every);
   });
 }

@@ -29,6 +29,12 @@ fs::path made_folder(const fs::path& folder) {
   return folder;
 }
 
+int checked_interval(int every) {
+  if (every < 1)
+    throw Error(ErrorKind::input, fmt::format("states of every {} steps cannot be recorded: take 1 or more", every));
+  return every;
+}
+
 std::shared_ptr<const RunDescription> description_of(const Simulation& simulation) {
   if (simulation.description() == nullptr)
     throw Error(ErrorKind::input,
@@ -57,9 +63,7 @@ struct Recorded {
 
 struct Recorder::Impl {
   Impl(Simulation& of, const fs::path& where, int interval)
-      : simulation(of), run(description_of(of)), folder(made_folder(where)), every(interval) {
-    if (every < 1) throw Error(ErrorKind::input, fmt::format("states of every {} steps cannot be recorded", every));
-  }
+      : simulation(of), run(description_of(of)), every(checked_interval(interval)), folder(made_folder(where)) {}
 
   Recorded& recorded() {
     if (!now) now = std::make_unique<Recorded>(simulation, *run, folder, every);
@@ -137,8 +141,8 @@ struct Recorder::Impl {
 
   Simulation& simulation;
   std::shared_ptr<const RunDescription> run;
-  fs::path folder;
   int every;
+  fs::path folder;
   std::unique_ptr<Recorded> now;
 };
 
