@@ -54,6 +54,12 @@ TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
   EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"lap", "spectral"}}),
             "time = ars443 does not go with derivatives by Fourier series: E0555 take dx and lap = central(4), or time "
             "= etdrk4");
+  EXPECT_EQ(refusal_of("model flow {\n  vector u\n  field p\n  dt(u) = lap(u) - grad(p)\n  0 = div(u) gives p\n}\n"
+                       "scene s : flow {\n  grid x = 0 .. 1, cells 8, periodic\n  grid y = 0 .. 1, cells 8, periodic\n"
+                       "  initial u = (0, 0)\n  time 0 .. 1, step 1/64\n}\n",
+                       {{"time", "ars222"}, {"dx", "spectral"}, {"lap", "spectral"}, {"advect", "spectral"}}),
+            "time = ars222 does not go with derivatives by Fourier series: E0555 take time = rk4, or velocities on "
+            "faces and dx and lap = central(2)");
   EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"dealias", "two_thirds"}}),
             "time = ars443 does not go with dealias = two_thirds: E0555 take time = etdrk4");
   EXPECT_EQ(

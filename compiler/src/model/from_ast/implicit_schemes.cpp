@@ -20,12 +20,16 @@ struct Obstacle {
 };
 
 /// What of the scheme stands in the way.
-std::optional<Obstacle> obstacle(const Scheme& scheme) {
+std::optional<Obstacle> obstacle(const Problem& problem) {
+  const Scheme& scheme = problem.scheme;
   if (scheme.follows_flow() && !scheme.is_split())
     return Obstacle{"advection along the flow in one step with other terms",
                     "write split = lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)"};
   if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral)
-    return Obstacle{"derivatives by Fourier series", "take dx and lap = central(4), or time = etdrk4"};
+    return Obstacle{"derivatives by Fourier series",
+                    problem.projections.empty()
+                        ? "take dx and lap = central(4), or time = etdrk4"
+                        : "take time = rk4, or velocities on faces and dx and lap = central(2)"};
   if (scheme.dealias) return Obstacle{"dealias = two_thirds", "take time = etdrk4"};
   return std::nullopt;
 }
@@ -86,7 +90,7 @@ void check_implicit(Draft& draft) {
     draft.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);
   };
   const SourceRange begin = problem.states.front().origin.range;
-  if (const auto found = obstacle(problem.scheme)) return report(begin, *found);
+  if (const auto found = obstacle(problem)) return report(begin, *found);
   bool solves = false;
   for (const State& state : problem.states) {
     if (!state.rhs) continue;
