@@ -186,7 +186,14 @@ void check_solve_keys(Draft& draft) {
          is_solved ? fmt::format("solve = {} has no {}", print(by), what) : "no step of this scene solves an equation"},
         is_solved ? fmt::format("take {}, or leave it out", instead) : "leave it out");
   };
-  const bool is_automatic = by.method == SolveMethod::automatic, has_steps = comes_near_by_steps(by.method);
+  const bool is_automatic = by.method == SolveMethod::automatic;
+  const std::vector<const Solve*> solves = solves_of(problem);
+  const auto is_by_waves = [&](const Solve* solve) { return is_of_waves(*solve, problem.scheme); };
+  if (!is_automatic && by.method != SolveMethod::fourier && !solves.empty() && std::ranges::all_of(solves, is_by_waves))
+    draft.sink.report("solve-key-not-used", place_of(draft, "solve"),
+                      {fmt::format("solve = {}", print(by)), "derivatives by Fourier series are solved wave by wave"},
+                      "leave it out, or take lap and dx = central(2)");
+  const bool has_steps = comes_near_by_steps(by.method);
   if (by.smoother != Smoother::automatic) {
     const bool has_cycles =
         has_steps && (by.method == SolveMethod::multigrid || by.preconditioner != Preconditioner::none);
