@@ -35,19 +35,23 @@ bool RunRecord::is_due(std::size_t index, int step, bool is_last) const {
   return step == 0 || is_last || (series.every > 0 && step % series.every == 0);
 }
 
-/// A disk that is full does not end the run.
+/// A disk that is full does not end the run: states are missing then.
+void RunRecord::keep(std::size_t index, std::size_t instant, std::span<const double> frame) {
+  std::vector<std::int64_t>& places = series_[index].places;
+  try {
+    const std::int64_t place = frames_->count();
+    frames_->append(frame);
+    places.resize(instant);
+    places.push_back(place);
+    entries_.push_back({static_cast<int>(index), static_cast<int>(instant)});
+  } catch (const Error& error) {
+    failure_ = error.what();
+  }
+}
+
 void RunRecord::add(std::size_t index, int step, double t, Observed observables, std::span<const double> frame) {
   Series& series = series_[index];
-  if (keeps_states()) {
-    try {
-      const std::int64_t place = frames_->count();
-      frames_->append(frame);
-      series.places.push_back(place);
-      entries_.push_back({static_cast<int>(index), static_cast<int>(series.steps.size())});
-    } catch (const Error& error) {
-      failure_ = error.what();
-    }
-  }
+  if (keeps_states()) keep(index, series.steps.size(), frame);
   series.steps.push_back(step);
   series.times.push_back(t);
   series.observables.push_back(std::move(observables));
@@ -65,9 +69,7 @@ void RunRecord::renew(std::size_t index, Observed observables, std::span<const d
   if (frame.empty()) return;
   const std::size_t last = series.steps.size() - 1;
   forget(index, last);
-  series.places.back() = frames_->count();
-  frames_->append(frame);
-  entries_.push_back({static_cast<int>(index), static_cast<int>(last)});
+  keep(index, last, frame);
 }
 
 void RunRecord::drop_last(std::size_t index) {

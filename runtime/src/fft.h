@@ -30,9 +30,6 @@ template <class Real>
 class ComplexFftOf {
  public:
   explicit ComplexFftOf(const ComplexLines& lines);
-  ComplexFftOf(ComplexFftOf&&) noexcept;
-  ComplexFftOf& operator=(ComplexFftOf&&) noexcept;
-  ~ComplexFftOf();
 
   void forward(std::complex<Real>* values, std::complex<Real>* waves);
   void backward(std::complex<Real>* waves, std::complex<Real>* values);
@@ -41,7 +38,10 @@ class ComplexFftOf {
 
  private:
   struct Plans;
-  std::unique_ptr<Plans> plans_;
+  struct Release {
+    void operator()(Plans* plans) const;
+  };
+  std::unique_ptr<Plans, Release> plans_;
 };
 using ComplexFft = ComplexFftOf<double>;
 
@@ -56,9 +56,6 @@ template <class Real>
 class RealFftOf {
  public:
   explicit RealFftOf(const RealLines& lines);
-  RealFftOf(RealFftOf&&) noexcept;
-  RealFftOf& operator=(RealFftOf&&) noexcept;
-  ~RealFftOf();
 
   void forward(const Real* values, std::complex<Real>* waves);
   /// The waves are lost.
@@ -66,7 +63,10 @@ class RealFftOf {
 
  private:
   struct Plans;
-  std::unique_ptr<Plans> plans_;
+  struct Release {
+    void operator()(Plans* plans) const;
+  };
+  std::unique_ptr<Plans, Release> plans_;
 };
 using RealFft = RealFftOf<double>;
 

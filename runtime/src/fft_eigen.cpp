@@ -60,11 +60,9 @@ ComplexFftOf<Real>::ComplexFftOf(const ComplexLines& lines) : plans_(new Plans{L
   for (const bool is_forward : {true, false}) plans_->line.run_complex(is_forward);
 }
 template <class Real>
-ComplexFftOf<Real>::ComplexFftOf(ComplexFftOf&&) noexcept = default;
-template <class Real>
-ComplexFftOf<Real>& ComplexFftOf<Real>::operator=(ComplexFftOf&&) noexcept = default;
-template <class Real>
-ComplexFftOf<Real>::~ComplexFftOf() = default;
+void ComplexFftOf<Real>::Release::operator()(Plans* plans) const {
+  delete plans;
+}
 
 template <class Real>
 void ComplexFftOf<Real>::forward(std::complex<Real>* values, std::complex<Real>* waves) {
@@ -100,11 +98,9 @@ RealFftOf<Real>::RealFftOf(const RealLines& lines) : plans_(new Plans{Line<Real>
   for (const bool is_forward : {true, false}) plans_->line.run_real(is_forward);
 }
 template <class Real>
-RealFftOf<Real>::RealFftOf(RealFftOf&&) noexcept = default;
-template <class Real>
-RealFftOf<Real>& RealFftOf<Real>::operator=(RealFftOf&&) noexcept = default;
-template <class Real>
-RealFftOf<Real>::~RealFftOf() = default;
+void RealFftOf<Real>::Release::operator()(Plans* plans) const {
+  delete plans;
+}
 
 template <class Real>
 void RealFftOf<Real>::forward(const Real* values, std::complex<Real>* waves) {

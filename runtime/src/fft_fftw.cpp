@@ -96,11 +96,9 @@ ComplexFftOf<Real>::ComplexFftOf(const ComplexLines& lines)
     : plans_(new Plans{Plan<Real>([&] { return complex_plan<Real>(lines, true); }),
                        Plan<Real>([&] { return complex_plan<Real>(lines, false); })}) {}
 template <class Real>
-ComplexFftOf<Real>::ComplexFftOf(ComplexFftOf&&) noexcept = default;
-template <class Real>
-ComplexFftOf<Real>& ComplexFftOf<Real>::operator=(ComplexFftOf&&) noexcept = default;
-template <class Real>
-ComplexFftOf<Real>::~ComplexFftOf() = default;
+void ComplexFftOf<Real>::Release::operator()(Plans* plans) const {
+  delete plans;
+}
 
 template <class Real>
 void ComplexFftOf<Real>::forward(std::complex<Real>* values, std::complex<Real>* waves) {
@@ -129,11 +127,9 @@ RealFftOf<Real>::RealFftOf(const RealLines& lines) {
           [&] { return Fftw<Real>::plan_back(1, &back_along, 1, &back_across, Any::waves, Any::values, rigour); })});
 }
 template <class Real>
-RealFftOf<Real>::RealFftOf(RealFftOf&&) noexcept = default;
-template <class Real>
-RealFftOf<Real>& RealFftOf<Real>::operator=(RealFftOf&&) noexcept = default;
-template <class Real>
-RealFftOf<Real>::~RealFftOf() = default;
+void RealFftOf<Real>::Release::operator()(Plans* plans) const {
+  delete plans;
+}
 
 template <class Real>
 void RealFftOf<Real>::forward(const Real* values, std::complex<Real>* waves) {

@@ -26,14 +26,6 @@ bool can_be_apart(const Statement& statement) {
       [](const Repeat&) { return false; });
 }
 
-bool is_fill(const Statement& statement) {
-  return match(
-      statement, [](const Fill&) { return true; }, [](const Fold&) { return false; },
-      [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
-      [](const Transform&) { return false; }, [](const Run&) { return false; }, [](const Solve&) { return false; },
-      [](const Repeat&) { return false; });
-}
-
 /// Which statements of a program make the same each time.
 class FixedPart {
  public:
@@ -121,7 +113,7 @@ ApartModule with_fixed_part_apart(Module module, const std::set<std::string>& pe
   for (std::size_t i = 0; i < program.body.size(); ++i) {
     const Effects& of_statement = part.effects_of(i);
     // A fill says how a field goes on, which who reads it has to know; it makes the same a second time.
-    const bool is_among_others = !part.is_fixed(i) || is_fill(program.body[i]);
+    const bool is_among_others = !part.is_fixed(i) || !of_statement.fills.empty();
     if (is_among_others) others.push_back(program.body[i]);
     if (is_among_others) read.insert(of_statement.reads.begin(), of_statement.reads.end());
     if (part.is_fixed(i)) fixed.body.push_back(program.body[i]);

@@ -6,23 +6,18 @@
 #include <numbers>
 #include <utility>
 
-#include "solve/vector_parts.h"
-
 namespace dpde {
 namespace {
 
 using Complex = std::complex<double>;
 
-constexpr std::int64_t lines_at_once = 8;
-
-/// The lines along `axis`: where cells lie; waves of a line are one behind the other. Nothing where they are no lines
-/// of one distance.
-std::optional<RealLines> lines_along(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
+/// Whether lines along the axis are coupled and lie at one distance from each other.
+bool are_lines(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
   std::int64_t before = 1, behind = 1;
-  for (std::size_t other = 0; other < 3; ++other) (other < axis ? before : behind) *= other == axis ? 1 : cells[other];
-  const std::int64_t n = cells[axis];
-  if (n == 1 || (before > 1 && behind > 1)) return std::nullopt;
-  return RealLines{n, before == 1 ? behind : before, before, before == 1 ? n : 1, 1, n / 2 + 1};
+  for (std::size_t other = 0; other < 3; ++other) {
+    if (other != axis) (other < axis ? before : behind) *= cells[other];
+  }
+  return cells[axis] > 1 && (before == 1 || behind == 1);
 }
 
 bool couples_along(const StencilMatrix& matrix, std::size_t axis) {
@@ -90,38 +85,28 @@ std::vector<Complex> factors_of(const StencilMatrix& matrix, std::size_t axis, c
 
 std::optional<LineSeries> LineSeries::of(const StencilMatrix& matrix, const Team& team) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::optional<RealLines> lines = lines_along(axis, matrix.cells);
-    if (!matrix.periodic[axis] || !lines || !couples_along(matrix, axis)) continue;
-    std::vector<Complex> factors = factors_of(matrix, axis, *lines);
-    if (!factors.empty()) return LineSeries(*lines, std::move(factors), team);
+    if (!matrix.periodic[axis] || !are_lines(axis, matrix.cells) || !couples_along(matrix, axis)) continue;
+    const RealLines lines = lines_along(axis, matrix.cells);
+    std::vector<Complex> factors = factors_of(matrix, axis, lines);
+    if (!factors.empty()) return LineSeries(lines, std::move(factors), team);
   }
   return std::nullopt;
 }
 
 LineSeries::LineSeries(const RealLines& lines, std::vector<Complex> factors, const Team& team)
-    : shape_(lines), block_(std::min(lines_at_once, lines.lines)), factors_(std::move(factors)) {
-  if (lines.length * lines.lines >= least_cells_of_team) team_ = team;
-  const auto some = [&](std::int64_t count) {
-    RealLines made = lines;
-    made.lines = count;
-    return RealFft(made);
-  };
-  for (int i = 0; i < team_.threads(); ++i) {
-    Lines& own = of_threads_.emplace_back(Lines{some(block_), {}, {}});
-    if (lines.lines % block_ != 0) own.fewer.emplace(some(lines.lines % block_));
-    own.waves.resize(static_cast<std::size_t>(block_ * lines.wave_apart));
-  }
+    : blocks_(lines, team), factors_(std::move(factors)) {
+  waves_.resize(static_cast<std::size_t>(blocks_.team().threads()),
+                std::vector<Complex>(static_cast<std::size_t>(blocks_.block() * lines.wave_apart)));
 }
 
 void LineSeries::divide(std::span<const double> b, std::span<double> x) {
-  team_.run((shape_.lines + block_ - 1) / block_, [&](std::int64_t number, int thread) {
-    Lines& own = of_threads_[static_cast<std::size_t>(thread)];
-    const std::int64_t line = number * block_, lines = std::min(block_, shape_.lines - line);
-    RealFft& transform = lines == block_ ? own.block : *own.fewer;
-    transform.forward(b.data() + line * shape_.apart, own.waves.data());
-    const Complex* const factors = factors_.data() + line * shape_.wave_apart;
-    for (std::int64_t i = 0; i < lines * shape_.wave_apart; ++i) own.waves[static_cast<std::size_t>(i)] *= factors[i];
-    transform.backward(own.waves.data(), x.data() + line * shape_.apart);
+  const RealLines& lines = blocks_.lines();
+  blocks_.for_each([&](RealFft& transform, std::int64_t first, std::int64_t count, int thread) {
+    std::vector<Complex>& waves = waves_[static_cast<std::size_t>(thread)];
+    transform.forward(b.data() + first * lines.apart, waves.data());
+    const Complex* const factors = factors_.data() + first * lines.wave_apart;
+    for (std::int64_t i = 0; i < count * lines.wave_apart; ++i) waves[static_cast<std::size_t>(i)] *= factors[i];
+    transform.backward(waves.data(), x.data() + first * lines.apart);
   });
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "fft.h"
+#include "solve/fft_blocks.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -24,20 +24,12 @@ class LineSeries {
   void divide(std::span<const double> b, std::span<double> x);
 
  private:
-  /// Of one thread: a block of lines goes there, is divided and goes back while it is in the cache.
-  struct Lines {
-    RealFft block;
-    std::optional<RealFft> fewer;  // of the lines behind whole blocks
-    std::vector<std::complex<double>> waves;
-  };
-
   LineSeries(const RealLines& lines, std::vector<std::complex<double>> factors, const Team& team);
 
-  Team team_;
-  RealLines shape_;
-  std::int64_t block_;  // lines
+  FftBlocks blocks_;
   std::vector<std::complex<double>> factors_;
-  std::vector<Lines> of_threads_;
+  /// One a thread: a block of lines goes there, is divided and goes back while it is in the cache.
+  std::vector<std::vector<std::complex<double>>> waves_;
 };
 
 }  // namespace dpde

@@ -11,7 +11,7 @@
 namespace dpde {
 namespace {
 
-constexpr std::int64_t least_block = 8, modes_of_block = 32;
+constexpr std::int64_t modes_of_block = 32;
 
 bool is_zero(double value) { return value == 0; }
 
@@ -62,15 +62,6 @@ std::optional<SeparableSolver::Axes> axes_of(const StencilMatrix& matrix) {
   // Lines of the first axis are to lie at one distance from each other: it is the innermost one or the outermost.
   if (waves.front() == 0) return SeparableSolver::Axes{0, lines.front(), waves.back()};
   return SeparableSolver::Axes{waves.back(), lines.front(), waves.front()};
-}
-
-RealLines real_lines(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
-  std::int64_t before = 1, behind = 1;
-  for (std::size_t other = 0; other < 3; ++other) {
-    if (other != axis) (other < axis ? before : behind) *= cells[other];
-  }
-  const std::int64_t n = cells[axis];
-  return {n, before * behind, before, before == 1 ? n : 1, 1, n / 2 + 1};
 }
 
 /// e^(2*pi*i*j/n)
@@ -142,9 +133,8 @@ std::optional<SeparableSolver> SeparableSolver::of(const StencilMatrix& matrix, 
 
 SeparableSolver::SeparableSolver(const Axes& axes, const std::array<std::int64_t, 3>& cells, bool is_singular,
                                  const Team& team)
-    : lines_(real_lines(axes.first, cells)), is_singular_(is_singular) {
-  if (lines_.length * lines_.lines >= least_cells_of_team) team_ = team;
-  shape_.modes = lines_.length / 2 + 1;
+    : firsts_(lines_along(axes.first, cells), team), is_singular_(is_singular) {
+  shape_.modes = firsts_.lines().length / 2 + 1;
   std::int64_t rows = 1;  // before an axis, of those that are not transformed first
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis == axes.first) continue;
@@ -152,27 +142,16 @@ SeparableSolver::SeparableSolver(const Axes& axes, const std::array<std::int64_t
     if (axis == axes.second) shape_.second = cells[axis], shape_.second_step = rows;
     rows *= cells[axis];
   }
-  waves_.resize(static_cast<std::size_t>(lines_.lines * shape_.modes));
-  const auto some = [&](std::int64_t count) {
-    RealLines made = lines_;
-    made.lines = count;
-    return RealFft(made);
-  };
-  const std::int64_t block = std::min(least_block, lines_.lines), fewer = lines_.lines % block;
-  for (int i = 0; i < team_.threads(); ++i) {
-    Transforms& own = of_threads_.emplace_back(Transforms{some(block), {}, {}});
-    if (fewer != 0) own.fewer.emplace(some(fewer));
-    if (axes.second) {
-      own.second.emplace(lines_in_place(shape_.second, shape_.modes, shape_.second_step * shape_.modes, 1));
-    }
-  }
+  waves_.resize(static_cast<std::size_t>(firsts_.lines().lines * shape_.modes));
+  for (int i = 0; axes.second && i < firsts_.team().threads(); ++i)
+    seconds_.emplace_back(lines_in_place(shape_.second, shape_.modes, shape_.second_step * shape_.modes, 1));
 }
 
 /// What there and back multiplies by is divided out with the pivots.
 bool SeparableSolver::factor(const StencilMatrix& matrix, const Axes& axes) {
   constexpr double dominance = 0.999999;  // as in TridiagonalSolver
   const Symbols symbols(matrix, axes);
-  const double scale = 1 / static_cast<double>(lines_.length * shape_.second);
+  const double scale = 1 / static_cast<double>(firsts_.lines().length * shape_.second);
   for (auto* values : {&factors_.lower, &factors_.pivot, &factors_.upper}) values->assign(waves_.size(), 0.0);
   for (std::int64_t second = 0; second < shape_.second; ++second) {
     for (std::int64_t mode = 0; mode < shape_.modes; ++mode) {
@@ -198,23 +177,10 @@ bool SeparableSolver::factor(const StencilMatrix& matrix, const Axes& axes) {
   return true;
 }
 
-/// `to` = nullptr: from values to waves, else back.
-void SeparableSolver::transform_first(const double* from, double* to) {
-  const std::int64_t block = std::min(least_block, lines_.lines);
-  team_.run((lines_.lines + block - 1) / block, [&](std::int64_t number, int thread) {
-    Transforms& own = of_threads_[static_cast<std::size_t>(thread)];
-    const std::int64_t line = number * block;
-    RealFft& transform = lines_.lines - line >= block ? own.block : *own.fewer;
-    Complex* const waves = waves_.data() + line * shape_.modes;
-    to == nullptr ? transform.forward(from + line * lines_.apart, waves)
-                  : transform.backward(waves, to + line * lines_.apart);
-  });
-}
-
 void SeparableSolver::transform_second(bool back) {
-  if (!of_threads_.front().second) return;
-  team_.run(shape_.length, [&](std::int64_t i, int thread) {
-    ComplexFft& transform = *of_threads_[static_cast<std::size_t>(thread)].second;
+  if (seconds_.empty()) return;
+  firsts_.team().run(shape_.length, [&](std::int64_t i, int thread) {
+    ComplexFft& transform = seconds_[static_cast<std::size_t>(thread)];
     Complex* const waves = waves_.data() + row_of(0, i);
     back ? transform.backward(waves) : transform.forward(waves);
   });
@@ -246,20 +212,25 @@ void SeparableSolver::eliminate(std::int64_t second, std::int64_t begin, std::in
 }
 
 void SeparableSolver::divide(std::span<const double> b, std::span<double> x) {
-  transform_first(b.data(), nullptr);
+  const std::int64_t apart = firsts_.lines().apart;
+  firsts_.for_each([&](RealFft& transform, std::int64_t first, std::int64_t, int) {
+    transform.forward(b.data() + first * apart, waves_.data() + first * shape_.modes);
+  });
   transform_second(false);
   if (is_singular_) {
     take_mean_away();
     waves_[0] = 0;  // the cell that is held
   }
   const std::int64_t blocks = (shape_.modes + modes_of_block - 1) / modes_of_block;
-  team_.run(shape_.second * blocks, [&](std::int64_t number, int) {
+  firsts_.team().run(shape_.second * blocks, [&](std::int64_t number, int) {
     const std::int64_t begin = number % blocks * modes_of_block;
     eliminate(number / blocks, begin, std::min(begin + modes_of_block, shape_.modes));
   });
   if (is_singular_) take_mean_away();
   transform_second(true);
-  transform_first(nullptr, x.data());
+  firsts_.for_each([&](RealFft& transform, std::int64_t first, std::int64_t, int) {
+    transform.backward(waves_.data() + first * shape_.modes, x.data() + first * apart);
+  });
 }
 
 }  // namespace dpde

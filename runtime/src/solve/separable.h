@@ -13,6 +13,7 @@
 
 #include "dpde/runtime/team.h"
 #include "fft.h"
+#include "solve/fft_blocks.h"
 #include "solve/null_space.h"
 #include "solve/stencil_matrix.h"
 
@@ -42,12 +43,6 @@ class SeparableSolver {
     std::int64_t modes = 1, second = 1, length = 1;  // along the first axis, the second one, the lines
     std::int64_t second_step = 0, length_step = 0;
   };
-  /// Transforms of one thread.
-  struct Transforms {
-    RealFft block;
-    std::optional<RealFft> fewer;  // of the lines behind whole blocks
-    std::optional<ComplexFft> second;
-  };
   /// Of a wave: x[i] = y[i]*pivot - upper*x[i + 1] with y[i] = b[i] - lower*y[i - 1].
   struct Factors {
     std::vector<double> lower, pivot, upper;
@@ -58,18 +53,16 @@ class SeparableSolver {
   std::int64_t row_of(std::int64_t second, std::int64_t i) const {
     return (second * shape_.second_step + i * shape_.length_step) * shape_.modes;
   }
-  void transform_first(const double* from, double* to);
   void transform_second(bool back);
   void eliminate(std::int64_t second, std::int64_t begin, std::int64_t end);
   void take_mean_away();
 
-  Team team_;
-  RealLines lines_;
+  FftBlocks firsts_;
   Shape shape_;
   bool is_singular_;
   Factors factors_;
   std::vector<Complex> waves_;
-  std::vector<Transforms> of_threads_;
+  std::vector<ComplexFft> seconds_;  // one a thread; none: there is no second axis
 };
 
 }  // namespace dpde

@@ -69,6 +69,7 @@ class RunRecord {
   std::int64_t numbers_of(const Series& series) const {
     return static_cast<std::int64_t>(series.fields.size() * cells_);
   }
+  void keep(std::size_t series, std::size_t instant, std::span<const double> frame);
   void forget(std::size_t series, std::size_t instant);
 
   std::vector<Series> series_;
