@@ -17,6 +17,7 @@
 #include "driver/session.h"
 #include "interrupt.h"
 #include "preparing.h"
+#include "support/number_text.h"
 #include "train.h"
 #include "training/trainer.h"
 #include "training/window_controls.h"

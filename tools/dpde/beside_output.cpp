@@ -10,6 +10,7 @@
 
 #include "beside_figures.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 
 namespace dpde::tools {
 

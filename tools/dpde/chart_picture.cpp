@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "command.h"
+#include "support/number_text.h"
 
 namespace dpde::tools {
 

@@ -36,6 +36,7 @@
 #include "stability/ill_posed.h"
 #include "stability/local_character.h"
 #include "stability_report.h"
+#include "support/number_text.h"
 #include "task_run.h"
 #include "training/beside.h"
 #include "verbs.h"

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -273,58 +272,6 @@ CLI::Validator positive() {
 }
 CLI::Validator not_negative() {
   return number_that("of 0 or more", [](double value) { return value >= 0; });
-}
-
-Json json_number(double value) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
-
-Json json_numbers(const std::vector<double>& values) {
-  Json result = Json::array();
-  for (const double value : values) result.push_back(json_number(value));
-  return result;
-}
-
-std::optional<std::uint64_t> parse_bytes(const std::string& text) {
-  std::size_t used = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-  const std::string suffix = text.substr(used);
-  const double unit = suffix.empty() || suffix == "B"  ? 1
-                      : suffix == "K" || suffix == "k" ? 1024.0
-                      : suffix == "M" || suffix == "m" ? 1048576.0
-                      : suffix == "G" || suffix == "g" ? 1073741824.0
-                                                       : 0;
-  const double bytes = value * unit;
-  if (!(bytes >= 1) || bytes > 9e18) return std::nullopt;
-  return static_cast<std::uint64_t>(bytes);
-}
-
-std::string human_bytes(double bytes) {
-  const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
-  int unit = 0;
-  for (; bytes >= 1024 && unit < 4; ++unit) bytes /= 1024;
-  return fmt::format("{:.3g} {}", bytes, units[unit]);
-}
-
-std::string human_count(double count) {
-  const char* units[] = {"", " k", " M", " G", " T"};
-  int unit = 0;
-  for (; count >= 1000 && unit < 4; ++unit) count /= 1000;
-  return fmt::format("{:.3g}{}", count, units[unit]);
-}
-
-std::string human_seconds(double seconds) {
-  if (seconds >= 100) return fmt::format("{:.0f} s", seconds);
-  if (seconds >= 1) return fmt::format("{:.3g} s", seconds);
-  if (seconds >= 1e-3) return fmt::format("{:.3g} ms", seconds * 1e3);
-  return fmt::format("{:.3g} us", seconds * 1e6);
 }
 
 bool guarded(Job& job, const std::function<void()>& body) {

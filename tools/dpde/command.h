@@ -125,17 +125,6 @@ int thread_count(const CommonOptions& options);
 CLI::Validator positive();
 CLI::Validator not_negative();
 
-/// A number of JSON: NaN and infinities become "nan", "inf", "-inf".
-Json json_number(double value);
-Json json_numbers(const std::vector<double>& values);
-
-/// Bytes with a suffix K, M or G (powers of 1024); nullopt when `text` is something else.
-std::optional<std::uint64_t> parse_bytes(const std::string& text);
-/// 1234567 -> "1.18 MiB"; 3.2e9 -> "3.2 G"; 0.00312 -> "3.12 ms".
-std::string human_bytes(double bytes);
-std::string human_count(double count);
-std::string human_seconds(double seconds);
-
 /// Turns what the library threw into a diagnostic of `job`; false when the body threw.
 bool guarded(Job& job, const std::function<void()>& body);
 

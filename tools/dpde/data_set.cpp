@@ -21,6 +21,7 @@
 #include "scene_output.h"
 #include "stability/verdict.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
 #include "training/data_set.h"

@@ -16,6 +16,7 @@
 #include "progress.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "window_part.h"
 
 namespace dpde::tools {

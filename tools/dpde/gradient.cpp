@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "task_run.h"
 #include "verbs.h"
 

@@ -19,6 +19,7 @@
 #include "scene_output.h"
 #include "stencil/print_stencil.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "train.h"
 #include "verbs.h"
 

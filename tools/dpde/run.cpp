@@ -25,6 +25,7 @@
 #include "scene_session.h"
 #include "stability/verdict.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "text_plot.h"
 #include "verbs.h"
 

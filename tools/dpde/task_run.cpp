@@ -21,6 +21,7 @@
 #include "scene_output.h"
 #include "stability/verdict.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 
 namespace dpde::tools {
 

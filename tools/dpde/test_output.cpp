@@ -12,6 +12,7 @@
 #include "beside_output.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 
 namespace dpde::tools {
 

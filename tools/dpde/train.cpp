@@ -18,6 +18,7 @@
 #include "run_checkpoint.h"
 #include "stability/verdict.h"
 #include "support/evaluate.h"
+#include "support/number_text.h"
 #include "training/plain_methods.h"
 
 namespace dpde::tools {

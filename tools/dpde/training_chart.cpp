@@ -10,6 +10,7 @@
 #include "chart_picture.h"
 #include "driver/machine_speed.h"
 #include "scene_output.h"
+#include "support/number_text.h"
 
 namespace dpde::tools {
 

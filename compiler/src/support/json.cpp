@@ -255,4 +255,16 @@ std::optional<Json> parse_json(const std::string& text) {
   }
 }
 
+Json json_number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+Json json_numbers(const std::vector<double>& values) {
+  Json result = Json::array();
+  for (const double value : values) result.push_back(json_number(value));
+  return result;
+}
+
 }  // namespace dpde

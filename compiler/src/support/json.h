@@ -168,4 +168,8 @@ class Json {
 /// What a text says; nothing where it is no JSON, or deeper than a thousand levels.
 std::optional<Json> parse_json(const std::string& text);
 
+/// A number, or "nan", "inf" or "-inf", which JSON has no numbers for.
+Json json_number(double value);
+Json json_numbers(const std::vector<double>& values);
+
 }  // namespace dpde
