@@ -4,6 +4,7 @@
 #include <optional>
 #include <variant>
 
+#include "driver/run_description.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -38,7 +39,7 @@ double before_first(const double* line, const model::Axis& axis, std::size_t str
 }  // namespace
 
 std::vector<double> at_centres(const driver::Session& session, const std::string& field, std::vector<double> values) {
-  const model::Placement placement = placement_of(session, field);
+  const model::Placement placement = driver::placement_of(session.problem(), field);
   std::size_t stride = 1;
   for (std::size_t a = 0; a < session.axes().size(); ++a) {
     const model::Axis& axis = session.axes()[a];

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde chart: speed against accuracy. Runs a scene by several methods, cells and steps, and draws error against time.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
 #include "chart/budget.h"
+#include "chart/points_file.h"
 #include "chart/sweep.h"
-#include "chart_file.h"
 #include "chart_output.h"
 #include "chart_scene.h"
 #include "command.h"
+#include "dpde/runtime/bytes.h"
 #include "interrupt.h"
 #include "model/from_ast.h"
 #include "order_report.h"
@@ -46,19 +48,28 @@ class Chart {
   Progress progress_;
   ChartScene scene_;
   chart::References references_;
-  ChartFile file_;
+  chart::PointsFile file_;
   int same_steps_ = 0;  // entries that are another one's, as their steps are rounded
 };
+
+/// What all points have in common, and another chart may have otherwise.
+std::string run_text(const Job& job, const std::string& reference) {
+  const CommonOptions& options = job.options();
+  const std::string_view text = job.source().text();
+  return fmt::format("{:016x} {} {} {} {} {} {} {}", hash_bytes(text.data(), text.size()), version, options.name,
+                     options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "), reference);
+}
 
 std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& entries) {
   std::vector<chart::Point> points;
   std::string against =
       fmt::format("{} {} {}", references_.states.text(), scene_.options.task, references_.gradient.text());
   for (const chart::Measure& measure : scene_.options.measures) against += " " + chart::text_of(measure);
+  const std::string run = run_text(job_, against);
   for (const chart::Entry& entry : entries) {
     progress_.show(chart::method_text(entry.variant), static_cast<int>(points.size()),
                    static_cast<int>(entries.size()));
-    const std::string key = file_.key_of(job_, entry, against);
+    const std::string key = file_.key_of(run, entry);
     std::optional<chart::Point> point = file_.find(key, entry);
     if (!point) {
       point = chart::run_point(job_.source(), scene_.options, scene_.session->problem(), entry, references_, points);

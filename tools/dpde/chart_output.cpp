@@ -8,10 +8,10 @@
 #include <cmath>
 #include <thread>
 
-#include "chart_curves.h"
-#include "chart_file.h"
-#include "chart_picture.h"
+#include "chart/curves.h"
+#include "chart/points_file.h"
 #include "driver/machine_speed.h"
+#include "plot/chart_panel.h"
 #include "scene_output.h"
 
 namespace dpde::tools {
@@ -50,9 +50,9 @@ bool are_alike(const Point& coarse, const Point& fine) {
 }
 
 /// Against the next coarser mark that is alike; "" without one.
-std::string mark_order(const MethodMarks& method, const Mark& mark) {
-  const Mark* before = nullptr;
-  for (const Mark& other : method.marks) {
+std::string mark_order(const chart::MethodMarks& method, const chart::Mark& mark) {
+  const chart::Mark* before = nullptr;
+  for (const chart::Mark& other : method.marks) {
     if (!other.is_drawn() || !mark.is_drawn() || other.point->cells[0] >= mark.point->cells[0]) continue;
     if (solve_of(*other.point) != solve_of(*mark.point)) continue;
     if (are_alike(*other.point, *mark.point)) before = &other;
@@ -62,15 +62,16 @@ std::string mark_order(const MethodMarks& method, const Mark& mark) {
                                    std::log(static_cast<double>(mark.point->cells[0]) / before->point->cells[0]));
 }
 
-std::string marks_table(const std::vector<MethodMarks>& methods, double uncertainty, const char* seconds) {
+std::string marks_table(const std::vector<chart::MethodMarks>& methods, double uncertainty, const char* seconds) {
   std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", seconds, "order");
-  for (const MethodMarks& method : methods) {
-    const double slope = slope_of(unbeaten_of(method), uncertainty);
-    const bool has_no_limit = std::ranges::all_of(
-        method.marks, [](const Mark& mark) { return mark.point->failure.empty() && mark.point->largest_step == 0; });
+  for (const chart::MethodMarks& method : methods) {
+    const double slope = chart::slope_of(chart::unbeaten_of(method), uncertainty);
+    const bool has_no_limit = std::ranges::all_of(method.marks, [](const chart::Mark& mark) {
+      return mark.point->failure.empty() && mark.point->largest_step == 0;
+    });
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) +
             (has_no_limit ? "  (no largest step is known: --vary step=... tries longer ones)" : "") + "\n";
-    for (const Mark& mark : method.marks) {
+    for (const chart::Mark& mark : method.marks) {
       if (!mark.point->failure.empty() || (!mark.is_complete && !mark.point->gradient_failure.empty())) {
         text += failure_row(*mark.point);
         continue;
@@ -79,7 +80,7 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
                           mark.point->step, mark.at.error, mark.at.seconds, mark_order(method, mark),
                           mark.at.is_pareto ? "*" : "", solve_text(*mark.point),
                           mark.point->is_above_limit ? " (above the largest stable step)" : "",
-                          is_wide(mark.at) ? " (timings vary)" : "",
+                          chart::is_wide(mark.at) ? " (timings vary)" : "",
                           mark.at.error < uncertainty ? " (below the error of the reference)" : "");
     }
   }
@@ -87,10 +88,10 @@ std::string marks_table(const std::vector<MethodMarks>& methods, double uncertai
 }
 
 /// As text, and as JSON in `result`.
-std::string report_speed_ups(const std::vector<MethodMarks>& methods, Json& result) {
+std::string report_speed_ups(const std::vector<chart::MethodMarks>& methods, Json& result) {
   std::string text;
   result = Json::array();
-  for (const SpeedUp& speed_up : speed_ups(methods)) {
+  for (const chart::SpeedUp& speed_up : chart::speed_ups(methods)) {
     const bool overlaps = speed_up.error > 0, has_interval = speed_up.high > 0;
     result.push_back({{"method", speed_up.method},
                       {"against", methods.front().name},
@@ -106,10 +107,11 @@ std::string report_speed_ups(const std::vector<MethodMarks>& methods, Json& resu
   return text.empty() ? "" : fmt::format("at equal accuracy, against {}:\n", methods.front().name) + text;
 }
 
-Json slopes_of(const std::vector<MethodMarks>& methods, double uncertainty) {
+Json slopes_of(const std::vector<chart::MethodMarks>& methods, double uncertainty) {
   Json result = Json::array();
-  for (const MethodMarks& method : methods)
-    result.push_back({{"name", method.name}, {"slope", json_number(slope_of(unbeaten_of(method), uncertainty))}});
+  for (const chart::MethodMarks& method : methods)
+    result.push_back(
+        {{"name", method.name}, {"slope", json_number(chart::slope_of(chart::unbeaten_of(method), uncertainty))}});
   return result;
 }
 
@@ -148,27 +150,27 @@ std::string report_tolerance(const ChartResult& chart, Json& result) {
     if (meets && (fastest == nullptr || point.seconds < fastest->seconds)) fastest = &point;
   }
   result["tolerance"] = chart.tolerance;
-  result["meets_tolerance"] = fastest == nullptr ? Json(nullptr) : point_json(*fastest);
+  result["meets_tolerance"] = fastest == nullptr ? Json(nullptr) : chart::point_json(*fastest);
   if (fastest == nullptr) return fmt::format("no point meets the tolerance of {:g}\n", chart.tolerance);
   return fmt::format("the fastest that meets the tolerance of {:g}: {} on {} cells, steps of {:.4g}{}\n",
                      chart.tolerance, chart::method_text(fastest->variant), cells_of(*fastest), fastest->step,
                      solve_text(*fastest));
 }
 
-LinePanel state_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
+plot::LinePanel state_panel(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods) {
   const std::string threads = fmt::format("({} thread{})", chart.threads, chart.threads == 1 ? "" : "s");
   const std::string unit = chart.problem.unit_of("t");
-  return panel_of(
+  return plot::chart_panel(
       {fmt::format("{}: speed against accuracy {}", chart.problem.scene, threads), "relative error at the end",
        unit.empty() ? "seconds per unit of time" : fmt::format("seconds for 1 {} of the run", unit),
        driver::machine_name()},
       methods, chart.references.states.uncertainty(), chart.tolerance);
 }
 
-LinePanel gradient_panel(const ChartResult& chart, const std::vector<MethodMarks>& methods) {
-  return panel_of({fmt::format("{}: gradient", chart.task), "relative error of the gradient",
-                   "seconds for value and gradient", driver::machine_name()},
-                  methods, chart.references.gradient.uncertainty(), 0);
+plot::LinePanel gradient_panel(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods) {
+  return plot::chart_panel({fmt::format("{}: gradient", chart.task), "relative error of the gradient",
+                            "seconds for value and gradient", driver::machine_name()},
+                           methods, chart.references.gradient.uncertainty(), 0);
 }
 
 Json reference_json(const std::string& text, double uncertainty) {
@@ -213,7 +215,7 @@ std::string budget_rows(const std::vector<Point>& points) {
 }
 
 /// As text, and as JSON in `result`.
-std::string report_gradients(const ChartResult& chart, const std::vector<MethodMarks>& methods, Json& result) {
+std::string report_gradients(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods, Json& result) {
   const chart::GradientReference& reference = chart.references.gradient;
   result = {{"task", chart.task},
             {"reference", reference_json(reference.text(), reference.uncertainty())},
@@ -229,15 +231,15 @@ std::string report_gradients(const ChartResult& chart, const std::vector<MethodM
 void write_chart(Job& job, const ChartResult& chart, Json& result) {
   const model::Problem& problem = chart.problem;
   const chart::Reference& reference = chart.references.states;
-  const std::vector<MethodMarks> methods = marks_of(chart.points, ChartOf::states),
-                                 gradients = marks_of(chart.points, ChartOf::gradient);
+  const std::vector<chart::MethodMarks> methods = chart::marks_of(chart.points, chart::ChartOf::states),
+                                        gradients = chart::marks_of(chart.points, chart::ChartOf::gradient);
   result["scene"] = problem.scene;
   result["reference"] = reference_json(reference.text(), reference.uncertainty());
   result["threads"] = chart.threads;
   result["machine"] = {{"name", driver::machine_name()}, {"cores", std::thread::hardware_concurrency()}};
-  result["busy"] = is_machine_busy(methods);
+  result["busy"] = chart::is_machine_busy(methods);
   result["points"] = Json::array();
-  for (const Point& point : chart.points) result["points"].push_back(point_json(point));
+  for (const Point& point : chart.points) result["points"].push_back(chart::point_json(point));
   result["methods"] = slopes_of(methods, reference.uncertainty());
   job.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
                       problem.t_begin + problem.steps * problem.step, reference.text(),
@@ -250,10 +252,11 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   if (!budget.empty() && !chart.task.empty())
     job.say("  this is of the fields: errors of gradients are not taken apart\n");
   if (!chart.task.empty()) job.say(report_gradients(chart, gradients, result["gradient"]));
-  if (is_machine_busy(methods)) job.say("timings vary: the machine is busy, and times are worth little\n");
+  if (chart::is_machine_busy(methods)) job.say("timings vary: the machine is busy, and times are worth little\n");
   if (!job.options().out.empty()) {
-    std::vector<Panel> panels;
-    for (LinePanel& panel : std::vector<LinePanel>{state_panel(chart, methods), gradient_panel(chart, gradients)}) {
+    std::vector<plot::Panel> panels;
+    for (plot::LinePanel& panel :
+         std::vector<plot::LinePanel>{state_panel(chart, methods), gradient_panel(chart, gradients)}) {
       if (!panel.curves.empty()) panels.push_back(std::move(panel));
     }
     save_text(job, chart.name + ".csv", csv_of(chart.points));

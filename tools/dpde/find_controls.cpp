@@ -50,7 +50,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
       time_variable(time, session.problem().unit_of("t"),
                     {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}));
   for (std::size_t s = 0; s < states.size(); ++s) {
-    const model::Placement placement = placement_of(session, states[s]);
+    const model::Placement placement = driver::placement_of(session.problem(), states[s]);
     NetcdfVariable variable{states[s],
                             {"run", time},
                             described("field " + states[s], session.problem().unit_of(states[s])),

@@ -10,6 +10,7 @@
 #include "gradient_file.h"
 #include "growth_report.h"
 #include "interrupt.h"
+#include "plot/scene_panels.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
 #include "support/number_text.h"
@@ -46,9 +47,9 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     entry["max"] = json_number(largest);
     save_state(job, run.session->axes(), "gradient_" + part.name, values);
     if (!job.options().out.empty())
-      save_picture(
-          job, "gradient_" + part.name,
-          panels_of_field(*run.session, part.name, "d loss / d " + name, "d loss / d " + name, {{part.name, values}}));
+      save_picture(job, "gradient_" + part.name,
+                   plot::panels_of_field(*run.session, part.name, "d loss / d " + name, "d loss / d " + name,
+                                         {{part.name, values}}));
     if (part.size == 1) entry["value"] = json_number(values[0]);  // a number has a sign
     job.say(part.size == 1
                 ? fmt::format("d loss / d {} = {:.12g}\n", name, shown(values[0]))

@@ -27,7 +27,7 @@ void save_gradient(Job& job, const driver::Session& session, std::vector<Gradien
                                group_of_numbers});
   const AxisNames axes = add_axes(content, driver::run_axes(session.problem(), session.axes()), names);
   for (GradientField& field : fields) {
-    const model::Placement placement = placement_of(session, field.name);
+    const model::Placement placement = driver::placement_of(session.problem(), field.name);
     std::vector<std::string> dimensions;
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
     content.variables.push_back({names.free("gradient_" + field.name), dimensions,

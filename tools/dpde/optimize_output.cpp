@@ -7,22 +7,24 @@
 #include <cmath>
 #include <numeric>
 
+#include "driver/run_description.h"
 #include "found_file.h"
 #include "interrupt.h"
+#include "plot/scene_panels.h"
+#include "plot/text_plot.h"
 #include "scene_output.h"
 #include "stencil/build.h"
-#include "text_plot.h"
 
 namespace dpde::tools {
 
 namespace {
 
-LinePanel loss_panel(const OptimiseResult& result) {
-  LinePanel panel;
+plot::LinePanel loss_panel(const OptimiseResult& result) {
+  plot::LinePanel panel;
   panel.title = "loss";
   panel.x_label = "iteration";
   panel.y_label = "loss";
-  Curve curve{"loss", {}, result.losses};
+  plot::Curve curve{"loss", {}, result.losses};
   for (std::size_t k = 0; k < result.losses.size(); ++k) curve.x.push_back(double(k));
   panel.log_y = std::all_of(result.losses.begin(), result.losses.end(), [](double loss) { return loss > 0; });
   panel.curves.push_back(std::move(curve));
@@ -65,7 +67,7 @@ std::vector<std::vector<double>> states_at(TaskRun& run, const Eigen::VectorXd& 
   return states;
 }
 
-void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
+void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<plot::Panel>& panels) {
   const int step = run.session->steps_of(run.task().losses.back().when).back();
   const double time = run.session->time_of(step);
   const std::vector<std::vector<double>> states = states_at(run, x, step);
@@ -78,10 +80,10 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
     std::vector<double> values(run.session->workspace().cell_count());
     copy_out(run.session->workspace().layout(), target, values);
     const model::Problem& problem = run.session->problem();
-    const model::Placement place = placement_of(*run.session, name);
-    const auto both = panels_of(*run.session, fmt::format("{} at {}", name, time_text(problem, time)),
-                                {{"target", values, place, label_of(problem, name)},
-                                 {"result", states[std::size_t(state)], place, label_of(problem, name)}});
+    const model::Placement place = driver::placement_of(run.session->problem(), name);
+    const auto both = plot::panels_of(*run.session, fmt::format("{} at {}", name, plot::time_text(problem, time)),
+                                      {{"target", values, place, plot::label_of(problem, name)},
+                                       {"result", states[std::size_t(state)], place, plot::label_of(problem, name)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
@@ -96,17 +98,17 @@ std::vector<double> instants_of(const TaskRun& run, const std::string& control) 
 }
 
 /// A line of steps.
-LinePanel control_panel(const TaskRun& run, const std::string& name, const std::vector<double>& values) {
+plot::LinePanel control_panel(const TaskRun& run, const std::string& name, const std::vector<double>& values) {
   const std::vector<double> times = instants_of(run, name);
-  Curve curve{name, {}, {}};
+  plot::Curve curve{name, {}, {}};
   for (std::size_t k = 0; k < values.size(); ++k) {
     curve.x.insert(curve.x.end(), {times[k], times[k + 1]});
     curve.y.insert(curve.y.end(), {values[k], values[k]});
   }
-  LinePanel panel;
+  plot::LinePanel panel;
   panel.title = name;
-  panel.x_label = label_of(run.session->problem(), "t");
-  panel.y_label = label_of(run.session->problem(), name);
+  panel.x_label = plot::label_of(run.session->problem(), "t");
+  panel.y_label = plot::label_of(run.session->problem(), name);
   panel.curves.push_back(std::move(curve));
   return panel;
 }
@@ -118,13 +120,14 @@ void save_control(Job& job, const TaskRun& run, const std::string& name, const s
   save_text(job, name + ".csv", table);
 }
 
-void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
+void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<plot::Panel>& panels) {
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_control()) panels.push_back(control_panel(run, part.name, part_of(x, part)));
     if (!part.is_field()) continue;
-    const auto both = panels_of_field(*run.session, part.name, part.name + (part.is_initial() ? " at the start" : ""),
-                                      label_of(run.session->problem(), part.name),
-                                      {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
+    const auto both =
+        plot::panels_of_field(*run.session, part.name, part.name + (part.is_initial() ? " at the start" : ""),
+                              plot::label_of(run.session->problem(), part.name),
+                              {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
@@ -132,7 +135,7 @@ void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pa
 }  // namespace
 
 void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
-  if (result.losses.size() > 1) job.say(text_plot(loss_panel(result), terminal_is_utf8(), 64, 10));
+  if (result.losses.size() > 1) job.say(plot::text_plot(loss_panel(result), plot::terminal_is_utf8(), 64, 10));
   if (job.options().out.empty()) return;
   std::string table = "iteration,loss\n";
   for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
@@ -151,7 +154,7 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
       std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
   if (has_curve) save_picture(job, "loss", {loss_panel(result)});
   if (interrupt_flag().load()) return;  // the pictures need another run
-  std::vector<Panel> panels;
+  std::vector<plot::Panel> panels;
   add_targets(run, result.x, panels);
   add_unknowns(run, result.x, panels);
   if (!panels.empty()) save_picture(job, run.task().name, panels);

@@ -11,12 +11,10 @@
 #include <memory>
 
 #include "command.h"
-#include "curve.h"
 #include "files/files.h"
 #include "interrupt.h"
-#include "picture.h"
-#include "stored_fields.h"
-#include "text_plot.h"
+#include "plot/field_panels.h"
+#include "plot/text_plot.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -32,65 +30,8 @@ struct PlotOptions : CommonOptions {
   bool all_states() const { return video || film || time.has_value(); }
 };
 
-/// A plane of a field on three axes.
-struct Slice {
-  std::size_t axis = 2;
-  std::int64_t index = 0;
-};
-
-std::string title_of(const StoredField& field, std::size_t state) {
-  if (field.times.empty()) return field.name;
-  return fmt::format("{} at t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
-}
-
-double centre_of(const StoredAxis& axis, std::int64_t i) {
-  const auto n = static_cast<std::size_t>(i);
-  if (!axis.faces.empty()) return (axis.faces[n] + axis.faces[n + 1]) / 2;
-  return axis.low + (static_cast<double>(i) + 0.5) * (axis.high - axis.low) / static_cast<double>(axis.cells);
-}
-
-Panel line_of(const StoredField& field, std::size_t state, const std::optional<ValueRange>& range) {
-  const StoredAxis& x = field.axes[0];
-  LinePanel panel;
-  panel.title = title_of(field, state);
-  panel.x_label = label_of(x.name, x.unit);
-  panel.y_label = label_of(field.name, field.unit);
-  panel.range = range;
-  panel.curves.push_back(curve_of(panel.title, field.states[state],
-                                  [&](std::size_t i) { return centre_of(x, static_cast<std::int64_t>(i)); }));
-  return panel;
-}
-
-Panel map_of(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
-             const std::optional<ValueRange>& range) {
-  const StoredAxis &x = field.axes[slice && slice->axis == 0 ? 1 : 0],
-                   &y = field.axes[!slice || slice->axis == 2 ? 1 : 2];
-  MapPanel panel;
-  panel.title = title_of(field, state);
-  panel.x_label = label_of(x.name, x.unit);
-  panel.y_label = label_of(y.name, y.unit);
-  panel.value_label = label_of(field.name, field.unit);
-  panel.nx = static_cast<int>(x.cells);
-  panel.ny = static_cast<int>(y.cells);
-  panel.x_low = x.low;
-  panel.x_high = x.high;
-  panel.y_low = y.low;
-  panel.y_high = y.high;
-  panel.x_faces = x.faces;
-  panel.y_faces = y.faces;
-  panel.range = range;
-  panel.values = field.states[state];
-  if (!slice) return panel;
-  const StoredAxis& across = field.axes[slice->axis];
-  panel.title +=
-      fmt::format(", {} = {:.4g}{}", across.name, centre_of(across, slice->index), behind_number(across.unit));
-  panel.values = plane_of(panel.values, {field.axes[0].cells, field.axes[1].cells, field.axes[2].cells},
-                          static_cast<int>(slice->axis), slice->index);
-  return panel;
-}
-
 /// Of the cell that the place lies in; nullopt after a diagnostic.
-std::optional<Slice> slice_at(Job& job, const StoredField& field, const std::string& written) {
+std::optional<plot::Slice> slice_at(Job& job, const plot::StoredField& field, const std::string& written) {
   const auto refuse = [&](const std::string& why, const std::string& hint = "write --slice z=0.5") {
     job.sink().report("bad-option", {}, {fmt::format("--slice {}: {}", written, why)}, hint);
     return std::nullopt;
@@ -103,10 +44,10 @@ std::optional<Slice> slice_at(Job& job, const StoredField& field, const std::str
   if (equals == std::string::npos || std::from_chars(begin, end, place).ptr != end || begin == end)
     return refuse("it is not AXIS=PLACE");
   for (std::size_t a = 0; a < 3; ++a) {
-    const StoredAxis& axis = field.axes[a];
+    const plot::StoredAxis& axis = field.axes[a];
     if (axis.name != written.substr(0, equals)) continue;
-    Slice slice{a, 0};
-    const auto distance = [&](std::int64_t i) { return std::abs(centre_of(axis, i) - place); };
+    plot::Slice slice{a, 0};
+    const auto distance = [&](std::int64_t i) { return std::abs(plot::centre_of(axis, i) - place); };
     for (std::int64_t i = 1; i < axis.cells; ++i) {
       if (distance(i) < distance(slice.index)) slice.index = i;
     }
@@ -115,20 +56,8 @@ std::optional<Slice> slice_at(Job& job, const StoredField& field, const std::str
   return refuse("there is no axis of that name");
 }
 
-/// A line for one axis, a map for two, three planes for three: those through the middle, or the one that is meant.
-void add_panels(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
-                const std::optional<ValueRange>& range, std::vector<Panel>& panels) {
-  if (field.axes.size() == 1) return panels.push_back(line_of(field, state, range));
-  if (field.axes.size() == 2 || slice) return panels.push_back(map_of(field, state, slice, range));
-  std::vector<Panel> planes;
-  for (const std::size_t across : {2, 1, 0})
-    planes.push_back(map_of(field, state, Slice{across, field.axes[across].cells / 2}, range));
-  if (!range) share_range(planes);
-  std::ranges::move(planes, std::back_inserter(panels));
-}
-
 /// False, and an error, when nothing is left to draw.
-bool tell_of_values_left_out(Job& job, const StoredField& field) {
+bool tell_of_values_left_out(Job& job, const plot::StoredField& field) {
   std::size_t all = 0, bad = 0;
   for (const std::vector<double>& state : field.states) {
     all += state.size();
@@ -144,26 +73,8 @@ bool tell_of_values_left_out(Job& job, const StoredField& field) {
   return bad < all;
 }
 
-/// Over all states, so that the frames of a video share it.
-std::optional<ValueRange> common_range(const StoredField& field) {
-  std::vector<double> ends;
-  for (const std::vector<double>& state : field.states) {
-    if (const std::optional<ValueRange> range = range_of(state)) ends.insert(ends.end(), {range->low, range->high});
-  }
-  return range_of(ends);
-}
-
-/// The state nearest to the time.
-std::size_t state_at(const StoredField& field, const std::optional<double>& time) {
-  std::size_t nearest = field.states.size() - 1;
-  for (std::size_t k = 0; time && k < field.times.size(); ++k) {
-    if (std::abs(field.times[k] - *time) < std::abs(field.times[nearest] - *time)) nearest = k;
-  }
-  return nearest;
-}
-
 /// False after a diagnostic.
-bool check_time(Job& job, const PlotOptions& options, const StoredField& field) {
+bool check_time(Job& job, const PlotOptions& options, const plot::StoredField& field) {
   const auto refuse = [&](const std::string& why, const std::string& hint) {
     job.sink().report("bad-option", {}, {why}, hint);
     return false;
@@ -180,30 +91,15 @@ bool check_time(Job& job, const PlotOptions& options, const StoredField& field) 
       fmt::format("write --time {:.6g}, or one between: the state nearest to it is shown", last));
 }
 
-using Slices = std::vector<std::optional<Slice>>;  // a field
-
-/// Each state on a page.
-std::vector<std::vector<Panel>> pages_of(const PlotOptions& options, const std::vector<StoredField>& fields,
-                                         const Slices& slices) {
-  std::vector<std::optional<ValueRange>> ranges;
-  for (const StoredField& field : fields)
-    ranges.push_back(options.range == "common" ? common_range(field) : std::nullopt);
-  std::vector<std::vector<Panel>> pages(fields[0].states.size());
-  for (std::size_t state = 0; state < pages.size(); ++state) {
-    for (std::size_t f = 0; f < fields.size(); ++f) add_panels(fields[f], state, slices[f], ranges[f], pages[state]);
-  }
-  return pages;
-}
-
-void draw_states(Job& job, const PlotOptions& options, const fs::path& stem, const std::vector<StoredField>& fields,
-                 const Slices& slices) {
-  const std::vector<std::vector<Panel>> pages = pages_of(options, fields, slices);
+void draw_states(Job& job, const PlotOptions& options, const fs::path& stem,
+                 const std::vector<plot::StoredField>& fields, const std::vector<std::optional<plot::Slice>>& slices) {
+  const std::vector<std::vector<plot::Panel>> pages = plot::pages_of(fields, slices, options.range == "common");
   if (options.film) {
-    for (const std::string& file : draw_film(stem, pages, job.sink())) job.wrote(file);
+    for (const std::string& file : plot::draw_film(stem, pages, job.sink())) job.wrote(file);
   }
   for (std::size_t state = 0; options.video && state < pages.size(); ++state) {
     const fs::path frame = fmt::format("{}_{:04}", stem.string(), state);
-    for (const std::string& file : draw(frame, pages[state], job.sink(), Formats::png)) job.wrote(file);
+    for (const std::string& file : plot::draw(frame, pages[state], job.sink(), plot::Formats::png)) job.wrote(file);
     if (job.failed() || interrupt_flag().load()) return;
   }
   if (options.video)
@@ -213,25 +109,26 @@ void draw_states(Job& job, const PlotOptions& options, const fs::path& stem, con
 
 void plot(Job& job, const PlotOptions& options) {
   interrupt_flag();  // before there are temporary folders
-  const auto fields = load_fields(job, options.file, options.field, options.all_states());
+  const auto fields = plot::load_fields(options.file, options.field, options.all_states(), job.sink());
   if (!fields) return;
-  std::vector<Panel> panels;
-  Slices slices;
+  std::vector<plot::Panel> panels;
+  std::vector<std::optional<plot::Slice>> slices;
   std::string name = fs::path(options.file).stem().string();
-  for (const StoredField& field : *fields) {
+  for (const plot::StoredField& field : *fields) {
     if (!check_time(job, options, field) || !tell_of_values_left_out(job, field)) return;
     slices.push_back(options.slice.empty() ? std::nullopt : slice_at(job, field, options.slice));
     if (job.failed()) return;
     if (field.name != name) name += "_" + field.name;  // beside the picture that run made
-    add_panels(field, state_at(field, options.time), slices.back(), std::nullopt, panels);
-    if (const LinePanel* line = std::get_if<LinePanel>(&panels.back())) job.say(text_plot(*line, terminal_is_utf8()));
+    plot::add_panels(field, plot::state_at(field, options.time), slices.back(), std::nullopt, panels);
+    if (const plot::LinePanel* line = std::get_if<plot::LinePanel>(&panels.back()))
+      job.say(plot::text_plot(*line, plot::terminal_is_utf8()));
   }
-  if (!have_gnuplot()) return job.tell("gnuplot is not installed: no picture is written");
+  if (!plot::have_gnuplot()) return job.tell("gnuplot is not installed: no picture is written");
   const fs::path folder = options.out.empty() ? fs::path(options.file).parent_path() : fs::path(options.out);
   if (!options.out.empty() && !files::make_folder(folder, job.sink())) return;
   const fs::path stem = folder / name;
   if (options.video || options.film) return draw_states(job, options, stem, *fields, slices);
-  for (const std::string& file : draw(stem, panels, job.sink())) job.wrote(file);
+  for (const std::string& file : plot::draw(stem, panels, job.sink())) job.wrote(file);
 }
 
 }  // namespace

@@ -15,8 +15,11 @@
 #include "driver/blow_up.h"
 #include "driver/chessboard.h"
 #include "driver/missed_constraints.h"
+#include "driver/run_description.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
+#include "plot/scene_panels.h"
+#include "plot/text_plot.h"
 #include "preparing.h"
 #include "progress.h"
 #include "record.h"
@@ -26,7 +29,6 @@
 #include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "support/number_text.h"
-#include "text_plot.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -80,7 +82,7 @@ class Run {
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
-  LinePanel course_;                       // of one cell: its states over time
+  plot::LinePanel course_;                 // of one cell: its states over time
   Json misses_at_start_ = Json::object();  // by what the first step changes
 };
 
@@ -166,7 +168,7 @@ Observer Run::observer(Progress& progress) {
 void Run::add_to_course(double t, const std::vector<void*>& states) {
   course_.curves.resize(states.size());
   for (std::size_t s = 0; s < states.size(); ++s) {
-    Curve& curve = course_.curves[s];
+    plot::Curve& curve = course_.curves[s];
     if (!curve.x.empty() && !(t > curve.x.back())) continue;
     double value = 0;
     copy_out(session_->workspace().layout(), states[s], {&value, 1});
@@ -220,7 +222,7 @@ void Run::report(Json& result) {
   result["code_from_cache"] = session_->compiled().code_from_cache;
   result["points_per_s"] = rate;
   job_.say(fmt::format("{}: {} cells, {} steps to {} in {} ({} points/s), compiled in {}\n", problem.scene,
-                       cells_text(*session_), outcome_.steps_done, time_text(problem, time),
+                       cells_text(*session_), outcome_.steps_done, plot::time_text(problem, time),
                        human_seconds(outcome_.seconds), human_count(rate),
                        human_seconds(session_->compiled().seconds)));
   if (problem.step_control)
@@ -331,20 +333,22 @@ void Run::report_solves(Json& result) {
 
 void Run::write_files() {
   if (options_.out.empty()) return;
-  std::vector<Panel> panels;
+  std::vector<plot::Panel> panels;
   const model::Problem& problem = session_->problem();
-  const std::string when = time_text(problem, session_->time_of(outcome_.steps_done));
+  const std::string when = plot::time_text(problem, session_->time_of(outcome_.steps_done));
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
     std::vector<double> values = session_->final_state(s);
     save_state(job_, session_->axes(), name, values);
-    add_state(panels, *session_, when,
-              {name, std::move(values), placement_of(*session_, name), label_of(problem, name)});
+    plot::add_state(
+        panels, *session_, when,
+        {name, std::move(values), driver::placement_of(session_->problem(), name), plot::label_of(problem, name)});
   }
   for (const auto& [name, values] : shown_at_end()) {
     save_state(job_, session_->axes(), name, values);
-    add_state(panels, *session_, when, {name, values, placement_of(*session_, name), label_of(problem, name)});
+    plot::add_state(panels, *session_, when,
+                    {name, values, driver::placement_of(session_->problem(), name), plot::label_of(problem, name)});
   }
   const RunDescription run = description_of(job_, *session_, options_.centres);
   if (options_.every > 0 && record_->kept().keeps_states()) write_series(run, record_->kept().series()[0]);
@@ -355,8 +359,9 @@ void Run::write_files() {
   } else if (session_->axes().size() == 1) {
     for (int s = 0; s < rollout.state_count(); ++s) {
       const std::string& name = rollout.state_name(s);
-      add_state(panels, *session_, when,
-                {name + " at the start", session_->initial(s), placement_of(*session_, name), label_of(problem, name)});
+      plot::add_state(panels, *session_, when,
+                      {name + " at the start", session_->initial(s), driver::placement_of(session_->problem(), name),
+                       plot::label_of(problem, name)});
     }
   }
   save_picture(job_, session_->problem().scene, panels);
@@ -385,17 +390,17 @@ void Run::write_series(const RunDescription& run, const Series& series) {
 
 /// Over time, where there is more of them than begin and end; by their logarithms where decades are spanned.
 void Run::draw_observables(const Series& series) {
-  std::vector<Panel> panels;
+  std::vector<plot::Panel> panels;
   if (series.times.size() < 3) return;
   for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
-    LinePanel panel;
+    plot::LinePanel panel;
     panel.title = series.observables.front()[q].first;
-    panel.x_label = label_of(session_->problem(), "t");
-    panel.y_label = label_of(session_->problem(), panel.title);
-    Curve curve{panel.title, series.times, {}};
+    panel.x_label = plot::label_of(session_->problem(), "t");
+    panel.y_label = plot::label_of(session_->problem(), panel.title);
+    plot::Curve curve{panel.title, series.times, {}};
     for (const auto& row : series.observables) curve.y.push_back(row[q].second);
     panel.curves.push_back(std::move(curve));
-    panel.log_y = spans_decades(panel.curves);
+    panel.log_y = plot::spans_decades(panel.curves);
     panels.push_back(std::move(panel));
   }
   if (!panels.empty()) save_picture(job_, session_->problem().scene + "_observables", panels);
@@ -403,25 +408,25 @@ void Run::draw_observables(const Series& series) {
 
 void Run::show_curve() {
   if (is_one_cell()) {
-    course_.x_label = label_of(session_->problem(), "t");
-    for (const Curve& curve : course_.curves) {
+    course_.x_label = plot::label_of(session_->problem(), "t");
+    for (const plot::Curve& curve : course_.curves) {
       course_.title += (course_.title.empty() ? "" : ", ") + curve.title;
-      add_label(course_.y_label, label_of(session_->problem(), curve.title));
+      plot::add_label(course_.y_label, plot::label_of(session_->problem(), curve.title));
     }
   }
   if (session_->axes().size() != 1 || options_.quiet || options_.json) return;
-  if (is_one_cell()) return job_.say(text_plot(course_, terminal_is_utf8()));
-  LinePanel panel;
-  panel.x_label = label_of(session_->problem(), session_->axes()[0].name);
+  if (is_one_cell()) return job_.say(plot::text_plot(course_, plot::terminal_is_utf8()));
+  plot::LinePanel panel;
+  panel.x_label = plot::label_of(session_->problem(), session_->axes()[0].name);
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
-    const NamedState state{name, session_->final_state(s), placement_of(*session_, name), name};
-    panel.curves.push_back(curve_of(*session_, state));
+    const plot::NamedState state{name, session_->final_state(s), driver::placement_of(session_->problem(), name), name};
+    panel.curves.push_back(plot::curve_of(*session_, state));
     panel.title += (s > 0 ? ", " : "") + name;
   }
-  panel.title += " at " + time_text(session_->problem(), session_->time_of(outcome_.steps_done));
-  job_.say(text_plot(panel, terminal_is_utf8()));
+  panel.title += " at " + plot::time_text(session_->problem(), session_->time_of(outcome_.steps_done));
+  job_.say(plot::text_plot(panel, plot::terminal_is_utf8()));
 }
 
 }  // namespace

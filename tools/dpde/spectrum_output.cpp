@@ -31,8 +31,8 @@ Json json_of(const std::vector<double>& values) {
   return {{"mean", json_number(all.mean)}, {"spread", spread_json(all.spread)}, {"runs", json_numbers(values)}};
 }
 
-void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel) {
-  const auto is_drawn = [](const Curve& curve) {
+void save_if_drawn(Job& job, const std::string& name, const plot::LinePanel& panel) {
+  const auto is_drawn = [](const plot::Curve& curve) {
     return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); });
   };
   if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, name, {panel});
@@ -122,10 +122,10 @@ std::vector<Energies> energies_of(const OneTest& test) {
 }
 
 /// What is resolved, and is more than rounding.
-Curve curve_of(const Energies& energies, double noise) {
+plot::Curve curve_of(const Energies& energies, double noise) {
   double whole = 0;
   for (const double energy : energies.values) whole += energy;
-  Curve curve{energies.title, {}, {}};
+  plot::Curve curve{energies.title, {}, {}};
   for (std::size_t s = 1; s <= energies.last_resolved; ++s) {
     curve.x.push_back(static_cast<double>(s));
     curve.y.push_back(energies.values[s] > noise * whole ? energies.values[s] : std::nan(""));
@@ -154,7 +154,7 @@ void write_spectrum(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::vector<Energies> all = energies_of(test);
   save_text(job, found.name + ".csv", table_of(all, found.unit));
-  LinePanel panel;
+  plot::LinePanel panel;
   panel.title = fmt::format("{} on {}, mean over time and runs", found.name, found.file);
   panel.x_label = "waves along the longest axis";
   panel.y_label = found.name + " of the shell";

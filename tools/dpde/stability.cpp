@@ -12,6 +12,7 @@
 
 #include "command.h"
 #include "interrupt.h"
+#include "plot/text_plot.h"
 #include "preparing.h"
 #include "progress.h"
 #include "scene_output.h"
@@ -19,7 +20,6 @@
 #include "stability/frozen_points.h"
 #include "stability/trial.h"
 #include "stability_report.h"
-#include "text_plot.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -150,14 +150,14 @@ Json points_of(const std::vector<stability::Trial>& trials, const std::vector<do
 void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
                              const std::vector<stability::Trial>& trials) {
   if (trials.empty()) return;
-  LinePanel panel{fmt::format("{}: growth of a disturbance", session.problem().scene),
-                  "step",
-                  "largest factor a step",
-                  false,
-                  false,
-                  {},
-                  {}};
-  Curve predicted{"predicted", {}, {}}, stable{"measured, stable", {}, {}, true},
+  plot::LinePanel panel{fmt::format("{}: growth of a disturbance", session.problem().scene),
+                        "step",
+                        "largest factor a step",
+                        false,
+                        false,
+                        {},
+                        {}};
+  plot::Curve predicted{"predicted", {}, {}}, stable{"measured, stable", {}, {}, true},
       unstable{"measured, unstable", {}, {}, true};
   const double low = trials.front().step, high = trials.back().step;
   const int parts = verdict.is_of_grid ? 20 : 100;  // each takes the eigenvalues of a large matrix there
@@ -165,15 +165,15 @@ void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
   predicted.y = stability::growths_at(session, verdict, predicted.x);
   for (const stability::Trial& trial : trials) {
     if (!std::isfinite(trial.growth)) continue;
-    Curve& curve = trial.is_stable ? stable : unstable;
+    plot::Curve& curve = trial.is_stable ? stable : unstable;
     curve.x.push_back(trial.step);
     curve.y.push_back(trial.growth);
   }
-  for (Curve* curve : {&predicted, &stable, &unstable}) {
+  for (plot::Curve* curve : {&predicted, &stable, &unstable}) {
     panel.log_y = panel.log_y || std::ranges::any_of(curve->y, [](double y) { return y > 30; });
     if (!curve->x.empty()) panel.curves.push_back(*curve);
   }
-  if (!options_.quiet && !options_.json) job_.say(text_plot(panel, terminal_is_utf8()));
+  if (!options_.quiet && !options_.json) job_.say(plot::text_plot(panel, plot::terminal_is_utf8()));
   save_picture(job_, session.problem().scene + "_stability", {panel});
 }
 
@@ -340,11 +340,11 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
 }
 
 void Stability::draw_limits(const Sweep& sweep, const Json& rows, const Json& points) {
-  LinePanel panel{"largest stable step", sweep.name, "step", sweep.is_log, true, {}, {}};
-  Curve predicted{"predicted", {}, {}}, measured{"measured", {}, {}, true}, stable{"stable runs", {}, {}, true},
+  plot::LinePanel panel{"largest stable step", sweep.name, "step", sweep.is_log, true, {}, {}};
+  plot::Curve predicted{"predicted", {}, {}}, measured{"measured", {}, {}, true}, stable{"stable runs", {}, {}, true},
       unstable{"unstable runs", {}, {}, true};
-  measured.symbol = Symbol::ring;
-  unstable.symbol = Symbol::cross;
+  measured.symbol = plot::Symbol::ring;
+  unstable.symbol = plot::Symbol::cross;
   for (const Json& row : rows) {
     if (!row["predicted"].is_null()) {
       predicted.x.push_back(row[sweep.name]);
@@ -356,11 +356,11 @@ void Stability::draw_limits(const Sweep& sweep, const Json& rows, const Json& po
     }
   }
   for (const Json& point : points) {
-    Curve& curve = point["stable"].get<bool>() ? stable : unstable;
+    plot::Curve& curve = point["stable"].get<bool>() ? stable : unstable;
     curve.x.push_back(point[sweep.name]);
     curve.y.push_back(point["step"]);
   }
-  for (Curve* curve : {&predicted, &measured, &stable, &unstable}) {
+  for (plot::Curve* curve : {&predicted, &measured, &stable, &unstable}) {
     if (!curve->x.empty()) panel.curves.push_back(*curve);
   }
   if (panel.curves.empty()) return;

@@ -99,7 +99,7 @@ void write_test(Job& job, const OneTest& test) {
   if (job.options().out.empty()) return;
   const TrajectoryTest& found = test.found();
   save_text(job, found.name + ".csv", table_of(test));
-  LinePanel panel;
+  plot::LinePanel panel;
   panel.title = fmt::format("{} on {}", found.name, found.file);
   panel.x_label = "t";
   panel.y_label = found.name;
@@ -115,7 +115,7 @@ void write_test(Job& job, const OneTest& test) {
   for (const TrajectoryTest& beside : *test.beside) {
     if (beside.is_named) panel.curves.push_back({beside.scene, beside.times, beside.course()});
   }
-  panel.log_y = spans_decades(panel.curves);
+  panel.log_y = plot::spans_decades(panel.curves);
   save_if_drawn(job, found.name, panel);
 }
 

@@ -41,7 +41,7 @@ Json spread_json(double spread);
 /// With its numbers, as JSON.
 Json json_of(const std::vector<double>& values);
 /// Where it has a finite value at all.
-void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel);
+void save_if_drawn(Job& job, const std::string& name, const plot::LinePanel& panel);
 
 /// Of a correlation: how many runs stay above the threshold.
 std::string staying_text(const training::TrajectoryTest& test);

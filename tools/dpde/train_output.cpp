@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plot/text_plot.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
-#include "text_plot.h"
 #include "train.h"
 
 namespace dpde::tools {
@@ -20,8 +20,8 @@ bool all_positive(const std::vector<double>& values) {
 }
 
 /// Against the number of updates: every batch, and the epochs at their ends.
-std::vector<Curve> loss_curves(const training::TrainingState& state) {
-  Curve batches{"batch", {}, {}}, epochs{"epoch", {}, {}}, validation{"validation", {}, {}};
+std::vector<plot::Curve> loss_curves(const training::TrainingState& state) {
+  plot::Curve batches{"batch", {}, {}}, epochs{"epoch", {}, {}}, validation{"validation", {}, {}};
   const std::size_t stride = std::max<std::size_t>(1, state.losses.size() / most_points);
   for (std::size_t k = 0; k < state.losses.size(); k += stride) {
     batches.x.push_back(static_cast<double>(k + 1));
@@ -38,23 +38,23 @@ std::vector<Curve> loss_curves(const training::TrainingState& state) {
 }
 
 /// Of several trials what they are judged by.
-LinePanel loss_panel(const training::Trials& trials) {
-  LinePanel panel;
+plot::LinePanel loss_panel(const training::Trials& trials) {
+  plot::LinePanel panel;
   panel.title = "loss";
   panel.x_label = "update";
   panel.y_label = "loss";
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
-    std::vector<Curve> curves = loss_curves(trials.all()[k].trainer->state());
+    std::vector<plot::Curve> curves = loss_curves(trials.all()[k].trainer->state());
     if (trials.count() > 1) {
-      Curve judged = curves[2].x.empty() ? curves[1] : curves[2];
+      plot::Curve judged = curves[2].x.empty() ? curves[1] : curves[2];
       judged.title = fmt::format("{}, trial {}", judged.title, k + 1);
       curves = {std::move(judged)};
     }
-    for (Curve& curve : curves) {
+    for (plot::Curve& curve : curves) {
       if (!curve.x.empty()) panel.curves.push_back(std::move(curve));
     }
   }
-  panel.log_y = std::ranges::all_of(panel.curves, [](const Curve& curve) { return all_positive(curve.y); });
+  panel.log_y = std::ranges::all_of(panel.curves, [](const plot::Curve& curve) { return all_positive(curve.y); });
   return panel;
 }
 
@@ -92,13 +92,13 @@ void write_unknowns(Job& job, const training::Trainer& trainer) {
 }  // namespace
 
 void write_trained(Job& job, const training::Trials& trials) {
-  const LinePanel panel = loss_panel(trials);
-  const auto has_line = [](const Curve& curve) { return curve.y.size() > 1; };
-  if (std::ranges::any_of(panel.curves, has_line)) job.say(text_plot(panel, terminal_is_utf8(), 64, 10));
+  const plot::LinePanel panel = loss_panel(trials);
+  const auto has_line = [](const plot::Curve& curve) { return curve.y.size() > 1; };
+  if (std::ranges::any_of(panel.curves, has_line)) job.say(plot::text_plot(panel, plot::terminal_is_utf8(), 64, 10));
   if (job.options().out.empty()) return;
   write_losses(job, trials);
   write_unknowns(job, *trials.all()[trials.best()].trainer);
-  const auto is_drawn = [](const Curve& curve) {
+  const auto is_drawn = [](const plot::Curve& curve) {
     return std::ranges::any_of(curve.y, [](double loss) { return std::isfinite(loss) && loss > 0; });
   };
   if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, "loss", {panel});

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "analysis/comparison.h"
-#include "chart_picture.h"
 #include "driver/machine_speed.h"
+#include "plot/chart_panel.h"
 #include "scene_output.h"
 #include "support/number_text.h"
 
@@ -81,11 +81,11 @@ std::vector<Row> rows_of(const training::TestScenes& scenes, const TestResults& 
   return rows;
 }
 
-std::vector<MethodMarks> marks_of(const std::vector<Row>& rows) {
-  std::vector<MethodMarks> methods;
+std::vector<chart::MethodMarks> marks_of(const std::vector<Row>& rows) {
+  std::vector<chart::MethodMarks> methods;
   for (const Row& row : rows) {
     if (row.made_data) continue;
-    auto known = std::ranges::find(methods, row.curve, &MethodMarks::name);
+    auto known = std::ranges::find(methods, row.curve, &chart::MethodMarks::name);
     if (known == methods.end()) known = methods.insert(methods.end(), {row.curve, {}});
     known->marks.push_back({row.point, chart::is_complete(row.point), &row.point});
   }
@@ -140,10 +140,10 @@ Earned earned(const BestPlain& plain, double cost, double length, const Spent& s
 }
 
 /// Seconds in all against the number of runs.
-LinePanel total_panel(const std::vector<Row>& rows, const BestPlain& plain, const Spent& spent, double length) {
+plot::LinePanel total_panel(const std::vector<Row>& rows, const BestPlain& plain, const Spent& spent, double length) {
   const double cost = rows.front().point.seconds;
   const Earned even = earned(plain, cost, length, spent);
-  LinePanel panel;
+  plot::LinePanel panel;
   panel.title = "cost of all runs";
   if (even.runs) {
     const char* bound = even.is_bound ? "at most " : "";
@@ -154,7 +154,7 @@ LinePanel total_panel(const std::vector<Row>& rows, const BestPlain& plain, cons
   panel.log_x = panel.log_y = panel.names_below = true;
   const double most = std::pow(10, std::ceil(std::log10(std::max(1000.0, 10 * even.runs.value_or(0)))));
   const auto add = [&](std::string title, double before, double each) {
-    Curve curve{std::move(title), {}, {}};
+    plot::Curve curve{std::move(title), {}, {}};
     for (double runs = 1; runs <= most * 1.001; runs *= std::pow(10, 0.1)) {
       curve.x.push_back(runs);
       curve.y.push_back(before + runs * length * each);
@@ -168,7 +168,7 @@ LinePanel total_panel(const std::vector<Row>& rows, const BestPlain& plain, cons
     add(fmt::format("plain, least error {:.2g}", plain.most_accurate->error), 0, plain.most_accurate->cost);
   }
   if (even.runs) {
-    Curve crossing{"break-even", {*even.runs, *even.runs}, {cost * length, spent.seconds + most * length * cost}};
+    plot::Curve crossing{"break-even", {*even.runs, *even.runs}, {cost * length, spent.seconds + most * length * cost}};
     crossing.colour = "#999999";
     panel.curves.push_back(std::move(crossing));
   }
@@ -241,12 +241,12 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
                       "network's error after fewer\n",
                       std::ceil(*even.runs)));
     if (job.options().out.empty()) continue;
-    const std::vector<MethodMarks> methods = marks_of(rows);
+    const std::vector<chart::MethodMarks> methods = marks_of(rows);
     const std::string title = fmt::format("{}: speed against accuracy (1 thread)", results.start[i].scene);
-    const LinePanel speed = panel_of({title, fmt::format("{} on {}", name, results.start[i].file),
-                                      "seconds per unit of time", driver::machine_name()},
-                                     methods, 0, 0);
-    std::vector<Panel> panels;
+    const plot::LinePanel speed = plot::chart_panel({title, fmt::format("{} on {}", name, results.start[i].file),
+                                                     "seconds per unit of time", driver::machine_name()},
+                                                    methods, 0, 0);
+    std::vector<plot::Panel> panels;
     if (!speed.curves.empty()) panels.emplace_back(speed);
     if (is_complete(rows.front().point)) panels.emplace_back(total_panel(rows, plain, spent, length));
     if (!panels.empty()) save_picture(job, name + "_chart", panels);

@@ -47,4 +47,10 @@ std::string human_seconds(double seconds) {
   return fmt::format("{:.3g} us", seconds * 1e6);
 }
 
+std::string label_of(const std::string& name, const std::string& unit) {
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
+}
+
+std::string behind_number(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
+
 }  // namespace dpde

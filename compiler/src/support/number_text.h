@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes, counts and seconds as people read and write them.
+// Bytes, counts, seconds and units as people read and write them.
 #pragma once
 
 #include <cstdint>
@@ -15,5 +15,10 @@ std::optional<std::uint64_t> parse_bytes(const std::string& text);
 std::string human_bytes(double bytes);
 std::string human_count(double count);
 std::string human_seconds(double seconds);
+
+/// "x [m]"; the name alone of a pure number, and where no unit is known.
+std::string label_of(const std::string& name, const std::string& unit);
+/// " m" behind a number, or nothing.
+std::string behind_number(const std::string& unit);
 
 }  // namespace dpde

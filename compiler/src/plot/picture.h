@@ -12,7 +12,7 @@
 
 #include "source/diagnostic.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 enum class Symbol { small_dot, dot, ring, square, cross };
 struct Curve {
@@ -51,11 +51,6 @@ using Panel = std::variant<LinePanel, MapPanel>;
 
 bool have_gnuplot();
 
-/// "x [m]"; the name alone of a pure number, and where no unit is known.
-std::string label_of(const std::string& name, const std::string& unit);
-/// " m" behind a number, or nothing.
-std::string behind_number(const std::string& unit);
-
 /// Of values on three axes, x fastest, those where the index along the axis `across` is `index`.
 std::vector<double> plane_of(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells, int across,
                              std::int64_t index);
@@ -78,4 +73,4 @@ std::vector<std::string> draw(const std::filesystem::path& stem, const std::vect
 std::vector<std::string> draw_film(const std::filesystem::path& stem, const std::vector<std::vector<Panel>>& pages,
                                    DiagnosticSink& sink);
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stored_fields.h"
+#include "plot/stored_fields.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,7 +12,7 @@
 #include "dpde/runtime/npy.h"
 #include "files/files.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 namespace {
 
@@ -118,16 +118,16 @@ class NetcdfFields {
   bool all_states_;
 };
 
-std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std::string& path, const std::string& field,
-                                  bool all_states) {
+std::optional<Fields> from_netcdf(const NetcdfReader& file, const std::string& path, const std::string& field,
+                                  bool all_states, DiagnosticSink& sink) {
   const NetcdfFields reader(file, all_states);
   const std::vector<std::string> names = reader.names();
   const bool is_there = std::find(names.begin(), names.end(), field) != names.end();
   if (names.empty() || (!field.empty() && !is_there)) {
     const std::string held =
         names.empty() ? "it holds no field" : fmt::format("it holds the fields {}", fmt::join(names, ", "));
-    job.sink().report("bad-array-file", {},
-                      {path, field.empty() ? held : fmt::format("it has no field {}; {}", field, held)});
+    sink.report("bad-array-file", {},
+                {path, field.empty() ? held : fmt::format("it has no field {}; {}", field, held)});
     return std::nullopt;
   }
   Fields fields;
@@ -139,12 +139,13 @@ std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std:
   return fields;
 }
 
-std::optional<Fields> from_npy(Job& job, const std::string& bytes, const std::string& path, const std::string& name) {
+std::optional<Fields> from_npy(const std::string& bytes, const std::string& path, const std::string& name,
+                               DiagnosticSink& sink) {
   NpyArray array = parse_npy(bytes, path);
   if (array.shape.empty() || array.shape.size() > 3 || array.values.empty()) {
-    job.sink().report("bad-array-file", {},
-                      {path, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn", array.shape.size(),
-                                         array.values.size())});
+    sink.report("bad-array-file", {},
+                {path, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn", array.shape.size(),
+                                   array.values.size())});
     return std::nullopt;
   }
   StoredField field{name, {}, {}, {std::move(array.values)}};
@@ -159,17 +160,18 @@ std::optional<Fields> from_npy(Job& job, const std::string& bytes, const std::st
 
 }  // namespace
 
-std::optional<Fields> load_fields(Job& job, const std::string& path, const std::string& field, bool all_states) {
-  std::optional<std::string> bytes = files::read_file(path, {}, job.sink());
+std::optional<Fields> load_fields(const std::string& path, const std::string& field, bool all_states,
+                                  DiagnosticSink& sink) {
+  std::optional<std::string> bytes = files::read_file(path, {}, sink);
   if (!bytes) return std::nullopt;
   try {
-    if (!path.ends_with(".nc")) return from_npy(job, *bytes, path, std::filesystem::path(path).stem().string());
+    if (!path.ends_with(".nc")) return from_npy(*bytes, path, std::filesystem::path(path).stem().string(), sink);
     const NetcdfReader file(std::move(*bytes), path);
-    return from_netcdf(job, file, path, field, all_states);
+    return from_netcdf(file, path, field, all_states, sink);
   } catch (const Error& error) {
-    job.sink().report("bad-array-file", {}, {path, error.what()});
+    sink.report("bad-array-file", {}, {path, error.what()});
     return std::nullopt;
   }
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "picture.h"
+#include "plot/picture.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 /// The curves of a panel in one frame of about `width` by `height` characters; the first is drawn with dots, the second
 /// with small circles. `unicode` uses braille dots (2 x 4 a character), otherwise * and o.
@@ -16,4 +16,4 @@ std::string text_plot(const LinePanel& panel, bool unicode, int width = 64, int 
 /// Whether this process's locale prints UTF-8.
 bool terminal_is_utf8();
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "chart_picture.h"
+#include "plot/chart_panel.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,9 @@
 #include <cmath>
 #include <functional>
 
-#include "command.h"
 #include "support/number_text.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 namespace {
 
@@ -19,10 +18,10 @@ struct Extent {
   double slowest = 0, fastest = INFINITY, worst = 0, least_memory = INFINITY, most_memory = 0;
 };
 
-Extent extent_of(const std::vector<MethodMarks>& methods) {
+Extent extent_of(const std::vector<chart::MethodMarks>& methods) {
   Extent extent;
-  for (const MethodMarks& method : methods) {
-    for (const Mark& mark : method.marks) {
+  for (const chart::MethodMarks& method : methods) {
+    for (const chart::Mark& mark : method.marks) {
       if (!mark.is_drawn()) continue;
       extent.slowest = std::max(extent.slowest, mark.at.seconds);
       extent.fastest = std::min(extent.fastest, mark.at.seconds);
@@ -35,17 +34,17 @@ Extent extent_of(const std::vector<MethodMarks>& methods) {
 }
 
 /// From 0.5 to 1.5, by the logarithm.
-double size_of(const Mark& mark, const Extent& extent) {
+double size_of(const chart::Mark& mark, const Extent& extent) {
   if (!(extent.most_memory > extent.least_memory) || !(extent.least_memory > 0)) return 0.8;
   return 0.5 +
          std::log(mark.at.memory_bytes / extent.least_memory) / std::log(extent.most_memory / extent.least_memory);
 }
 
-Curve method_curve(const MethodMarks& method, const Extent& extent, double uncertainty) {
-  const std::vector<Mark> unbeaten = unbeaten_of(method);
-  const double slope = slope_of(unbeaten, uncertainty);
+Curve method_curve(const chart::MethodMarks& method, const Extent& extent, double uncertainty) {
+  const std::vector<chart::Mark> unbeaten = chart::unbeaten_of(method);
+  const double slope = chart::slope_of(unbeaten, uncertainty);
   Curve curve{method.name + (std::isnan(slope) ? "" : fmt::format(" (error^-{:.2f})", slope)), {}, {}};
-  for (const Mark& mark : unbeaten) {
+  for (const chart::Mark& mark : unbeaten) {
     curve.x.push_back(mark.at.error);
     curve.y.push_back(mark.at.seconds);
     curve.low.push_back(mark.at.low_quartile);
@@ -55,12 +54,12 @@ Curve method_curve(const MethodMarks& method, const Extent& extent, double uncer
   return curve;
 }
 
-Curve marks_where(const char* title, Symbol symbol, const std::vector<MethodMarks>& methods,
-                  const std::function<bool(const MethodMarks&, const Mark&)>& is_meant) {
+Curve marks_where(const char* title, Symbol symbol, const std::vector<chart::MethodMarks>& methods,
+                  const std::function<bool(const chart::MethodMarks&, const chart::Mark&)>& is_meant) {
   Curve curve{title, {}, {}, true};
   curve.symbol = symbol;
-  for (const MethodMarks& method : methods) {
-    for (const Mark& mark : method.marks) {
+  for (const chart::MethodMarks& method : methods) {
+    for (const chart::Mark& mark : method.marks) {
       if (!mark.is_drawn() || !is_meant(method, mark)) continue;
       curve.x.push_back(mark.at.error);
       curve.y.push_back(mark.at.seconds);
@@ -70,12 +69,12 @@ Curve marks_where(const char* title, Symbol symbol, const std::vector<MethodMark
 }
 
 /// They have no error: beside the worst one that is, below each other.
-Curve failures_of(const char* title, const std::function<bool(const Mark&)>& is_meant,
-                  const std::vector<MethodMarks>& methods, const Extent& extent, int& drawn) {
+Curve failures_of(const char* title, const std::function<bool(const chart::Mark&)>& is_meant,
+                  const std::vector<chart::MethodMarks>& methods, const Extent& extent, int& drawn) {
   Curve curve{title, {}, {}, true};
   curve.symbol = Symbol::cross;
-  for (const MethodMarks& method : methods) {
-    for (const Mark& mark : method.marks) {
+  for (const chart::MethodMarks& method : methods) {
+    for (const chart::Mark& mark : method.marks) {
       if (!is_meant(mark) || !(extent.worst > 0)) continue;
       const double height = 0.1 * (1 + drawn++ % 8);
       curve.x.push_back(10 * extent.worst);
@@ -85,15 +84,15 @@ Curve failures_of(const char* title, const std::function<bool(const Mark&)>& is_
   return curve;
 }
 
-bool is_beaten(const MethodMarks& method, const Mark& mark) {
-  return std::ranges::any_of(method.marks,
-                             [&](const Mark& other) { return other.is_drawn() && beats(other.at, mark.at); });
+bool is_beaten(const chart::MethodMarks& method, const chart::Mark& mark) {
+  return std::ranges::any_of(
+      method.marks, [&](const chart::Mark& other) { return other.is_drawn() && chart::beats(other.at, mark.at); });
 }
 
 }  // namespace
 
-LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& methods, double uncertainty,
-                   double tolerance) {
+LinePanel chart_panel(const ChartText& text, const std::vector<chart::MethodMarks>& methods, double uncertainty,
+                      double tolerance) {
   LinePanel panel{text.title, text.x_label, text.y_label, true, true, {}, {}, true};
   const Extent extent = extent_of(methods);
   panel.corner = text.machine;
@@ -103,23 +102,23 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
   const auto add = [&](Curve curve) {
     if (!curve.x.empty()) panel.curves.push_back(std::move(curve));
   };
-  for (const MethodMarks& method : methods) add(method_curve(method, extent, uncertainty));
+  for (const chart::MethodMarks& method : methods) add(method_curve(method, extent, uncertainty));
   add(marks_where("beaten by the same method", Symbol::dot, methods, is_beaten));
   add(marks_where("nothing beats it", Symbol::ring, methods,
-                  [](const MethodMarks&, const Mark& mark) { return mark.at.is_pareto; }));
+                  [](const chart::MethodMarks&, const chart::Mark& mark) { return mark.at.is_pareto; }));
   add(marks_where("below the error of the reference", Symbol::square, methods,
-                  [&](const MethodMarks&, const Mark& mark) { return mark.at.error < uncertainty; }));
+                  [&](const chart::MethodMarks&, const chart::Mark& mark) { return mark.at.error < uncertainty; }));
   add(marks_where("above the largest stable step", Symbol::cross, methods,
-                  [](const MethodMarks&, const Mark& mark) { return mark.point->is_above_limit; }));
+                  [](const chart::MethodMarks&, const chart::Mark& mark) { return mark.point->is_above_limit; }));
   int drawn = 0;
   for (const auto& [outcome, title] : {std::pair{chart::Outcome::above_limit, "not run: above the largest stable step"},
                                        {chart::Outcome::never_stable, "not run: unstable at every step"},
                                        {chart::Outcome::blew_up, "blew up"},
                                        {chart::Outcome::failed, "failed"}}) {
-    const auto is_it = [outcome](const Mark& mark) { return mark.point->outcome == outcome; };
+    const auto is_it = [outcome](const chart::Mark& mark) { return mark.point->outcome == outcome; };
     add(failures_of(title, is_it, methods, extent, drawn));
   }
-  const auto has_no_gradient = [](const Mark& mark) {
+  const auto has_no_gradient = [](const chart::Mark& mark) {
     return !mark.is_complete && mark.point->failure.empty() && !mark.point->gradient_failure.empty();
   };
   add(failures_of("it ran, but its gradient failed", has_no_gradient, methods, extent, drawn));
@@ -134,4 +133,4 @@ LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& method
   return panel;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

@@ -2,13 +2,14 @@
 // Fields of array files as they are drawn: a name, places along each axis, and one state for each time.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "command.h"
+#include "source/diagnostic.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 struct StoredAxis {
   std::string name;
@@ -27,7 +28,7 @@ struct StoredField {
 
 /// One field of a .npy file, or those of a .nc file: `field`, or ("") all on the axes of the first. Only the last state
 /// unless `all_states`. nullopt after a diagnostic.
-std::optional<std::vector<StoredField>> load_fields(Job& job, const std::string& path, const std::string& field,
-                                                    bool all_states);
+std::optional<std::vector<StoredField>> load_fields(const std::string& path, const std::string& field, bool all_states,
+                                                    DiagnosticSink& sink);
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

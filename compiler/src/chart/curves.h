@@ -8,16 +8,16 @@
 
 #include "chart/point.h"
 
-namespace dpde::tools {
+namespace dpde::chart {
 
 /// What is on the axes: the error of the states and the seconds of a run, or those of a gradient.
 enum class ChartOf { states, gradient };
 
 /// One point of a panel.
 struct Mark {
-  chart::Measured at;
+  Measured at;
   bool is_complete = false;  // it ran, was timed and has an error
-  const chart::Point* point = nullptr;
+  const Point* point = nullptr;
 
   /// On logarithmic axes: what has no error is on none.
   bool is_drawn() const { return is_complete && at.error > 0; }
@@ -27,7 +27,7 @@ struct MethodMarks {
   std::string name;
   std::vector<Mark> marks;
 };
-std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, ChartOf what);
+std::vector<MethodMarks> marks_of(const std::vector<Point>& points, ChartOf what);
 
 /// Of a method's drawn marks those that none of its own beats: its curve, from large errors to small ones.
 std::vector<Mark> unbeaten_of(const MethodMarks& method);
@@ -49,8 +49,8 @@ struct SpeedUp {
 std::vector<SpeedUp> speed_ups(const std::vector<MethodMarks>& methods);
 
 /// Quartiles further apart than a quarter of the median are those of a busy machine.
-bool is_wide(const chart::Measured& measured);
+bool is_wide(const Measured& measured);
 /// So many of the complete marks are wide that the chart itself is in doubt.
 bool is_machine_busy(const std::vector<MethodMarks>& methods);
 
-}  // namespace dpde::tools
+}  // namespace dpde::chart

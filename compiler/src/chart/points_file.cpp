@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "chart_file.h"
+#include "chart/points_file.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "dpde/runtime/bytes.h"
 #include "files/files.h"
 
-namespace dpde::tools {
+namespace dpde::chart {
 
 namespace {
 
-using chart::Point;
-
-Json variant_json(const chart::Variant& variant) {
+Json variant_json(const Variant& variant) {
   Json json = Json::object();
   for (const auto& [key, value] : variant.method) json[key] = value;
   for (const auto& [key, value] : variant.resolution) json[key] = value;
@@ -32,7 +28,7 @@ Json errors_json(const std::map<std::string, double>& errors) {
 
 double number_from(const Json& json) { return json.is_number() ? json.get<double>() : NAN; }
 
-void read_measured(const Json& json, const std::string& prefix, chart::Measured& measured) {
+void read_measured(const Json& json, const std::string& prefix, Measured& measured) {
   measured.error = number_from(json.at(prefix + "error"));
   measured.seconds = json.at(prefix + "wall_s").is_null() ? 0 : json.at(prefix + "wall_s").get<double>();
   measured.low_quartile = json.at(prefix + "wall_s_quartiles")[0];
@@ -41,7 +37,7 @@ void read_measured(const Json& json, const std::string& prefix, chart::Measured&
   measured.memory_bytes = json.at(prefix + "memory_bytes");
 }
 
-void write_measured(const chart::Measured& measured, const std::string& prefix, bool has_error, Json& json) {
+void write_measured(const Measured& measured, const std::string& prefix, bool has_error, Json& json) {
   json[prefix + "error"] = has_error ? json_number(measured.error) : Json(nullptr);
   json[prefix + "wall_s"] = measured.seconds > 0 ? Json(measured.seconds) : Json(nullptr);
   json[prefix + "wall_s_quartiles"] = {measured.low_quartile, measured.high_quartile};
@@ -50,11 +46,11 @@ void write_measured(const chart::Measured& measured, const std::string& prefix, 
   json[prefix + "pareto"] = measured.is_pareto;
 }
 
-Json part_json(const chart::Budget::Part& part) {
+Json part_json(const Budget::Part& part) {
   return {{"error", json_number(part.error)}, {"order", part.order > 0 ? Json(part.order) : Json(nullptr)}};
 }
 
-Json budget_json(const chart::Budget& budget) {
+Json budget_json(const Budget& budget) {
   if (!budget.failure.empty()) return {{"failure", budget.failure}};
   return {{"measure", budget.measure},
           {"space", part_json(budget.space)},
@@ -66,12 +62,12 @@ Json budget_json(const chart::Budget& budget) {
           {"failure", nullptr}};
 }
 
-chart::Budget::Part part_from(const Json& json) {
+Budget::Part part_from(const Json& json) {
   return {number_from(json.at("error")), json.at("order").is_null() ? 0 : json.at("order").get<double>()};
 }
 
-chart::Budget budget_from(const Json& json) {
-  chart::Budget budget;
+Budget budget_from(const Json& json) {
+  Budget budget;
   if (!json.at("failure").is_null()) {
     budget.failure = json.at("failure");
     return budget;
@@ -85,19 +81,19 @@ chart::Budget budget_from(const Json& json) {
   return budget;
 }
 
-constexpr std::pair<chart::Outcome, const char*> outcomes[] = {
-    {chart::Outcome::ran, "ran"},
-    {chart::Outcome::does_not_fit, "does not fit"},
-    {chart::Outcome::above_limit, "step above the limit"},
-    {chart::Outcome::never_stable, "unstable at every step"},
-    {chart::Outcome::blew_up, "blew up"},
-    {chart::Outcome::failed, "failed"},
+constexpr std::pair<Outcome, const char*> outcomes[] = {
+    {Outcome::ran, "ran"},
+    {Outcome::does_not_fit, "does not fit"},
+    {Outcome::above_limit, "step above the limit"},
+    {Outcome::never_stable, "unstable at every step"},
+    {Outcome::blew_up, "blew up"},
+    {Outcome::failed, "failed"},
 };
-const char* word_of(chart::Outcome outcome) {
-  return std::ranges::find(outcomes, outcome, &std::pair<chart::Outcome, const char*>::first)->second;
+const char* word_of(Outcome outcome) {
+  return std::ranges::find(outcomes, outcome, &std::pair<Outcome, const char*>::first)->second;
 }
 /// @throws JsonError of another word.
-chart::Outcome outcome_from(const std::string& word) {
+Outcome outcome_from(const std::string& word) {
   for (const auto& [outcome, known] : outcomes) {
     if (word == known) return outcome;
   }
@@ -111,7 +107,7 @@ Point point_from(const Json& json) {
   point.cells = json.at("cells").get<std::vector<int>>();
   point.step = json.at("step");
   point.steps = json.at("steps");
-  point.is_above_limit = point.outcome == chart::Outcome::ran && !json.at("stable").get<bool>();
+  point.is_above_limit = point.outcome == Outcome::ran && !json.at("stable").get<bool>();
   point.largest_step = json.at("max_step").is_null() ? 0 : json.at("max_step").get<double>();
   for (const auto& [name, error] : json.at("errors").items()) point.errors[name] = number_from(error);
   read_measured(json, "", point);
@@ -144,13 +140,13 @@ Json point_json(const Point& point) {
   write_measured(point, "", point.failure.empty(), json);
   if (point.budget) json["budget"] = budget_json(*point.budget);
   if (!point.gradient && point.gradient_failure.empty()) return json;
-  write_measured(point.gradient.value_or(chart::Measured{}), "gradient_", point.gradient.has_value(), json);
+  write_measured(point.gradient.value_or(Measured{}), "gradient_", point.gradient.has_value(), json);
   json["gradient_errors"] = errors_json(point.gradient_errors);
   json["gradient_failure"] = point.gradient_failure.empty() ? Json(nullptr) : Json(point.gradient_failure);
   return json;
 }
 
-bool ChartFile::open(const std::string& folder, const std::string& chart, bool resume, DiagnosticSink& sink) {
+bool PointsFile::open(const std::string& folder, const std::string& chart, bool resume, DiagnosticSink& sink) {
   path_ = std::filesystem::path(folder) / (chart + "_points.json");
   if (!resume || !std::filesystem::exists(path_)) return true;
   const std::optional<std::string> text = files::read_file(path_, {}, sink);
@@ -170,15 +166,11 @@ bool ChartFile::open(const std::string& folder, const std::string& chart, bool r
   return false;
 }
 
-std::string ChartFile::key_of(const Job& job, const chart::Entry& entry, const std::string& reference) {
-  const CommonOptions& options = job.options();
-  const std::string_view text = job.source().text();
-  return fmt::format("{:016x} {} {} {} {} {} {} {} {} {}", hash_bytes(text.data(), text.size()), version, options.name,
-                     options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "), reference,
-                     entry.fraction, variant_json(entry.variant).dump());
+std::string PointsFile::key_of(const std::string& run, const Entry& entry) {
+  return fmt::format("{} {} {}", run, entry.fraction, variant_json(entry.variant).dump());
 }
 
-std::optional<Point> ChartFile::find(const std::string& key, const chart::Entry& entry) const {
+std::optional<Point> PointsFile::find(const std::string& key, const Entry& entry) const {
   const auto known = known_.find(key);
   if (known == known_.end()) return std::nullopt;
   Point point = point_from(known->second);
@@ -187,12 +179,12 @@ std::optional<Point> ChartFile::find(const std::string& key, const chart::Entry&
   return point;
 }
 
-void ChartFile::add(const std::string& key, const Point& point) { known_[key] = point_json(point); }
+void PointsFile::add(const std::string& key, const Point& point) { known_[key] = point_json(point); }
 
-bool ChartFile::save(DiagnosticSink& sink) const {
+bool PointsFile::save(DiagnosticSink& sink) const {
   Json json = Json::object();
   for (const auto& [key, point] : known_) json[key] = point;
   return files::write_file(path_, json.dump(1) + "\n", sink);
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::chart

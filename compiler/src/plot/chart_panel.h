@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "chart_curves.h"
-#include "picture.h"
+#include "chart/curves.h"
+#include "plot/picture.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 struct ChartText {
   std::string title, x_label, y_label;
@@ -18,7 +18,7 @@ struct ChartText {
 /// A curve a method with quartiles as bars and marks as large as the memory that they take; what is beaten by its own
 /// method, what the reference does not resolve, what failed and how, what nothing beats; walls at the error of the
 /// reference and at the tolerance (each 0: none).
-LinePanel panel_of(const ChartText& text, const std::vector<MethodMarks>& methods, double uncertainty,
-                   double tolerance);
+LinePanel chart_panel(const ChartText& text, const std::vector<chart::MethodMarks>& methods, double uncertainty,
+                      double tolerance);
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

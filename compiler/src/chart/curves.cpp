@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "chart_curves.h"
+#include "chart/curves.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
 
-namespace dpde::tools {
+namespace dpde::chart {
 
 namespace {
 
@@ -19,7 +19,7 @@ constexpr double tail = 0.025;  // on each side of the interval
 /// Seconds at this error on a hull; nullopt beyond its ends.
 std::optional<double> seconds_at(const std::vector<Mark>& hull, double error) {
   for (std::size_t i = 0; i + 1 < hull.size(); ++i) {
-    const chart::Measured &a = hull[i].at, &b = hull[i + 1].at;
+    const Measured &a = hull[i].at, &b = hull[i + 1].at;
     if (error > a.error || error < b.error) continue;
     const double part = std::log(error / a.error) / std::log(b.error / a.error);
     return a.seconds * std::pow(b.seconds / a.seconds, part);
@@ -57,10 +57,10 @@ void add_interval(const std::vector<Mark>& base, const std::vector<Mark>& hull, 
 
 }  // namespace
 
-std::vector<MethodMarks> marks_of(const std::vector<chart::Point>& points, ChartOf what) {
+std::vector<MethodMarks> marks_of(const std::vector<Point>& points, ChartOf what) {
   std::vector<MethodMarks> methods;
-  for (const chart::Point& point : points) {
-    const std::string name = chart::method_text(point.variant);
+  for (const Point& point : points) {
+    const std::string name = method_text(point.variant);
     auto known = std::ranges::find(methods, name, &MethodMarks::name);
     if (known == methods.end()) known = methods.insert(methods.end(), {name, {}});
     if (what == ChartOf::states) known->marks.push_back({point, is_complete(point), &point});
@@ -86,7 +86,7 @@ std::vector<Mark> hull_of(const MethodMarks& method) {
   std::vector<Mark> hull;
   for (const Mark& mark : unbeaten_of(method)) {
     const auto is_beyond_line = [&] {  // the last one, of the line to this one
-      const chart::Measured &a = hull[hull.size() - 2].at, &b = hull.back().at, &c = mark.at;
+      const Measured &a = hull[hull.size() - 2].at, &b = hull.back().at, &c = mark.at;
       return std::log(b.seconds / a.seconds) * std::log(a.error / c.error) >=
              std::log(c.seconds / a.seconds) * std::log(a.error / b.error);
     };
@@ -133,7 +133,7 @@ std::vector<SpeedUp> speed_ups(const std::vector<MethodMarks>& methods) {
   return result;
 }
 
-bool is_wide(const chart::Measured& measured) {
+bool is_wide(const Measured& measured) {
   return measured.high_quartile - measured.low_quartile > narrow * measured.seconds;
 }
 
@@ -149,4 +149,4 @@ bool is_machine_busy(const std::vector<MethodMarks>& methods) {
   return wide > busy_part * all;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::chart

@@ -8,22 +8,23 @@
 #include <string>
 
 #include "chart/point.h"
-#include "command.h"
+#include "source/diagnostic.h"
+#include "support/json.h"
 
-namespace dpde::tools {
+namespace dpde::chart {
 
-Json point_json(const chart::Point& point);
+Json point_json(const Point& point);
 
 /// The points that were run, CHART_points.json in the folder of --out: written anew after each.
-class ChartFile {
+class PointsFile {
  public:
   /// False and a diagnostic where a file that is to be resumed cannot be read.
   bool open(const std::string& folder, const std::string& chart, bool resume, DiagnosticSink& sink);
-  /// Of the text with what it imports, the command's options, the entry and the reference.
-  static std::string key_of(const Job& job, const chart::Entry& entry, const std::string& reference);
+  /// `run` says what all points have in common: the text with what it imports, settings, the reference.
+  static std::string key_of(const std::string& run, const Entry& entry);
   /// The point of an entry that was run before.
-  std::optional<chart::Point> find(const std::string& key, const chart::Entry& entry) const;
-  void add(const std::string& key, const chart::Point& point);
+  std::optional<Point> find(const std::string& key, const Entry& entry) const;
+  void add(const std::string& key, const Point& point);
   bool save(DiagnosticSink& sink) const;
 
  private:
@@ -31,4 +32,4 @@ class ChartFile {
   std::map<std::string, Json> known_;
 };
 
-}  // namespace dpde::tools
+}  // namespace dpde::chart

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "text_plot.h"
+#include "plot/text_plot.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 namespace {
 
@@ -129,4 +129,4 @@ bool terminal_is_utf8() {
   return false;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "curve.h"
+#include "plot/curve.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
-namespace dpde::tools {
+namespace dpde::plot {
 
 namespace {
 
@@ -50,4 +50,4 @@ Curve curve_of(std::string title, std::span<const double> values, const std::fun
   return curve;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

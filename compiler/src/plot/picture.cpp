@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes one gnuplot script with the data inside, runs gnuplot in a temporary folder, moves the results to their place.
-#include "picture.h"
+#include "plot/picture.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "support/match.h"
 #include "support/process.h"
 
-namespace dpde::tools {
+namespace dpde::plot {
 namespace fs = std::filesystem;
 
 namespace {
@@ -394,12 +394,6 @@ void share_range(std::vector<Panel>& panels) {
   }
 }
 
-std::string label_of(const std::string& name, const std::string& unit) {
-  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
-}
-
-std::string behind_number(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
-
 bool have_gnuplot() {
   static const bool found = run_process({"gnuplot", "--version"}).succeeded();
   return found;
@@ -423,4 +417,4 @@ std::vector<std::string> draw_film(const fs::path& stem, const std::vector<std::
                   sink);
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::plot

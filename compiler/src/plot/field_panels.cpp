@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plot/field_panels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "plot/curve.h"
+#include "support/number_text.h"
+
+namespace dpde::plot {
+
+namespace {
+
+std::string title_of(const StoredField& field, std::size_t state) {
+  if (field.times.empty()) return field.name;
+  return fmt::format("{} at t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
+}
+
+Panel line_of(const StoredField& field, std::size_t state, const std::optional<ValueRange>& range) {
+  const StoredAxis& x = field.axes[0];
+  LinePanel panel;
+  panel.title = title_of(field, state);
+  panel.x_label = label_of(x.name, x.unit);
+  panel.y_label = label_of(field.name, field.unit);
+  panel.range = range;
+  panel.curves.push_back(curve_of(panel.title, field.states[state],
+                                  [&](std::size_t i) { return centre_of(x, static_cast<std::int64_t>(i)); }));
+  return panel;
+}
+
+Panel map_of(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
+             const std::optional<ValueRange>& range) {
+  const StoredAxis &x = field.axes[slice && slice->axis == 0 ? 1 : 0],
+                   &y = field.axes[!slice || slice->axis == 2 ? 1 : 2];
+  MapPanel panel;
+  panel.title = title_of(field, state);
+  panel.x_label = label_of(x.name, x.unit);
+  panel.y_label = label_of(y.name, y.unit);
+  panel.value_label = label_of(field.name, field.unit);
+  panel.nx = static_cast<int>(x.cells);
+  panel.ny = static_cast<int>(y.cells);
+  panel.x_low = x.low;
+  panel.x_high = x.high;
+  panel.y_low = y.low;
+  panel.y_high = y.high;
+  panel.x_faces = x.faces;
+  panel.y_faces = y.faces;
+  panel.range = range;
+  panel.values = field.states[state];
+  if (!slice) return panel;
+  const StoredAxis& across = field.axes[slice->axis];
+  panel.title +=
+      fmt::format(", {} = {:.4g}{}", across.name, centre_of(across, slice->index), behind_number(across.unit));
+  panel.values = plane_of(panel.values, {field.axes[0].cells, field.axes[1].cells, field.axes[2].cells},
+                          static_cast<int>(slice->axis), slice->index);
+  return panel;
+}
+
+/// Over all states, so that the frames of a video share it.
+std::optional<ValueRange> common_range(const StoredField& field) {
+  std::vector<double> ends;
+  for (const std::vector<double>& state : field.states) {
+    if (const std::optional<ValueRange> range = range_of(state)) ends.insert(ends.end(), {range->low, range->high});
+  }
+  return range_of(ends);
+}
+
+}  // namespace
+
+double centre_of(const StoredAxis& axis, std::int64_t i) {
+  const auto n = static_cast<std::size_t>(i);
+  if (!axis.faces.empty()) return (axis.faces[n] + axis.faces[n + 1]) / 2;
+  return axis.low + (static_cast<double>(i) + 0.5) * (axis.high - axis.low) / static_cast<double>(axis.cells);
+}
+
+std::size_t state_at(const StoredField& field, const std::optional<double>& time) {
+  std::size_t nearest = field.states.size() - 1;
+  for (std::size_t k = 0; time && k < field.times.size(); ++k) {
+    if (std::abs(field.times[k] - *time) < std::abs(field.times[nearest] - *time)) nearest = k;
+  }
+  return nearest;
+}
+
+void add_panels(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
+                const std::optional<ValueRange>& range, std::vector<Panel>& panels) {
+  if (field.axes.size() == 1) return panels.push_back(line_of(field, state, range));
+  if (field.axes.size() == 2 || slice) return panels.push_back(map_of(field, state, slice, range));
+  std::vector<Panel> planes;
+  for (const std::size_t across : {2, 1, 0})
+    planes.push_back(map_of(field, state, Slice{across, field.axes[across].cells / 2}, range));
+  if (!range) share_range(planes);
+  std::ranges::move(planes, std::back_inserter(panels));
+}
+
+std::vector<std::vector<Panel>> pages_of(const std::vector<StoredField>& fields,
+                                         const std::vector<std::optional<Slice>>& slices, bool shares_range) {
+  std::vector<std::optional<ValueRange>> ranges;
+  for (const StoredField& field : fields) ranges.push_back(shares_range ? common_range(field) : std::nullopt);
+  std::vector<std::vector<Panel>> pages(fields[0].states.size());
+  for (std::size_t state = 0; state < pages.size(); ++state) {
+    for (std::size_t f = 0; f < fields.size(); ++f) add_panels(fields[f], state, slices[f], ranges[f], pages[state]);
+  }
+  return pages;
+}
+
+}  // namespace dpde::plot

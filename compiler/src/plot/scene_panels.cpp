@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plot/scene_panels.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <set>
+
+#include "driver/run_description.h"
+#include "model/placement.h"
+#include "plot/curve.h"
+#include "support/number_text.h"
+
+namespace dpde::plot {
+
+namespace {
+
+/// None where all cells are of one width.
+std::vector<double> faces_of(const model::Axis& axis) {
+  std::vector<double> faces;
+  for (int i = 0; axis.stretch && i <= axis.cells; ++i) faces.push_back(axis.face(i));
+  return faces;
+}
+
+/// Of a plane along the axes a and b, without values.
+MapPanel empty_map(const model::Problem& problem, const std::string& title, const model::Axis& a,
+                   const model::Axis& b) {
+  MapPanel panel;
+  panel.title = title;
+  panel.x_label = label_of(problem, a.name);
+  panel.y_label = label_of(problem, b.name);
+  panel.nx = a.cells;
+  panel.ny = b.cells;
+  panel.x_faces = faces_of(a);
+  panel.y_faces = faces_of(b);
+  panel.x_low = a.face(0);
+  panel.x_high = a.face(a.cells);
+  panel.y_low = b.face(0);
+  panel.y_high = b.face(b.cells);
+  return panel;
+}
+
+/// The plane on two axes; on three those through the middle of each, the last axis first.
+std::vector<Panel> maps_of(const driver::Session& session, const std::string& title, NamedState state) {
+  const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
+  if (axes.size() == 2) {
+    MapPanel panel = empty_map(session.problem(), title, axes[0], axes[1]);
+    panel.value_label = state.label;
+    panel.values = std::move(state.values);
+    return {std::move(panel)};
+  }
+  std::vector<Panel> panels;
+  for (int across = 2; across >= 0; --across) {
+    const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
+    const model::Axis& cut = axes[std::size_t(across)];
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, driver::called(session.problem(), cut.name),
+                                          cut.centre(middle), behind_number(session.problem().unit_of(cut.name)));
+    MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
+    panel.value_label = state.label;
+    panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
+    panels.push_back(std::move(panel));
+  }
+  share_range(panels);
+  return panels;
+}
+
+}  // namespace
+
+/// What several curves are, each once; nothing where that is more than an axis has room for.
+void add_label(std::string& label, const std::string& more) {
+  constexpr std::size_t longest = 60;
+  const bool is_there = (", " + label + ", ").find(", " + more + ", ") != std::string::npos;
+  if (!is_there) label += (label.empty() ? "" : ", ") + more;
+  if (label.size() > longest) label = " ";
+}
+
+std::string label_of(const model::Problem& problem, const std::string& name) {
+  return dpde::label_of(driver::called(problem, name), problem.unit_of(name));
+}
+
+std::string time_text(const model::Problem& problem, double t) {
+  return fmt::format("t = {:.6g}{}", t, behind_number(problem.unit_of("t")));
+}
+
+Curve curve_of(const driver::Session& session, const NamedState& state) {
+  const model::Axis axis = model::axes_at(session.axes(), state.placement)[0];
+  return curve_of(state.title, state.values, [&](std::size_t i) { return axis.centre(static_cast<int>(i)); });
+}
+
+void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state) {
+  if (session.axes().size() > 1) {
+    const std::string of_map = title.empty() ? state.title : state.title + ", " + title;
+    for (Panel& panel : maps_of(session, of_map, std::move(state))) panels.push_back(std::move(panel));
+    return;
+  }
+  if (panels.empty()) {
+    LinePanel panel;
+    panel.title = title;
+    panel.x_label = label_of(session.problem(), session.axes()[0].name);
+    panels.push_back(std::move(panel));
+  }
+  LinePanel& panel = std::get<LinePanel>(panels.back());
+  add_label(panel.y_label, state.label);
+  panel.curves.push_back(curve_of(session, state));
+}
+
+std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states) {
+  const std::size_t count = states.size();
+  std::vector<Panel> panels;
+  for (NamedState& state : states) add_state(panels, session, title, std::move(state));
+  share_range(panels);
+  if (session.axes().size() < 3 || count < 2) return panels;
+  std::vector<Panel> side_by_side;  // the same plane of all states
+  for (std::size_t plane = 0; plane < panels.size() / count; ++plane) {
+    for (std::size_t s = 0; s < count; ++s)
+      side_by_side.push_back(std::move(panels[s * panels.size() / count + plane]));
+  }
+  return side_by_side;
+}
+
+std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
+                                   const std::string& label,
+                                   const std::vector<std::pair<std::string, std::vector<double>>>& states) {
+  const std::size_t size = session.workspace().cell_count(), last = states.front().second.size() / size - 1;
+  const model::Coefficient* control = session.problem().find_coefficient(field);
+  std::vector<Panel> panels;
+  for (const std::size_t interval : std::set<std::size_t>{0, last / 2, last}) {
+    std::vector<NamedState> named;
+    for (const auto& [name, values] : states) {
+      const auto begin = values.begin() + std::ptrdiff_t(interval * size);
+      named.push_back(
+          {name, {begin, begin + std::ptrdiff_t(size)}, driver::placement_of(session.problem(), field), label});
+    }
+    const std::string when =
+        last == 0 || control == nullptr
+            ? ""
+            : " from " + time_text(session.problem(), session.time_of(int(interval) * control->every));
+    std::vector<Panel> more = panels_of(session, title + when, std::move(named));
+    panels.insert(panels.end(), more.begin(), more.end());
+  }
+  return panels;
+}
+
+}  // namespace dpde::plot
